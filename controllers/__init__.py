@@ -1,0 +1,1 @@
+"""Semi-active laws, each a folder: design (slow, offline) and law apart."""

@@ -1,0 +1,108 @@
+"""Actuators: limits, delay, quantisation, rate limit and lag between the command and the plant."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.plant.compiled import inlined
+
+
+@dataclass(frozen=True)
+class Actuators:
+    """Coupling and generator as they can be set. Both are dissipative: no negative value.
+
+    Parameters
+    ----------
+    cc_max, cg_max : float
+        Upper limits. [Nms]
+    period : float
+        Sampling period; commands are held in between. [s]
+    cc_lag, cg_lag : float
+        Time constants of first-order lags. [s]
+    cc_rate, cg_rate : float
+        Largest rates of change; 0 for no limit. [Nms/s]
+    cc_quantum, cg_quantum : float
+        Resolution; 0 for none. [Nms]
+    delay : int
+        Age of the command when it acts, in samples.
+
+    Raises
+    ------
+    InputError
+        For a value out of range.
+    """
+
+    cc_max: float = 0.3
+    cg_max: float = 0.02
+    period: float = 0.1
+    cc_lag: float = 0.0
+    cg_lag: float = 0.0
+    cc_rate: float = 0.0
+    cg_rate: float = 0.0
+    cc_quantum: float = 0.0
+    cg_quantum: float = 0.0
+    delay: int = 0
+
+    def __post_init__(self) -> None:
+        for f in fields(self):
+            value = getattr(self, f.name)
+            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value < 0:
+                raise InputError(f"actuators.{f.name}", value, "must be a finite number, zero or positive",
+                                 f"The default is {f.default}")  # fmt: skip
+        for name in ("cc_max", "cg_max", "period"):
+            if getattr(self, name) == 0:
+                raise InputError(f"actuators.{name}", 0, "must be positive", "Leave it out for the default")
+        if int(self.delay) != self.delay:
+            raise InputError("actuators.delay", self.delay, "must be whole samples", "Give an integer")
+
+    def arrays(self) -> ActuatorArrays:
+        """Return the numbers for the compiled loop."""
+        share = [1.0 - math.exp(-self.period / lag) if lag > 0.0 else 1.0 for lag in (self.cc_lag, self.cg_lag)]
+        travel = [rate * self.period if rate > 0.0 else math.inf for rate in (self.cc_rate, self.cg_rate)]
+        return ActuatorArrays(
+            np.array([self.cc_max, self.cg_max]), np.array([self.cc_quantum, self.cg_quantum]), np.array(travel),
+            np.array(share), int(self.delay),
+        )  # fmt: skip
+
+
+class ActuatorArrays(NamedTuple):
+    """Limits, resolution, travel per sample, lag's share per sample, each (2,) for cc and cg; delay in samples."""
+
+    limit: NDArray[np.float64]
+    quantum: NDArray[np.float64]
+    travel: NDArray[np.float64]
+    share: NDArray[np.float64]
+    delay: int
+
+
+@inlined
+def actuate(actuators: ActuatorArrays, sample: int, commands: Any, held: Any) -> int:
+    """Turn the command of `sample` into the controls `held` (2,) in place; return how many channels saturated.
+
+    `commands` (n, 2) holds the commands so far.
+    """
+    saturated = 0
+    for channel in range(2):
+        wanted = commands[max(sample - actuators.delay, 0), channel]
+        limit = actuators.limit[channel]
+        if wanted < 0.0 or wanted > limit:
+            saturated += 1
+            wanted = min(max(wanted, 0.0), limit)
+        quantum = actuators.quantum[channel]
+        if quantum > 0.0:
+            wanted = min(math.floor(wanted / quantum + 0.5) * quantum, limit)
+        travel = actuators.travel[channel]
+        step = min(max(wanted - held[channel], -travel), travel)
+        if actuators.share[channel] < 1.0:
+            step = min(max(actuators.share[channel] * (wanted - held[channel]), -travel), travel)
+        if step == wanted - held[channel]:
+            held[channel] = wanted  # no rounding where nothing limits
+        else:
+            held[channel] += step
+    return saturated

@@ -1,0 +1,53 @@
+"""What a law is: measurements in, commands out, state passed through."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
+
+Information = Literal["none", "sensors", "forecast", "oracle"]
+INFORMATION: tuple[Information, ...] = ("none", "sensors", "forecast", "oracle")
+
+
+class Measurement(NamedTuple):
+    """What the sensors tell, in SI units. The order is that of every array of measurements."""
+
+    psi: float  # ring angle, counted through turns [rad]
+    psi_rate: float  # [rad/s]
+    omega_rate: float  # flywheel relative to the ring [rad/s]
+    phi1: float  # [rad]
+    phi3: float  # [rad]
+    phi1_rate: float  # [rad/s]
+    phi3_rate: float  # [rad/s]
+
+
+@runtime_checkable
+class Law(Protocol):
+    """A semi-active law.
+
+    Best written as a NamedTuple of floats whose `step` uses only arithmetic, `math` and `min`/`max`: it is then
+    compiled. Any other object with these members runs as plain Python with the same results.
+
+    Attributes
+    ----------
+    period : float
+        Sampling period, a multiple of the actuators' period. [s]
+    information : {"none", "sensors", "forecast", "oracle"}
+        What the law looks at; shown in every table.
+    """
+
+    @property
+    def period(self) -> float:
+        """Sampling period. [s]"""
+        ...
+
+    def init(self) -> Any:
+        """Return the state before the first sample: a NamedTuple of floats."""
+        ...
+
+    def step(self, t: float, y: Measurement, state: Any) -> tuple[tuple[float, float], Any]:
+        """Return ((cc, cg) [Nms], new state) for time `t` [s], measurement `y` and state."""
+        ...
+
+
+class LawError(ValueError):
+    """A law that broke the protocol while it ran: the message names the law, the sample and what came back."""

@@ -1,0 +1,177 @@
+"""The closed loop: measure -> law.step -> actuate -> advance. One text, run as Python or compiled, bit for bit alike.
+
+A law enters as a function of flat arrays, ``entry(t, y, p, s, u)``: measurements y, parameters p, state s (changed in
+place), command u (written). A compiled law comes as a function pointer, so that the loop itself is compiled once
+for all laws and kept on disk, and a new law costs a tenth of a second.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba import cfunc, float64, njit, void
+from numba.core.errors import NumbaError
+from numba.np.unsafe.ndarray import to_fixed_tuple
+from numpy.typing import NDArray
+
+from gyroctl.harness import actuation, sensing
+from gyroctl.harness.actuation import ActuatorArrays, actuate
+from gyroctl.harness.controller import Law, LawError, Measurement
+from gyroctl.harness.sensing import CHANNELS, SensorArrays, measure
+from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.equations import Coefficients
+from gyroctl.plant.kernel import SOURCES, hold_into, slip_rate, steps_for
+
+Entry = Callable[[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], None]
+
+_SIGNATURE = void(float64, float64[::1], float64[::1], float64[::1], float64[::1])
+
+
+class Kernel(NamedTuple):
+    """What the loop needs to advance the plant: constants, moments on their grid, longest step."""
+
+    k: Coefficients
+    waves: NDArray[np.float64]  # flat, sample by sample [Nm]
+    waves_dt: float  # [s]
+    dt: float  # [s]
+
+
+def _closed_loop(stamp: str) -> Callable[..., int]:
+    def closed_loop(
+        entry: Any, p: Any, s: Any, every: int, kernel: Kernel, sensors: SensorArrays, actuators: ActuatorArrays,
+        tick: float, record: Any, commands: Any, controls: Any, held: Any, saturations: Any,
+    ) -> int:  # fmt: skip
+        """Run the loop over all rows of `commands`.
+
+        Parameters
+        ----------
+        entry, p, s, every
+            The law: entry function, parameters, state, samples between its calls.
+        tick : float
+            Period of the loop. [s]
+        record : (n + 1, rows) array
+            Row 0 holds the start; filled with state and ledger at each sample.
+        commands, controls : (n, 2) arrays
+            Filled with what the law asked for and with what the actuators gave. [Nms]
+        held : (2,) array
+            Controls before the first sample. [Nms]
+        saturations : (1,) array
+            Counts commands beyond the limits.
+
+        Returns
+        -------
+        int
+            The sample at which the law gave a number that is not finite, or -1.
+        """
+        assert stamp
+        y = np.zeros(len(CHANNELS))
+        u = np.zeros(2)
+        state = record[0].copy()
+        work = np.empty((3, state.size))
+        moments, weight = np.empty(6), np.empty(8)
+        now = np.empty((2, 1))
+        for sample in range(commands.shape[0]):
+            measure(sensors, sample, record, y)
+            if sample % every == 0:
+                entry(sample * tick, y, p, s, u)
+                if not (math.isfinite(u[0]) and math.isfinite(u[1])):
+                    return sample
+            commands[sample, 0], commands[sample, 1] = u[0], u[1]
+            saturations[0] += actuate(actuators, sample, commands, held)
+            controls[sample, 0], controls[sample, 1] = held[0], held[1]
+            now[0, 0], now[1, 0] = held[0], held[1]
+            steps = steps_for(tick, kernel.dt, slip_rate(kernel.k, held[0]))
+            hold_into(
+                state, work, moments, weight, kernel.k, now, sample * tick, tick, steps, kernel.waves, kernel.waves_dt
+            )
+            record[sample + 1, :] = state
+        return -1
+
+    return closed_loop
+
+
+closed_loop = _closed_loop(source_stamp((*SOURCES, sensing.__file__, actuation.__file__, __file__)))
+"""The loop as plain Python."""
+
+compiled_loop = entry_point(closed_loop)
+"""The same text, compiled."""
+
+
+class CompiledLaw(NamedTuple):
+    """A law as a function pointer with its parameters and its first state."""
+
+    entry: Any
+    p: NDArray[np.float64]
+    s: NDArray[np.float64]
+
+
+def compile_law(law: Law) -> CompiledLaw | None:
+    """Compile a law that is a NamedTuple of floats, or return None where it cannot be compiled."""
+    start = law.init()
+    if not (_is_floats(law) and _is_floats(start)):
+        return None
+    try:
+        entry = _compiled_entry(type(law), type(start), len(start))
+    except NumbaError:
+        return None
+    return CompiledLaw(entry, np.array([*law, 0.0], float), np.array([*start, 0.0], float))
+
+
+def _is_floats(value: Any) -> bool:
+    return isinstance(value, tuple) and all(isinstance(v, float | int) and not isinstance(v, bool) for v in value)
+
+
+@lru_cache(maxsize=256)
+def _compiled_entry(law_type: type[Any], state_type: type[Any], states: int) -> Any:
+    step = njit(error_model="numpy")(law_type.step)
+    parameters = len(law_type._fields)
+    pack = njit(_pack_plain(states)) if state_type is tuple else njit(_pack_named(state_type, states))
+
+    def entry(t: Any, y: Any, p: Any, s: Any, u: Any) -> None:
+        law = law_type(*to_fixed_tuple(p, parameters))
+        command, new = step(law, t, Measurement(*to_fixed_tuple(y, 7)), pack(s))
+        u[0], u[1] = command
+        for i in range(states):
+            s[i] = new[i]
+
+    return cfunc(_SIGNATURE)(entry)
+
+
+def _pack_plain(states: int) -> Callable[[Any], Any]:
+    if states == 0:
+        return lambda s: ()
+    return lambda s: to_fixed_tuple(s, states)
+
+
+def _pack_named(state_type: type[Any], states: int) -> Callable[[Any], Any]:
+    if states == 0:
+        return lambda s: state_type()
+    return lambda s: state_type(*to_fixed_tuple(s, states))
+
+
+class PythonLaw:
+    """A law called as plain Python, with the shape of its answers checked at each call."""
+
+    def __init__(self, law: Law, name: str, timer: Callable[[], float] | None = None) -> None:
+        self.law, self.name, self.timer = law, name, timer
+        self.state = law.init()
+        self.seconds: list[float] = []
+
+    def __call__(self, t: float, y: NDArray[np.float64], p: object, s: object, u: NDArray[np.float64]) -> None:
+        """Take one sample."""
+        begin = self.timer() if self.timer else 0.0
+        answer = self.law.step(float(t), Measurement(*y.tolist()), self.state)
+        if self.timer:
+            self.seconds.append(self.timer() - begin)
+        try:
+            command, self.state = answer
+            u[0], u[1] = (float(value) for value in command)
+        except (TypeError, ValueError):
+            raise LawError(
+                f"law {self.name!r} returned {answer!r} at t = {t:.1f} s: expected ((cc, cg), state) with two numbers. "
+                "Return the command and the new state, in this order."
+            ) from None

@@ -1,0 +1,116 @@
+"""Sensors: noise, bias, quantisation, delay and dropout between the plant and the law."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.harness.controller import Measurement
+from gyroctl.plant.compiled import inlined
+from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
+
+CHANNELS = Measurement._fields
+ROWS = (PSI, PSI_RATE, OMEGA_RATE, PHI1, PHI3, PHI1_RATE, PHI3_RATE)
+STREAM = 0x5E45  # separates the sensors' random numbers from the waves' of the same seed
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One sensor.
+
+    Parameters
+    ----------
+    noise : float
+        Standard deviation of white noise per sample. [unit of the channel]
+    bias : float
+        Constant error.
+    quantum : float
+        Resolution; 0 for none.
+    delay : int
+        Age of the measurement in samples of the actuators' period.
+    dropout : float
+        Probability that a sample is missing; the law then sees the last one that came.
+    """
+
+    noise: float = 0.0
+    bias: float = 0.0
+    quantum: float = 0.0
+    delay: int = 0
+    dropout: float = 0.0
+
+
+@dataclass(frozen=True)
+class Sensors:
+    """The seven sensors. Defaults: encoders of 4096 lines, gyros and inclinometers of about 1 % noise.
+
+    Raises
+    ------
+    InputError
+        For a negative noise, resolution or delay, or a dropout outside [0, 1).
+    """
+
+    psi: Channel = Channel(noise=1e-3, quantum=2.0 * math.pi / 4096)
+    psi_rate: Channel = Channel(noise=0.02)
+    omega_rate: Channel = Channel(noise=0.1)
+    phi1: Channel = Channel(noise=1e-3)
+    phi3: Channel = Channel(noise=1e-3)
+    phi1_rate: Channel = Channel(noise=4e-3)
+    phi3_rate: Channel = Channel(noise=4e-3)
+
+    def __post_init__(self) -> None:
+        for name in CHANNELS:
+            channel = getattr(self, name)
+            for f in fields(Channel):
+                value, path = getattr(channel, f.name), f"sensors.{name}.{f.name}"
+                if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                    raise InputError(path, value, "must be a finite number", f"Give {f.name} as a number")
+                if f.name != "bias" and value < 0:
+                    raise InputError(path, value, "must not be negative", f"Give {f.name} >= 0")
+            if channel.dropout >= 1.0:
+                raise InputError(f"sensors.{name}.dropout", channel.dropout, "must be below 1", "Give a probability")
+            if int(channel.delay) != channel.delay:
+                raise InputError(f"sensors.{name}.delay", channel.delay, "must be whole samples", "Give an integer")
+
+    @classmethod
+    def ideal(cls) -> Sensors:
+        """Sensors without any error."""
+        return cls(*(Channel() for _ in CHANNELS))
+
+    def arrays(self, samples: int, seed: int) -> SensorArrays:
+        """Draw the errors of one realisation: the same for every law that is run on it."""
+        channels = [getattr(self, name) for name in CHANNELS]
+        rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, STREAM])))
+        error = rng.standard_normal((samples, len(CHANNELS))) * np.array([c.noise for c in channels])
+        error += np.array([c.bias for c in channels])
+        missing = rng.random((samples, len(CHANNELS))) < np.array([c.dropout for c in channels])
+        missing[0] = False
+        return SensorArrays(
+            error, missing, np.array([float(c.quantum) for c in channels]), np.array([int(c.delay) for c in channels])
+        )
+
+
+class SensorArrays(NamedTuple):
+    """Errors of one realisation: error (n, 7), missing (n, 7), quantum (7,), delay (7,)."""
+
+    error: NDArray[np.float64]
+    missing: NDArray[np.bool_]
+    quantum: NDArray[np.float64]
+    delay: NDArray[np.int64]
+
+
+@inlined
+def measure(sensors: SensorArrays, sample: int, record: Any, y: Any) -> None:
+    """Write the seven measurements at `sample` into `y`; `record` (n, rows) holds the states so far."""
+    for channel in range(len(ROWS)):
+        if sensors.missing[sample, channel]:
+            continue
+        value = record[max(sample - sensors.delay[channel], 0), ROWS[channel]] + sensors.error[sample, channel]
+        quantum = sensors.quantum[channel]
+        if quantum > 0.0:
+            value = math.floor(value / quantum + 0.5) * quantum
+        y[channel] = value

@@ -1,0 +1,267 @@
+"""Rational passive approximation of the radiation function, poles free.
+
+    H(iw) ~ K(w) = B(w) + i w (A(w) - A_inf),    H(s) = (p0 s^m + .. + pm) / (s^n + q1 s^(n-1) + .. + qn)
+
+The start is Sanathanan and Koerner's iteration (IEEE Trans. Automatic Control 8, 1963). The descent then moves only among
+passive functions: every strictly proper positive real H of order n has a stable Q and H(s) + H(-s) = 2 g(s) g(-s) / (Q(s) Q(-s))
+with a real g of degree n - 1 (the spectral factor of the positive-real lemma); conversely Q and g give P by a linear
+system. So Q, as a product of stable factors, and g are free parameters of an unconstrained least-squares problem, and
+nothing has to be sampled or penalised. `passivity.certify` then judges the result on its own.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.hydrodynamics.database import Hydrodynamics, shipped
+from gyroctl.hydrodynamics.interpolation import spline
+from gyroctl.hydrodynamics.passivity import Passivity, certify, real_part
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+#: Frequency of the free phi1 mode, where the damping decides whether lock holds. [rad/s]
+LOW_FREQUENCY = 1.2
+#: Frequencies below this carry `low_weight` in the fit. [rad/s]
+LOW_BAND = 2.0
+_FREQUENCY_SCALE = 5.0  # [rad/s], keeps the coefficients of the fit near one
+_STEP = 0.1  # [rad/s], even grid of the fit, so that the tabulated frequencies do not weight it
+
+
+@dataclass(frozen=True)
+class RadiationFit:
+    """One direction of the radiation function as P(s)/Q(s).
+
+    Parameters
+    ----------
+    p : ndarray (m + 1,)
+        Numerator, highest power first.
+    q : ndarray (n,)
+        Denominator without its leading 1.
+    relative_rms : float
+        Root of sum |H - K|^2 / sum |K|^2 over the band, unweighted. [-]
+    damping_low : float
+        Re H at 1.2 rad/s. [Nms/rad]
+    damping_low_table : float
+        The tabulated damping there. [Nms/rad]
+    passivity : Passivity
+        Certificate of stability and passivity.
+    """
+
+    p: Floats = field(repr=True)
+    q: Floats = field(repr=True)
+    relative_rms: float
+    damping_low: float
+    damping_low_table: float
+    passivity: Passivity
+
+    def __call__(self, omega: Floats) -> Complexes:
+        """H(iw). (n,)."""
+        return _evaluate(self.p, self.q, omega)
+
+
+def radiation_function(hydro: Hydrodynamics, direction: int) -> tuple[Floats, Complexes]:
+    """Return an even frequency grid [rad/s] and K(w) [Nms/rad] on it, for direction 0 (phi1) or 1 (phi3)."""
+    low, high = hydro.omega[0], hydro.omega[-1]
+    omega = np.linspace(low, high, max(64, round((high - low) / _STEP) + 1))
+    damping = spline(hydro.omega, hydro.damping[direction], omega)
+    added = spline(hydro.omega, hydro.added_mass[direction], omega)
+    return omega, damping + 1j * omega * (added - hydro.added_mass_inf[direction])
+
+
+def assess(hydro: Hydrodynamics, direction: int, p: Floats, q: Floats) -> RadiationFit:
+    """Attach error, low-frequency damping and certificate to given coefficients."""
+    omega, target = radiation_function(hydro, direction)
+    error = _evaluate(p, q, omega) - target
+    at = np.array([LOW_FREQUENCY])
+    return RadiationFit(
+        p=p,
+        q=q,
+        relative_rms=float(np.linalg.norm(error) / np.linalg.norm(target)),
+        damping_low=float(_evaluate(p, q, at)[0].real),
+        damping_low_table=float(spline(hydro.omega, hydro.damping[direction], at)[0]),
+        passivity=certify(p, q),
+    )
+
+
+def fit_radiation(
+    hydro: Hydrodynamics, direction: int, order: tuple[int, int] = (2, 3), low_weight: float = 10.0
+) -> RadiationFit:
+    """Fit a passive rational function to the tabulated radiation.
+
+    Parameters
+    ----------
+    hydro : Hydrodynamics
+        The table.
+    direction : {0, 1}
+        0 is phi1, 1 is phi3.
+    order : tuple of int
+        Degrees (m, n) of numerator and denominator. A strictly proper passive function has m = n - 1.
+    low_weight : float
+        Weight of the error below 2 rad/s; 1 weighs all frequencies alike. At 1.2 rad/s lies the lightly damped phi1
+        mode: there a small absolute error of the damping decides over the stability of the locked orbit.
+
+    Returns
+    -------
+    RadiationFit
+
+    Raises
+    ------
+    InputError
+        When the order admits no passive function, or the weight is not positive.
+    """
+    m, n = order
+    if direction not in (0, 1):
+        raise InputError("direction", direction, "must be 0 (phi1) or 1 (phi3)", "Choose one of the two rotations")
+    if n < 1 or m != n - 1:
+        raise InputError("order", order, "admits no passive function", "Choose (n - 1, n), for example (2, 3)")
+    if not low_weight > 0.0:
+        raise InputError("low_weight", low_weight, "must be positive", "Use 1 for no weighting, 10 as the default")
+    omega, target = radiation_function(hydro, direction)
+    weight = np.where(omega < LOW_BAND, low_weight, 1.0)
+    p, q = _descend(omega / _FREQUENCY_SCALE, target, weight, n)
+    scale = _FREQUENCY_SCALE ** np.arange(1, n + 1)
+    return assess(hydro, direction, p * scale, q * scale)
+
+
+def shipped_fit(name: str = "accurate") -> tuple[RadiationFit, RadiationFit]:
+    """Return a pair of fits kept with the shipped database, without any optimisation.
+
+    Parameters
+    ----------
+    name : str
+        "accurate" (weighted passive (2,3), the default), "paper" (unweighted (2,3): over-damps phi1 at 1.2 rad/s more
+        than fourfold, as the paper's own low-order fit does) or "fine" (weighted passive (3,4)).
+
+    Returns
+    -------
+    tuple of RadiationFit
+        For phi1 and phi3.
+
+    Raises
+    ------
+    InputError
+        When there is no fit of that name.
+    """
+    hydro = shipped()
+    if name not in hydro.fits:
+        raise InputError("radiation", name, f"is not one of {', '.join(hydro.fits)}", "Choose one of these fits")
+    first, second = hydro.fits[name]
+    return assess(hydro, 0, *first), assess(hydro, 1, *second)
+
+
+def _evaluate(p: Floats, q: Floats, omega: Floats) -> Complexes:
+    s = 1j * omega
+    return np.asarray(np.polyval(p, s) / np.polyval(np.concatenate([[1.0], q]), s), dtype=np.complex128)
+
+
+def _sanathanan_koerner(omega: Floats, target: Complexes, weight: Floats, n: int) -> tuple[Floats, Floats]:
+    """Linear least squares on weight (P - K Q)/|Q of the last pass|, fifteen passes; unstable zeros of Q are mirrored."""
+    s = 1j * omega
+    powers = s[:, None] ** np.arange(n - 1, -1, -1)
+    denominator = np.ones_like(s)
+    p, q = np.zeros(n), np.zeros(n)
+    for _ in range(15):
+        rows = np.concatenate([powers, -target[:, None] * powers], axis=1)
+        w = (weight / np.abs(denominator))[:, None]
+        right = (target * s**n)[:, None] * w
+        stacked, rhs = rows * w, right[:, 0]
+        solution = np.linalg.lstsq(
+            np.concatenate([stacked.real, stacked.imag]), np.concatenate([rhs.real, rhs.imag]), rcond=None
+        )[0]
+        p, q = solution[:n], solution[n:]
+        zeros = np.roots(np.concatenate([[1.0], q]))
+        q = np.poly(-np.abs(zeros.real) + 1j * zeros.imag).real[1:]
+        denominator = np.polyval(np.concatenate([[1.0], q]), s)
+    return p, q
+
+
+def _spectral_factor(p: Floats, q: Floats) -> Floats:
+    """Stable real g of degree n - 1 with g(s) g(-s) near the real part of P(s) Q(-s); negative stretches are lifted."""
+    c = real_part(p, q)
+    n = len(q)
+    c = np.concatenate([np.zeros(n - len(c)), c])
+    if c[0] <= 0.0:
+        c[0] = 1e-3 * np.max(np.abs(c))
+    grid = np.concatenate([[0.0], np.geomspace(1e-4, 1e2, 400)])
+    values = np.polyval(c, grid)
+    if values.min() < 0.0:
+        c[-1] -= 1.01 * values.min()
+    zeros = np.sqrt(np.roots(c).astype(complex) * -1.0)  # x = -s^2
+    return np.asarray(np.sqrt(c[0]) * np.poly(-np.abs(zeros.real) + 1j * zeros.imag).real, dtype=np.float64)
+
+
+def _poles_from(parameters: Floats) -> Floats:
+    """Q without its leading 1 from logarithms of the coefficients of its stable first- and second-order factors."""
+    q, rest = np.ones(1), np.exp(np.clip(parameters, -30.0, 30.0))
+    if len(rest) % 2:
+        q, rest = np.array([1.0, rest[0]]), rest[1:]
+    for a, b in rest.reshape(-1, 2):
+        q = np.polymul(q, [1.0, a, b])
+    return q[1:]
+
+
+def _poles_to(q: Floats) -> Floats:
+    """Inverse of `_poles_from`: real zeros in pairs, the odd one out first."""
+    zeros = np.roots(np.concatenate([[1.0], q]))
+    zeros = -np.abs(zeros.real) + 1j * zeros.imag
+    zeros = zeros - 1e-3 * (np.abs(zeros.real) < 1e-3)
+    pairs = [z for z in zeros if z.imag > 1e-9 * abs(z)]
+    real = sorted(-z.real for z in zeros if abs(z.imag) <= 1e-9 * abs(z))
+    out = [real.pop()] if len(real) % 2 else []
+    for z in pairs:
+        out += [-2.0 * z.real, abs(z) ** 2]
+    for a, b in zip(real[::2], real[1::2], strict=True):
+        out += [a + b, a * b]
+    return np.log(np.array(out))
+
+
+def _numerator(g: Floats, q: Floats) -> Floats:
+    """P with (P(s) Q(-s) + P(-s) Q(s))/2 = g(s) g(-s): a linear system, regular for stable Q."""
+    n = len(q)
+    full = np.concatenate([[1.0], q])
+    mirror = full * (-1.0) ** np.arange(n, -1, -1)
+    matrix = np.zeros((n, n))
+    for k in range(n):  # the numerator s^(n-1-k): even powers 2n-2, .., 0 of s^(n-1-k) Q(-s)
+        product = np.zeros(2 * n)
+        product[k : k + n + 1] = mirror
+        matrix[:, k] = product[1::2]
+    square = np.polymul(g, g * (-1.0) ** np.arange(n - 1, -1, -1))
+    return np.asarray(np.linalg.solve(matrix, square[::2]), dtype=np.float64)
+
+
+#: Relative share of the even spectrum kept off zero, so that rounding cannot spoil the certificate.
+_MARGIN = 1e-9
+
+
+def _descend(omega: Floats, target: Complexes, weight: Floats, n: int) -> tuple[Floats, Floats]:
+    """Best passive (p, q) over starts from several weightings of the Sanathanan-Koerner iteration."""
+    from scipy.optimize import least_squares
+
+    size = float(np.max(np.abs(target)))
+    goal = target / size
+
+    def split(x: Floats) -> tuple[Floats, Floats]:
+        q = _poles_from(x[:n])
+        g = x[n:]
+        return _numerator(g, q), q
+
+    def residual(x: Floats) -> Floats:
+        p, q = split(x)
+        error = weight * (_evaluate(p, q, omega) - goal)
+        return np.concatenate([error.real, error.imag])
+
+    best: tuple[float, Floats] | None = None
+    for exponent in (1.0, 0.0, 0.5, 2.0):
+        p, q = _sanathanan_koerner(omega, goal, weight**exponent, n)
+        start = np.concatenate([_poles_to(q), _spectral_factor(p, np.exp(0.0) * _poles_from(_poles_to(q)))])
+        found = least_squares(residual, start, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=4000)
+        if best is None or found.cost < best[0]:
+            best = (float(found.cost), found.x)
+    assert best is not None
+    p, q = split(best[1])
+    return p * size, q

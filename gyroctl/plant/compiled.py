@@ -1,0 +1,39 @@
+"""The two ways in which this package compiles: parts that melt into their caller, and entry points that are cached.
+
+A cache entry of numba knows only the file of its own function. An entry point therefore carries a stamp of every
+source file that is compiled into it: edit the equations, and everything that contains them is compiled anew.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+from numba import njit
+from numba.extending import register_jitable
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+# numpy's error model: a division by zero gives inf; a check would put a branch into the vectorised loop.
+# No fastmath: the same run gives the same bits alone and in the company of others.
+INLINED = {"forceinline": True, "error_model": "numpy"}
+
+
+def inlined(function: F) -> F:
+    """Leave `function` as it is for Python and let compiled callers absorb it."""
+    return cast(F, register_jitable(**INLINED)(function))
+
+
+def entry_point(function: F) -> F:
+    """Compile `function` on its first call, without the interpreter lock, and keep the machine code on disk."""
+    return cast(F, njit(cache=True, nogil=True, error_model="numpy")(function))
+
+
+def source_stamp(modules: Sequence[str]) -> str:
+    """SHA-256 over the text of the named files. An entry point refers to it as a closure variable."""
+    digest = hashlib.sha256()
+    for path in modules:
+        digest.update(Path(path).read_bytes())
+    return digest.hexdigest()

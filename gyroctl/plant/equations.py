@@ -1,0 +1,134 @@
+"""Equations of motion (22)-(25) with radiation (27)-(28): the one text.
+
+The same lines serve NumPy arrays, complex numbers (complex-step derivatives), casadi symbols and, compiled, the
+kernels. Everything else in the package that knows the dynamics calls this text.
+
+A state is a column of `rows`. Many runs may stand side by side: entry `row` of run `l` out of `L` is at
+``row * L + l`` of a flat buffer. With ``L = 1, l = 0`` that is plainly ``x[row]``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from gyroctl.plant.compiled import inlined
+from gyroctl.plant.trigonometry import cos_sin
+
+PHI1, PHI3, PSI, OMEGA, PHI1_RATE, PHI3_RATE, PSI_RATE, OMEGA_RATE, RADIATION = range(9)
+
+LEDGER = ("wave_input", "radiated", "hinge", "slip", "generator")
+"""Powers that `derivative` writes behind the state, in this order. [W]"""
+
+
+class Coefficients(NamedTuple):
+    """Constants of the equations of motion, in the paper's symbols.
+
+    `G..` is the inverse of the inertia of (psi, omega) alone; where the flywheel is rigidly geared to the ring it is
+    the inverse on the constraint, so that one text serves both devices.
+    """
+
+    N: float  # gear ratio r2/r1 [-]
+    K: float  # J3 + J4/2 [kg m^2]
+    J3: float  # [kg m^2]
+    J4: float  # [kg m^2]
+    i1: float  # 1/(J1 + Jh1) [1/(kg m^2)]
+    i3: float  # 1/(J1 + Jh3) [1/(kg m^2)]
+    Gpp: float  # [1/(kg m^2)]
+    Gpo: float  # [1/(kg m^2)]
+    Goo: float  # [1/(kg m^2)]
+    ap: float  # reaction of phi'' on psi'' [-]
+    ao: float  # reaction of phi'' on omega'' [-]
+    kappa: float  # rank-one part of the reduced inertia of (phi1, phi3) [kg m^2]
+    k1: float  # [Nm/rad]
+    k3: float  # [Nm/rad]
+    d1: float  # [Nms/rad]
+    d3: float  # [Nms/rad]
+    C2: float  # inertia about the lever, 0 where the lever term is left out [kg m^2]
+    reaction: float  # 1 where the generator reaction of (22)-(23) is kept as printed, else 0 [-]
+    p1: tuple[float, ...]  # radiation numerator of phi1, highest power first
+    q1: tuple[float, ...]  # radiation denominator of phi1 without its leading 1
+    p3: tuple[float, ...]
+    q3: tuple[float, ...]
+
+
+@inlined
+def derivative(x: Any, dx: Any, L: int, l: int, k: Coefficients, cc: Any, cg: Any, me1: Any, me3: Any) -> None:
+    """Write the rate of change of state `x` and the powers of the energy ledger into `dx`.
+
+    Parameters
+    ----------
+    x : indexable, at least 8 + n1 + n3 rows
+        State: phi1, phi3, psi, omega [rad], their rates [rad/s], radiation states.
+    dx : indexable, 5 rows more than the state
+        Rates of the state, then the powers named by `LEDGER` [W].
+    L, l : int
+        Number of runs side by side and the run meant.
+    k : Coefficients
+        Constants of the device.
+    cc, cg : scalar
+        Magnetic coupling and generator gain. [Nms]
+    me1, me3 : scalar
+        Wave excitation moments. [Nm]
+    """
+    phi1, phi3, psi = x[PHI1 * L + l], x[PHI3 * L + l], x[PSI * L + l]
+    v1, v3 = x[PHI1_RATE * L + l], x[PHI3_RATE * L + l]
+    w, W = x[PSI_RATE * L + l], x[OMEGA_RATE * L + l]
+    n1, n3 = len(k.q1), len(k.q3)
+    z1 = RADIATION
+    z3 = RADIATION + n1
+    end = z3 + n3
+
+    c, s = cos_sin(psi)
+    u1 = c * v1 - s * v3
+    u3 = s * v1 + c * v3
+    slip = W - k.N * w
+
+    # radiation: Mr = P/Q phi', controllable canonical form                                           (27)-(28)
+    mr1 = 0.0 * v1
+    for i in range(len(k.p1)):
+        mr1 = mr1 + k.p1[len(k.p1) - 1 - i] * x[(z1 + i) * L + l]
+    mr3 = 0.0 * v3
+    for i in range(len(k.p3)):
+        mr3 = mr3 + k.p3[len(k.p3) - 1 - i] * x[(z3 + i) * L + l]
+    top1 = v1
+    for i in range(n1):
+        top1 = top1 - k.q1[n1 - 1 - i] * x[(z1 + i) * L + l]
+    top3 = v3
+    for i in range(n3):
+        top3 = top3 - k.q3[n3 - 1 - i] * x[(z3 + i) * L + l]
+
+    # generalised forces, everything but the accelerations
+    K, J3, J4, N = k.K, k.J3, k.J4, k.N
+    sin2, cos2 = 2.0 * s * c, c * c - s * s
+    spin = 2.0 * N * J3 * w + J4 * W
+    generator = cg * W
+    f1 = K * (sin2 * v1 + cos2 * v3) * w + s * spin * w + k.C2 * w * v3  # (22)
+    f1 = f1 - k.k1 * phi1 - k.d1 * v1 - mr1 + me1 + k.reaction * c * generator
+    f3 = K * (cos2 * v1 - sin2 * v3) * w + c * spin * w - k.C2 * w * v1  # (23)
+    f3 = f3 - k.k3 * phi3 - k.d3 * v3 - mr3 + me3 - k.reaction * s * generator
+    coupling = cc * slip
+    fp = N * coupling - (K * u1 + J4 * W) * u3  # (24)
+    fo = J4 * u3 * w - coupling - generator  # (25)
+
+    # the inertia couples (phi1, phi3) to (psi, omega) along e = (c, -s) only: eliminate, then a rank-one update
+    held = k.ap * fp + k.ao * fo
+    g1, g3 = (f1 - c * held) * k.i1, (f3 + s * held) * k.i3
+    share = k.kappa * (c * g1 - s * g3) / (1.0 + k.kappa * (c * c * k.i1 + s * s * k.i3))
+    a1, a3 = g1 - c * share * k.i1, g3 + s * share * k.i3
+    ae = c * a1 - s * a3
+
+    dx[PHI1 * L + l], dx[PHI3 * L + l], dx[PSI * L + l], dx[OMEGA * L + l] = v1, v3, w, W
+    dx[PHI1_RATE * L + l], dx[PHI3_RATE * L + l] = a1, a3
+    dx[PSI_RATE * L + l] = k.Gpp * fp + k.Gpo * fo - k.ap * ae
+    dx[OMEGA_RATE * L + l] = k.Gpo * fp + k.Goo * fo - k.ao * ae
+    for i in range(n1 - 1):
+        dx[(z1 + i) * L + l] = x[(z1 + i + 1) * L + l]
+    dx[(z3 - 1) * L + l] = top1
+    for i in range(n3 - 1):
+        dx[(z3 + i) * L + l] = x[(z3 + i + 1) * L + l]
+    dx[(end - 1) * L + l] = top3
+    dx[end * L + l] = me1 * v1 + me3 * v3
+    dx[(end + 1) * L + l] = mr1 * v1 + mr3 * v3
+    dx[(end + 2) * L + l] = k.d1 * v1 * v1 + k.d3 * v3 * v3
+    dx[(end + 3) * L + l] = coupling * slip
+    dx[(end + 4) * L + l] = generator * W

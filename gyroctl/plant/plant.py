@@ -1,0 +1,195 @@
+"""The plant: parameters, radiation and excitation in one immutable value with the dynamics as its methods."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.plant import equations
+from gyroctl.plant.equations import LEDGER, Coefficients
+from gyroctl.plant.parameters import Parameters
+from gyroctl.plant.radiation import Radiation
+
+
+class Excitation(Protocol):
+    """Wave excitation moments per metre of amplitude."""
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the table."""
+        ...
+
+    @property
+    def omega(self) -> NDArray[np.float64]:
+        """Tabulated frequencies. [rad/s]"""
+        ...
+
+    def __call__(self, omega: ArrayLike, heading: float = 0.0) -> NDArray[np.complex128]:
+        """Return He_1, He_3 (2, n) [Nm/m] at `omega` (n,) [rad/s] for `heading` [deg], time factor exp(+iwt)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Plant:
+    """GyroPTO with its radiation and excitation.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        Device and choices.
+    radiation : pair of Radiation
+        For phi1 and phi3.
+    excitation : Excitation
+        He_1 and He_3 over frequency and heading.
+    name : str
+        For reports.
+    """
+
+    parameters: Parameters
+    radiation: tuple[Radiation, Radiation]
+    excitation: Excitation
+    name: str = "custom"
+
+    def replace(self, **changes: Any) -> Plant:
+        """Return a plant with some choices changed.
+
+        Parameters
+        ----------
+        **changes
+            Fields of `Plant` or of `Parameters`, e.g. ``d1=1.0`` or ``lever_gyroscopic=False``.
+
+        Raises
+        ------
+        InputError
+            For an unknown field, or a value that the field refuses.
+        """
+        own = {f.name for f in dataclasses.fields(self)}
+        inner = {f.name for f in dataclasses.fields(self.parameters)}
+        for name in changes:
+            if name not in own | inner:
+                raise InputError(f"plant.{name}", changes[name], "unknown parameter",
+                                 f"Choose one of {', '.join(sorted(own | inner))}")  # fmt: skip
+        parameters = changes.get("parameters", self.parameters)
+        parameters = dataclasses.replace(parameters, **{n: v for n, v in changes.items() if n in inner})
+        outer = {n: v for n, v in changes.items() if n in own}
+        return dataclasses.replace(self, **{**outer, "parameters": parameters})
+
+    @cached_property
+    def coefficients(self) -> Coefficients:
+        """Constants of the equations of motion."""
+        return coefficients(self.parameters, self.radiation)
+
+    @cached_property
+    def labels(self) -> tuple[str, ...]:
+        """Names of the states in their order."""
+        chain = [f"z{j}_{i + 1}" for j, r in zip((1, 3), self.radiation, strict=True) for i in range(len(r.q))]
+        mechanical = ("phi1", "phi3", "psi", "omega", "phi1_rate", "phi3_rate", "psi_rate", "omega_rate")
+        return (*mechanical, *chain)
+
+    def derivative(self, x: ArrayLike, u: Any, moments: Any) -> NDArray[Any]:
+        """Rate of change of the state, (22)-(25), (28).
+
+        Parameters
+        ----------
+        x : array_like, (n,) or (n, batch)
+            State in the order of `labels`; real or complex. [rad, rad/s]
+        u : (cc, cg)
+            Magnetic coupling and generator gain, scalars or (batch,). [Nms]
+        moments : (Me1, Me3)
+            Wave excitation moments, scalars or (batch,). [Nm]
+
+        Returns
+        -------
+        array of the shape of `x`
+        """
+        return self._evaluate(x, u, moments)[: len(self.labels)]
+
+    def powers(self, x: ArrayLike, u: Any, moments: Any) -> dict[str, NDArray[Any]]:
+        """Powers of the energy ledger by name: wave_input, radiated, hinge, slip, generator. [W]"""
+        values = self._evaluate(x, u, moments)[len(self.labels) :]
+        return dict(zip(LEDGER, values, strict=True))
+
+    def power(self, x: ArrayLike, u: Any) -> Any:
+        """Electrical power cg omega'^2 [W]; the paper's text prints cg omega', its figures show the square."""
+        return u[1] * np.asarray(x)[equations.OMEGA_RATE] ** 2
+
+    def stored_energy(self, x: ArrayLike) -> Any:
+        """Kinetic energy and the energy of the two springs [J]; the radiation states are in the ledger's `radiated`."""
+        return stored_energy(self.coefficients, np.asarray(x))
+
+    def casadi(self) -> Any:
+        """Return the casadi function (x, u, moments) -> (derivative, powers), built from the same text."""
+        from gyroctl.plant.symbolic import casadi_function
+
+        return casadi_function(self)
+
+    def jacobians(self, x: ArrayLike, u: Any, moments: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Exact Jacobians of `derivative` by complex step.
+
+        Returns
+        -------
+        A : (n, n) array
+            With respect to the state.
+        B : (n, 4) array
+            With respect to cc, cg, Me1, Me3.
+        """
+        point = np.array([*np.asarray(x, float), *u, *moments], complex)
+        n, step = len(self.labels), 1e-30
+        batch = np.repeat(point[:, None], point.size, axis=1)
+        batch[np.diag_indices(point.size)] += 1j * step
+        slope = self.derivative(batch[:n], batch[n : n + 2], batch[n + 2 :]).imag / step
+        return slope[:, :n], slope[:, n:]
+
+    def _evaluate(self, x: ArrayLike, u: Any, moments: Any) -> NDArray[Any]:
+        state = np.asarray(x)
+        if state.ndim not in (1, 2) or state.shape[0] != len(self.labels):
+            raise InputError("x", state.shape, f"the state has {len(self.labels)} rows",
+                             "Give an array of shape (n,) or (n, batch) in the order of plant.labels")  # fmt: skip
+        kind = np.result_type(state, *map(np.asarray, u), *map(np.asarray, moments), float)
+        dx = np.empty((state.shape[0] + len(LEDGER), *state.shape[1:]), kind)
+        equations.derivative(state, dx, 1, 0, self.coefficients, u[0], u[1], moments[0], moments[1])
+        return dx
+
+
+def coefficients(parameters: Parameters, radiation: tuple[Radiation, Radiation]) -> Coefficients:
+    """Derive the constants of the equations from the device."""
+    p = parameters
+    N, K, J2, J3, J4 = p.N, p.K, p.J2, p.J3, p.J4
+    if p.connection == "magnetic":
+        G = np.diag([1.0 / J2, 1.0 / J4])
+    else:  # omega' = N psi': the inverse inertia on the constraint
+        along = np.array([1.0, N])
+        G = np.outer(along, along) / (J2 + N**2 * J4)
+    column = np.array([2.0 * N * J3, J4])  # inertia between (psi, omega) and the direction (cos psi, -sin psi)
+    reaction = G @ column
+    return Coefficients(
+        N=N, K=K, J3=J3, J4=J4, i1=1.0 / (p.J1 + p.Jh1), i3=1.0 / (p.J1 + p.Jh3),
+        Gpp=float(G[0, 0]), Gpo=float(G[0, 1]), Goo=float(G[1, 1]), ap=float(reaction[0]), ao=float(reaction[1]),
+        kappa=float(K - column @ reaction), k1=float(p.k1), k3=float(p.k3), d1=float(p.d1), d3=float(p.d3),
+        C2=p.lever_inertia if p.lever_gyroscopic else 0.0, reaction=1.0 if p.generator_reaction else 0.0,
+        p1=radiation[0].p, q1=radiation[0].q, p3=radiation[1].p, q3=radiation[1].q,
+    )  # fmt: skip
+
+
+def stored_energy(k: Coefficients, x: NDArray[Any]) -> Any:
+    """Kinetic and spring energy [J] of the state `x` (n,) or (n, batch), from the same constants as the equations."""
+    phi1, phi3, psi = x[equations.PHI1], x[equations.PHI3], x[equations.PSI]
+    v1, v3 = x[equations.PHI1_RATE], x[equations.PHI3_RATE]
+    w, W = x[equations.PSI_RATE], x[equations.OMEGA_RATE]
+    u1 = np.cos(psi) * v1 - np.sin(psi) * v3
+    J2 = ring_inertia(k)
+    kinetic = v1**2 / k.i1 + v3**2 / k.i3 + k.K * u1**2 + J2 * w**2 + k.J4 * W**2
+    return 0.5 * (kinetic + k.k1 * phi1**2 + k.k3 * phi3**2) + (2.0 * k.N * k.J3 * w + k.J4 * W) * u1
+
+
+def ring_inertia(k: Coefficients) -> float:
+    """J2 of (16), from the inverse inertia. [kg m^2]"""
+    if k.Gpo == 0.0:
+        return 1.0 / k.Gpp
+    return 1.0 / k.Gpp - k.N**2 * k.J4

@@ -1,0 +1,377 @@
+"""Figures of the ensemble: one function a figure, each from the dataset and its evaluation to a plotly figure."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gyroctl.reports import layout
+from gyroctl.reports.evaluation import Evaluation, LawResult
+from gyroctl.reports.labels import Box, Side, place
+from gyroctl.reports.statistics import NOT_DISTINGUISHABLE, Estimate
+from gyroctl.reports.theme import FLOWS, LOCK_SCALE, REFERENCE_GREY, WARNING, law_styles, template
+from gyroctl.reports.verdict import judge
+from gyroctl.reports.wording import interval, number, signed
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+    import xarray as xr
+
+MOST_PAIRS = 15
+MOST_LINES = 64
+
+
+def pareto(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
+    """Mean power [W] against power CV [1], colour the probability of lock, bars the 95 % intervals; best is top left."""
+    import plotly.graph_objects as go
+
+    laws = plottable(evaluation)
+    right, top = pareto_range(laws)
+    styles = law_styles(layout.names(ds), evaluation.reference)
+    figure = go.Figure()
+    front = _front(laws)
+    if len(front) > 1:
+        figure.add_scatter(
+            x=[law.power_cv.value for law in front],
+            y=[law.power.value for law in front],
+            mode="lines",
+            line={"color": REFERENCE_GREY, "width": 1.2, "dash": "dot"},
+            name="front",
+            hoverinfo="skip",
+        )
+    for law, side in zip(laws, pareto_labels(laws, right, top), strict=True):
+        figure.add_scatter(
+            x=[law.power_cv.value],
+            y=[law.power.value],
+            error_x=_bars([law.power_cv]),
+            error_y=_bars([law.power]),
+            mode="markers+text",
+            marker={
+                "size": 15,
+                "symbol": styles[law.name].symbol.replace("-open", ""),
+                "color": [law.lock.value],
+                "coloraxis": "coloraxis",
+                "line": {"color": "#FFFFFF", "width": 1.5},
+            },
+            text=[f"<b>{law.name}</b>" if law.name != evaluation.reference else law.name],
+            textposition=side.plotly,
+            name=law.name,
+            cliponaxis=False,
+            hovertemplate=f"<b>{law.name}</b> ({law.information})<br>power %{{y:.3g}} W ({interval(law.power)})<br>CV %{{x:.3g}}"
+            f" ({interval(law.power_cv)})<br>lock {law.locked}/{law.runs} ({interval(law.lock, 2)})<extra></extra>",
+        )
+    figure.update_layout(
+        showlegend=False,
+        coloraxis={
+            "cmin": 0,
+            "cmax": 1,
+            "colorscale": LOCK_SCALE,
+            "colorbar": {"title": {"text": "P(lock) [1]", "side": "right", "font": {"size": 13}}, "thickness": 12, "outlinewidth": 0, "len": 0.9},
+        },
+        margin_t=20,
+    )
+    figure.update_xaxes(title_text="Coefficient of variation of power [1]  (← smoother)", range=[0, right])
+    figure.update_yaxes(title_text="Mean power [W]", range=[0, top])
+    return _finished(figure, 460)
+
+
+def power_per_realisation(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
+    """Mean power [W] of every run, lines joining the same realisation; runs that lost lock are open and red."""
+    import plotly.graph_objects as go
+
+    laws, styles = evaluation.by_power, law_styles(layout.names(ds), evaluation.reference)
+    ranked = ds.sel(law=[law.name for law in laws])
+    power = ranked["mean_power"].transpose("law", "realisation").values.astype(float)
+    locked = ranked["locked"].transpose("law", "realisation").values.astype(bool)
+    seeds = [str(seed) for seed in evaluation.seeds]
+    figure = go.Figure()
+    shift = _spread(len(seeds))
+    for column in range(min(len(seeds), MOST_LINES)):
+        figure.add_scatter(
+            x=np.arange(len(laws)) + shift[column],
+            y=power[:, column],
+            mode="lines",
+            line={"color": REFERENCE_GREY, "width": 0.7},
+            opacity=0.35,
+            hoverinfo="skip",
+            showlegend=False,
+        )
+    for index, law in enumerate(laws):
+        held = locked[index]
+        for chosen, kind in ((held, "held lock"), (~held, "lost lock")):
+            if not chosen.any():
+                continue
+            colour = styles[law.name].colour if kind == "held lock" else WARNING
+            figure.add_scatter(
+                x=index + shift[chosen],
+                y=power[index, chosen],
+                mode="markers",
+                marker={"size": 8, "color": colour, "symbol": "circle" if kind == "held lock" else "x-thin-open", "line": {"width": 2}}
+                if kind == "lost lock"
+                else {"size": 8, "color": colour, "opacity": 0.85},
+                customdata=[seeds[k] for k in np.flatnonzero(chosen)],
+                hovertemplate=f"{law.name}, seed %{{customdata}}<br>%{{y:.3g}} W, {kind}<extra></extra>",
+                showlegend=False,
+            )
+        figure.add_scatter(
+            x=[index + 0.36],
+            y=[law.power.value],
+            error_y=_bars([law.power]),
+            mode="markers",
+            marker={"size": 13, "symbol": "line-ew-open", "color": REFERENCE_GREY, "line": {"width": 2.5}},
+            hovertemplate=f"{law.name}: mean %{{y:.3g}} W ({interval(law.power)})<extra></extra>",
+            showlegend=False,
+        )
+    if not locked.all():
+        figure.add_scatter(
+            x=[None], y=[None], mode="markers", name="lost lock", marker={"size": 8, "symbol": "x-thin-open", "color": WARNING, "line": {"width": 2}}
+        )
+    figure.add_scatter(
+        x=[None],
+        y=[None],
+        mode="markers",
+        name="mean and 95 % interval",
+        marker={"size": 13, "symbol": "line-ew-open", "color": REFERENCE_GREY, "line": {"width": 2.5}},
+    )
+    figure.update_layout(showlegend=True, margin_b=36)
+    figure.update_xaxes(
+        tickvals=list(range(len(laws))), ticktext=[law.name for law in laws], showgrid=False, range=[-0.5, len(laws) - 0.4], zeroline=False
+    )
+    figure.update_yaxes(title_text="Mean power of a run [W]", rangemode="tozero")
+    return _finished(figure, 440)
+
+
+def survival(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
+    """Kaplan-Meier probability that lock still holds [1] over time [s], with its pointwise 95 % band where it stays legible."""
+    import plotly.graph_objects as go
+
+    styles = law_styles(layout.names(ds), evaluation.reference)
+    figure = go.Figure()
+    banded = _banded(evaluation)
+    for law in evaluation.by_power:
+        curve, style = law.survival, styles[law.name]
+        known = np.isfinite(curve.low) & np.isfinite(curve.high)
+        if known.any() and law.name in banded:
+            x, high = _stairs(curve.time[known], curve.high[known])
+            _, low = _stairs(curve.time[known], curve.low[known])
+            figure.add_scatter(
+                x=np.concatenate([x, x[::-1]]),
+                y=np.concatenate([high, low[::-1]]),
+                fill="toself",
+                fillcolor=_faded(style.colour, 0.12),
+                line={"width": 0},
+                mode="lines",
+                hoverinfo="skip",
+                legendgroup=law.name,
+                showlegend=False,
+            )
+        figure.add_scatter(
+            x=curve.time,
+            y=curve.probability,
+            mode="lines",
+            line={"shape": "hv", "width": 2.4, "color": style.colour, "dash": style.dash},
+            name=f"{law.name}  {law.locked}/{law.runs}",
+            legendgroup=law.name,
+            hovertemplate=f"{law.name}<br>after %{{x:.0f}} s: %{{y:.2f}}<extra></extra>",
+        )
+    figure.update_xaxes(title_text="Time [s]", range=[0, evaluation.duration])
+    figure.update_yaxes(title_text="P(lock still holds) [1]", range=[-0.02, 1.04])
+    return _finished(figure, 400)
+
+
+def motion(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
+    """98 % quantile of |phi1| and |phi3| [rad] of every run against the motion limit."""
+    from plotly.subplots import make_subplots
+
+    laws, styles = evaluation.by_power, law_styles(layout.names(ds), evaluation.reference)
+    ranked = ds.sel(law=[law.name for law in laws])
+    figure = make_subplots(rows=1, cols=2, shared_yaxes=True, horizontal_spacing=0.04)
+    for column, variable in enumerate(("phi1_p98", "phi3_p98"), start=1):
+        values = ranked[variable].transpose("law", "realisation").values.astype(float)
+        for index, law in enumerate(laws):
+            over = values[index] > evaluation.motion_limit
+            figure.add_scatter(
+                x=values[index],
+                y=index + _spread(values.shape[1]),
+                mode="markers",
+                marker={
+                    "size": 7,
+                    "opacity": 0.8,
+                    "color": [WARNING if flag else styles[law.name].colour for flag in over],
+                    "symbol": ["x" if flag else "circle" for flag in over],
+                },
+                customdata=[str(seed) for seed in evaluation.seeds],
+                hovertemplate=f"{law.name}, seed %{{customdata}}<br>%{{x:.3f}} rad<extra></extra>",
+                showlegend=False,
+                row=1,
+                col=column,
+            )
+        figure.add_vline(
+            x=evaluation.motion_limit,
+            line={"color": WARNING, "width": 1.5, "dash": "dash"},
+            row=1,
+            col=column,
+        )
+        figure.add_annotation(
+            x=evaluation.motion_limit,
+            y=1.0,
+            yref="y domain" if column == 1 else "y2 domain",
+            xref=f"x{'' if column == 1 else column}",
+            text=f"limit {evaluation.motion_limit:g}",
+            showarrow=False,
+            yanchor="bottom",
+            font={"color": WARNING, "size": 12},
+        )
+        widest = max(float(np.nanmax(values, initial=0.0)), evaluation.motion_limit)
+        title = f"{'|φ<sub>1</sub>|, horizontal' if column == 1 else '|φ<sub>3</sub>|, vertical'}: 98 % quantile [rad]"
+        figure.update_xaxes(title_text=title, range=[0, 1.08 * widest], row=1, col=column)
+    figure.update_yaxes(
+        tickvals=list(range(len(laws))), ticktext=[law.name for law in laws], range=[len(laws) - 0.5, -0.5], showgrid=False, zeroline=False
+    )
+    return _finished(figure, 130 + 52 * len(laws))
+
+
+def paired_forest(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
+    """Paired differences in mean power [W] with 95 % intervals; grey where the two laws are not distinguishable."""
+    import plotly.graph_objects as go
+
+    pairs = [d for d in evaluation.power_differences if math.isfinite(d.estimate.value)]
+    if len(pairs) > MOST_PAIRS:
+        centre = evaluation.reference or evaluation.by_power[0].name
+        pairs = [d for d in pairs if centre in (d.first, d.second)]
+    figure = go.Figure()
+    for same, name, colour, symbol in ((False, "distinguishable", "#0072B2", "square"), (True, "not distinguishable, or no interval", REFERENCE_GREY, "square-open")):
+        rows = [k for k, d in enumerate(pairs) if (d.words not in ("more", "less")) is same]
+        if not rows:
+            continue
+        figure.add_scatter(
+            x=[pairs[k].estimate.value for k in rows],
+            y=rows,
+            error_x=_bars([pairs[k].estimate for k in rows], colour=colour, width=1.8),
+            mode="markers",
+            marker={"size": 10, "color": colour, "symbol": symbol, "line": {"width": 2, "color": colour}},
+            name=name,
+            customdata=[[interval(pairs[k].estimate) or pairs[k].estimate.note, number(pairs[k].p_holm, 2)] for k in rows],
+            hovertemplate="%{x:.3g} W (%{customdata[0]})<br>Holm-corrected p = %{customdata[1]}<extra></extra>",
+        )
+    figure.add_vline(x=0, line={"color": REFERENCE_GREY, "width": 1.2})
+    figure.update_layout(showlegend=True)
+    figure.update_xaxes(title_text="Paired difference in mean power [W]", zeroline=False)
+    figure.update_yaxes(
+        tickvals=list(range(len(pairs))),
+        ticktext=[f"{d.first} − {d.second}" for d in pairs],  # noqa: RUF001 - a true minus sign
+        range=[len(pairs) - 0.5, -0.5],
+        showgrid=False,
+        zeroline=False,
+    )
+    for k, pair in enumerate(pairs):
+        words = NOT_DISTINGUISHABLE if pair.words == NOT_DISTINGUISHABLE else f"{signed(pair.estimate.value)} W"
+        figure.add_annotation(x=1.01, xref="paper", y=k, text=words, showarrow=False, xanchor="left", font={"size": 12})
+    figure.update_layout(margin_r=140)
+    return _finished(figure, 130 + 32 * len(pairs))
+
+
+def energy(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
+    """Where the energy of the waves goes: mean power flows [W] stacked per law, wave input marked."""
+    import plotly.graph_objects as go
+
+    laws = evaluation.by_power
+    flows = {
+        "generator": [law.power.value for law in laws],
+        "slip": [law.slip_loss_w for law in laws],
+        "hinge": [law.hinge_w for law in laws],
+        "radiated": [law.radiated_w for law in laws],
+        "stored": [law.stored_w for law in laws],
+    }
+    rows = list(range(len(laws)))
+    figure = go.Figure()
+    for name, watts in flows.items():
+        figure.add_bar(
+            x=watts, y=rows, orientation="h", name=name, width=0.56, marker={"color": FLOWS[name], "line": {"width": 0}},
+            hovertemplate=f"{name} %{{x:.3g}} W<extra></extra>",
+        )  # fmt: skip
+    figure.add_scatter(
+        x=[law.wave_input_w for law in laws],
+        y=rows,
+        mode="markers",
+        name="wave input",
+        marker={"symbol": "line-ns-open", "size": 30, "color": REFERENCE_GREY, "line": {"width": 2.5}},
+        hovertemplate="wave input %{x:.3g} W<extra></extra>",
+    )
+    figure.update_layout(barmode="relative", legend_traceorder="normal")
+    figure.update_xaxes(title_text="Mean power [W]")
+    figure.update_yaxes(
+        tickvals=rows, ticktext=[law.name for law in laws], range=[len(laws) - 0.5, -0.5], showgrid=False, zeroline=False
+    )
+    return _finished(figure, 130 + 46 * len(laws))
+
+
+def plottable(evaluation: Evaluation) -> list[LawResult]:
+    """Laws with a finite mean power and power CV, most power first."""
+    return [law for law in evaluation.by_power if math.isfinite(law.power.value) and math.isfinite(law.power_cv.value)]
+
+
+def pareto_range(laws: Sequence[LawResult]) -> tuple[float, float]:
+    """Ends of the CV axis [1] and of the power axis [W], with room for names."""
+    right = max((e.high if math.isfinite(e.high) else e.value for e in (law.power_cv for law in laws)), default=1.0)
+    top = max((e.high if math.isfinite(e.high) else e.value for e in (law.power for law in laws)), default=1.0)
+    return 1.1 * max(right, 1e-9), 1.14 * max(top, 1e-9)
+
+
+def pareto_labels(laws: Sequence[LawResult], right: float, top: float) -> list[Side]:
+    """Side on which to write the name of each law in the Pareto plot."""
+    points = [(law.power_cv.value / right, law.power.value / top) for law in laws]
+    bars = []
+    for (x, y), law in zip(points, laws, strict=True):
+        cv, power = law.power_cv, law.power
+        if math.isfinite(cv.high):
+            bars.append(Box(cv.low / right, cv.high / right, y - 0.008, y + 0.008))
+        if math.isfinite(power.high):
+            bars.append(Box(x - 0.004, x + 0.004, power.low / top, power.high / top))
+    return place(points, [law.name for law in laws], bars)
+
+
+def _banded(evaluation: Evaluation) -> set[str]:
+    """Laws whose survival band is drawn: with more than three laws only the reference and the strongest, or nothing is legible."""
+    if len(evaluation.laws) <= 3:
+        return {law.name for law in evaluation.laws}
+    winner = judge(evaluation).winner or evaluation.by_power[0].name
+    return {winner, evaluation.reference or winner}
+
+
+def _front(laws: Sequence[LawResult]) -> list[LawResult]:
+    """Laws that no other law beats in both power and smoothness, smoothest first."""
+    front = [
+        law
+        for law in laws
+        if not any(o.power.value >= law.power.value and o.power_cv.value <= law.power_cv.value and o is not law for o in laws)
+    ]
+    return sorted(front, key=lambda law: law.power_cv.value)
+
+
+def _bars(estimates: Sequence[Estimate], colour: str = REFERENCE_GREY, width: float = 1.3) -> dict[str, object]:
+    """Error bars; none where an interval is missing."""
+    up = [e.high - e.value if math.isfinite(e.high) else 0.0 for e in estimates]
+    down = [e.value - e.low if math.isfinite(e.low) else 0.0 for e in estimates]
+    return {"type": "data", "symmetric": False, "array": up, "arrayminus": down, "color": colour, "thickness": width, "width": 4}
+
+
+def _spread(count: int) -> np.ndarray:
+    """Sideways shifts that part equal values: a low-discrepancy sequence, so that the picture never changes."""
+    return 0.36 * ((np.arange(count) * 0.6180339887498949) % 1.0 - 0.5) if count > 1 else np.zeros(1)
+
+
+def _stairs(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return np.repeat(time, 2)[1:], np.repeat(values, 2)[:-1]
+
+
+def _faded(colour: str, alpha: float) -> str:
+    red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{alpha})"
+
+
+def _finished(figure: go.Figure, height: int) -> go.Figure:
+    return figure.update_layout(template=template(), height=height)

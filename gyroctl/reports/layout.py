@@ -1,0 +1,147 @@
+"""The layout of a comparison file (results.nc): what a report needs, and one place that reads and checks it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gyroctl.errors import InputError
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+REFERENCE = "best_constant"
+"""Name of the law that the others are measured against."""
+
+MOTION_LIMIT = 0.35
+"""Default limit of the 98 % motion, for either rotation. [rad]"""
+
+REQUIRED = (
+    "mean_power",
+    "power_cv",
+    "p98_over_mean",
+    "locked",
+    "loss_time",
+    "cycle_slips",
+    "phi1_p98",
+    "phi3_p98",
+    "wave_input_w",
+    "radiated_w",
+    "hinge_w",
+    "slip_loss_w",
+    "stored_w",
+    "ledger_residual",
+)
+"""Variables over (law, realisation) without which there is no report."""
+
+OPTIONAL = (
+    "power_cv_1s",
+    "capture_width_ratio",
+    "saturations",
+    "step_ms_median",
+    "step_ms_p99",
+    "deadline_misses",
+    "fallbacks",
+    "outside_model",
+)
+"""Variables over (law, realisation) shown where present."""
+
+EXAMPLES = ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")
+"""Time series over (law, time) of one realisation, each stored as ``example_<name>``."""
+
+COORDINATES = ("law", "realisation", "sha256", "information")
+ATTRIBUTES = ("experiment", "gyroctl_version", "created", "tuning_seeds")
+
+
+def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
+    """Read a comparison and check that it has the layout a report needs.
+
+    Parameters
+    ----------
+    source : xarray.Dataset, str or Path
+        The dataset itself, its NetCDF file, or the directory that ``gyroctl compare`` wrote it to.
+
+    Returns
+    -------
+    xarray.Dataset
+        In memory; the file is closed again.
+
+    Raises
+    ------
+    InputError
+        No such file, not a NetCDF file, or a NetCDF file of another layout (the message lists what is missing).
+    """
+    import xarray as xr
+
+    if isinstance(source, xr.Dataset):
+        return check_layout(source, "dataset in memory")
+    path = Path(source)
+    path = path / "results.nc" if path.is_dir() else path
+    if not path.is_file():
+        raise InputError("results", str(path), "there is no such file", "Give the directory that gyroctl compare wrote, or its results.nc")
+    try:
+        ds = xr.load_dataset(path, engine="h5netcdf")
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(
+            "results", str(path), f"this is not a readable NetCDF-4 file ({error})", "Give the results.nc that gyroctl compare wrote"
+        ) from error
+    return check_layout(ds, str(path))
+
+
+def check_layout(ds: xr.Dataset, name: str) -> xr.Dataset:
+    """Return `ds` unchanged if it is a comparison, else raise an InputError that lists all that is missing."""
+    missing = [f"dimension {dim}" for dim in ("law", "realisation") if dim not in ds.dims]
+    missing += [f"coordinate {coord}" for coord in COORDINATES if coord not in ds.variables]
+    missing += [f"variable {variable}" for variable in REQUIRED if variable not in ds.variables]
+    missing += [
+        f"dimensions (law, realisation) of {variable}"
+        for variable in (*REQUIRED, *OPTIONAL)
+        if variable in ds.variables and set(ds[variable].dims) != {"law", "realisation"}
+    ]
+    missing += [f"attribute {attribute}" for attribute in ATTRIBUTES if attribute not in ds.attrs]
+    if not duration(ds) > 0.0:
+        missing.append("attribute duration (or run.duration in the experiment, or the coordinate time)")
+    mend = "Give the results.nc that gyroctl compare wrote"
+    if missing:
+        raise InputError("results", name, f"this is no comparison of laws; missing: {', '.join(missing)}", mend)
+    if ds.sizes["law"] == 0 or ds.sizes["realisation"] == 0:
+        raise InputError("results", name, "the comparison holds no run", mend)
+    return ds
+
+
+def read_json(ds: xr.Dataset, attribute: str, default: Any) -> Any:
+    """Value of a JSON attribute; `default` where it is absent or not JSON (a file written by another program stays readable)."""
+    try:
+        return json.loads(ds.attrs[attribute])
+    except (KeyError, TypeError, ValueError):
+        return default
+
+
+def experiment(ds: xr.Dataset) -> dict[str, Any]:
+    """The experiment as a dictionary; empty where the attribute holds none."""
+    value = read_json(ds, "experiment", {})
+    return value if isinstance(value, dict) else {}
+
+
+def duration(ds: xr.Dataset) -> float:
+    """Duration of every run: attribute ``duration``, else the experiment's ``run.duration``, else the end of the examples. [s]"""
+    if "duration" in ds.attrs:
+        return float(ds.attrs["duration"])
+    run = experiment(ds).get("run")
+    if isinstance(run, dict) and "duration" in run:
+        return float(run["duration"])
+    if "time" in ds.variables and ds["time"].size:
+        return float(ds["time"].values[-1])
+    return float("nan")
+
+
+def names(ds: xr.Dataset) -> list[str]:
+    """Names of the laws in the order of the file."""
+    return [str(name) for name in ds["law"].values]
+
+
+def has_examples(ds: xr.Dataset) -> bool:
+    """Whether the file holds the time series of the example realisation."""
+    wanted = (*(f"example_{name}" for name in EXAMPLES), "example_elevation", "time")
+    return all(name in ds.variables for name in wanted)

@@ -1,0 +1,128 @@
+"""summary.json: the numbers of a comparison for other programs."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from gyroctl.reports import layout
+from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
+from gyroctl.reports.statistics import Estimate
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str, Any]:
+    """Summary of a comparison, safe for JSON: what is not a finite number is None.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Comparison in the layout of results.nc.
+    evaluation : Evaluation, optional
+        Its statistics, where they have been worked out already.
+
+    Returns
+    -------
+    dict
+        Keys ``experiment``, ``realisations``, ``laws``, and beside the contract ``tuning_seeds``, ``duration_s``,
+        ``motion_limit_rad``, ``power_differences``, ``created``, ``gyroctl_version``. Units are in the names: ``_w`` [W], ``_s`` [s],
+        ``_ms`` [ms]; motion [rad]; cycle slips per 1000 waves; ratios, CV and probabilities [1]. Intervals are at 95 %.
+
+    Raises
+    ------
+    InputError
+        The dataset has another layout.
+    """
+    ds = layout.open_results(ds)
+    found = evaluate(ds) if evaluation is None else evaluation
+    experiment = layout.read_json(ds, "experiment", None)
+    return _plain(
+        {
+            "experiment": experiment if isinstance(experiment, dict) else {"text": str(ds.attrs["experiment"])},
+            "realisations": [
+                {"seed": seed, "sha256": str(digest)} for seed, digest in zip(found.seeds, ds["sha256"].values, strict=True)
+            ],
+            "laws": {law.name: _law(law) for law in found.laws},
+            "power_differences": [
+                {
+                    "first": d.first,
+                    "second": d.second,
+                    "difference_w": d.estimate.value,
+                    "ci95": _interval(d.estimate),
+                    "p_value": d.p_value,
+                    "p_holm": d.p_holm,
+                    "verdict": d.words,
+                }
+                for d in found.power_differences
+            ],
+            "tuning_seeds": list(found.tuning_seeds),
+            "duration_s": found.duration,
+            "motion_limit_rad": found.motion_limit,
+            "created": str(ds.attrs["created"]),
+            "gyroctl_version": str(ds.attrs["gyroctl_version"]),
+        }
+    )
+
+
+def _law(law: LawResult) -> dict[str, Any]:
+    return {
+        "information": law.information,
+        "mean_power_w": law.power.value,
+        "mean_power_ci95": _interval(law.power),
+        "mean_power_locked_w": law.power_locked,
+        "power_cv": law.power_cv.value,
+        "power_cv_ci95": _interval(law.power_cv),
+        "p98_over_mean": law.p98_over_mean,
+        "locked": law.locked,
+        "runs": law.runs,
+        "lock_probability_ci95": _interval(law.lock),
+        "mttl_s": law.mttl.value,
+        "mttl_ci95": _interval(law.mttl),
+        "cycle_slips": law.cycle_slips,
+        "phi1_p98": law.phi1_p98,
+        "phi3_p98": law.phi3_p98,
+        "phi1_p98_worst": law.phi1_worst,
+        "phi3_p98_worst": law.phi3_worst,
+        "runs_over_motion_limit": law.over_limit,
+        "runs_outside_model": law.outside_model,
+        "wave_input_w": law.wave_input_w,
+        "radiated_w": law.radiated_w,
+        "hinge_w": law.hinge_w,
+        "slip_loss_w": law.slip_loss_w,
+        "stored_w": law.stored_w,
+        "ledger_residual": law.ledger_residual,
+        "capture_width_ratio": law.capture_width_ratio,
+        "step_ms_median": law.step_ms_median,
+        "step_ms_p99": law.step_ms_p99,
+        "deadline_misses": law.deadline_misses,
+        "fallbacks": law.fallbacks,
+        "ratio_to_best_constant": law.ratio.value,
+        "ratio_ci95": _interval(law.ratio),
+        "notes": {
+            key: estimate.note
+            for key, estimate in (
+                ("mean_power_ci95", law.power),
+                ("power_cv_ci95", law.power_cv),
+                ("mttl_ci95", law.mttl),
+                ("ratio_ci95", law.ratio),
+            )
+            if estimate.note
+        },
+    }
+
+
+def _interval(estimate: Estimate) -> list[float]:
+    return [estimate.low, estimate.high]
+
+
+def _plain(value: Any) -> Any:
+    """Same value without NaN, infinity or NumPy scalars: JSON knows none of them."""
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return value

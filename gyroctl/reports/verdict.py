@@ -1,0 +1,161 @@
+"""The comparison in plain sentences, written from its numbers: who wins, by how much, and what to beware of."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from gyroctl.reports.evaluation import Evaluation, LawResult
+from gyroctl.reports.statistics import FEWEST, NOT_DISTINGUISHABLE, Estimate
+from gyroctl.reports.wording import interval, listed, number, plain, seed_ranges
+
+
+class Verdict(NamedTuple):
+    """The winner's name (None when no law qualifies), the sentences of the verdict and the caveats."""
+
+    winner: str | None
+    sentences: tuple[str, ...]
+    caveats: tuple[str, ...]
+
+
+def judge(evaluation: Evaluation) -> Verdict:
+    """Name the law with most power among those that may be used, keep lock and stay within the motion limit.
+
+    A law qualifies when it does without an oracle, held lock in at least one run and in at least as many runs as the reference
+    (without a reference: as many as any causal law), and keeps its mean 98 % motion within the limit. Laws that give more power but do not
+    qualify are named with the reason.
+
+    Parameters
+    ----------
+    evaluation : Evaluation
+        Statistics of the comparison.
+
+    Returns
+    -------
+    Verdict
+        Sentences ready to print.
+    """
+    reasons = {law.name: _reasons(law, evaluation) for law in evaluation.laws}
+    fit = [law for law in evaluation.by_power if not reasons[law.name]]
+    winner = fit[0] if fit else None
+    sentences = [_opening(evaluation, winner)]
+    if winner is not None:
+        sentences += [_lock(winner, evaluation), *_runner_up(winner, fit[1:], evaluation)]
+    sentences += _excluded(winner, reasons, evaluation)
+    sentences += _smoothest(winner, fit)
+    return Verdict(winner.name if winner else None, tuple(sentences), tuple(_caveats(evaluation)))
+
+
+def _reasons(law: LawResult, evaluation: Evaluation) -> list[str]:
+    causal = [other.locked for other in evaluation.laws if other.information != "oracle"]
+    needed = evaluation.law(evaluation.reference).locked if evaluation.reference else max(causal, default=0)
+    reasons = []
+    if law.information == "oracle":
+        reasons.append("knows the future waves (oracle)")
+    if law.locked == 0:
+        reasons.append(f"lost lock in every run ({law.runs})")
+    elif law.locked < needed:
+        against = f"{evaluation.reference}: {needed}" if evaluation.reference else f"best: {needed}"
+        reasons.append(f"held lock in {law.locked} of {law.runs} runs only ({against})")
+    for name, value in (("phi1", law.phi1_p98), ("phi3", law.phi3_p98)):
+        if value > evaluation.motion_limit:
+            reasons.append(f"moves too far (98 % of |{name}| {number(value)} rad, limit {plain(evaluation.motion_limit)} rad)")
+    return reasons
+
+
+def _opening(evaluation: Evaluation, winner: LawResult | None) -> str:
+    count = len(evaluation.seeds)
+    same = "realisations, identical for all laws," if count > 1 else "realisation"
+    base = f"On {count} {same} of {plain(evaluation.duration)} s"
+    if winner is None:
+        return f"{base}, no law without an oracle keeps lock as often as it should and stays within the motion limit: there is no winner."
+    if len(evaluation.laws) == 1:
+        return f"{base}, {winner.name} gives {_power(winner.power)}."
+    keeps = f"keep lock at least as often as {evaluation.reference}" if evaluation.reference else "keep lock most often"
+    text = f"{base}, {winner.name} gives the most power among the laws that {keeps} and stay within the motion limit: {_power(winner.power)}"
+    if evaluation.reference is None:
+        return f"{text}."
+    if winner.name == evaluation.reference:
+        return f"{text}. No law beats the best constant pair within these limits."
+    return f"{text}, {number(winner.ratio.value)} times {evaluation.reference}{_bracket(winner.ratio)}."
+
+
+def _lock(winner: LawResult, evaluation: Evaluation) -> str:
+    text = f"It held lock in {winner.locked} of {winner.runs} runs (95 % interval of the probability {interval(winner.lock, 2)})"
+    if evaluation.reference and winner.name != evaluation.reference:
+        reference = evaluation.law(evaluation.reference)
+        text += f", {reference.name} in {reference.locked} of {reference.runs}"
+    return f"{text}; its power varies with a CV of {number(winner.power_cv.value, 2)}."
+
+
+def _runner_up(winner: LawResult, others: list[LawResult], evaluation: Evaluation) -> list[str]:
+    if not others:
+        return []
+    difference = evaluation.difference(winner.name, others[0].name)
+    lead = f"{number(difference.estimate.value)} W{_bracket(difference.estimate, 'W')} over the next, {others[0].name}"
+    if difference.words == NOT_DISTINGUISHABLE:
+        return [f"Its lead of {lead}, is {NOT_DISTINGUISHABLE} from chance."]
+    if difference.words == "more":
+        return [f"Its lead of {lead}, is distinguishable (Holm-corrected p {_p(difference.p_holm)})."]
+    return [f"Its lead is {lead}; {difference.words}."]
+
+
+def _excluded(winner: LawResult | None, reasons: dict[str, list[str]], evaluation: Evaluation) -> list[str]:
+    floor = winner.power.value if winner else float("-inf")
+    stronger = [law for law in evaluation.by_power if reasons[law.name] and law.power.value > floor]
+    lead = "gives more power" if winner else "gives"
+    return [
+        f"{law.name} {lead}{',' if winner else ''} {number(law.power.value)} W, but {listed(reasons[law.name])}." for law in stronger
+    ]
+
+
+def _smoothest(winner: LawResult | None, fit: list[LawResult]) -> list[str]:
+    finite = [law for law in fit if law.power_cv.value == law.power_cv.value]
+    if winner is None or len(finite) < 2:
+        return []
+    smoothest = min(finite, key=lambda law: law.power_cv.value)
+    if smoothest.name == winner.name:
+        return ["It is also the smoothest of these laws."]
+    return [f"The smoothest of these laws is {smoothest.name}, CV {number(smoothest.power_cv.value, 2)} at {number(smoothest.power.value)} W."]
+
+
+def _caveats(evaluation: Evaluation) -> list[str]:
+    caveats = []
+    if len(evaluation.seeds) < FEWEST:
+        caveats.append(f"Too few realisations for intervals (at least {FEWEST}): read this as a demonstration, not as a result.")
+    if evaluation.seed_overlap:
+        caveats.append(
+            f"Seeds {seed_ranges(evaluation.seed_overlap)} were used for tuning as well as for evaluation: the results of tuned laws are too good."
+        )
+    over = [law for law in evaluation.laws if law.over_limit]
+    if over:
+        runs = listed([f"{law.name} {law.over_limit} of {law.runs}" for law in over])
+        caveats.append(f"Runs over the motion limit of {plain(evaluation.motion_limit)} rad: {runs}.")
+    outside = [law for law in evaluation.laws if law.outside_model]
+    if outside:
+        runs = listed([f"{law.name} {law.outside_model} of {law.runs}" for law in outside])
+        caveats.append(f"Runs that leave the small-angle model (|phi| above 0.3 rad at some time): {runs}.")
+    sliding = [law for law in evaluation.laws if law.cycle_slips > 10.0]
+    if sliding:
+        runs = listed([f"{law.name} {number(law.cycle_slips, 2)}" for law in sliding])
+        caveats.append(f"More than 1 % of the waves slipped, per 1000 waves: {runs}. Power won by sliding is not locked power.")
+    fallen = [law for law in evaluation.laws if law.fallbacks]
+    if fallen:
+        caveats.append(f"Steps that fell back to a simpler law: {listed([f'{law.name} {law.fallbacks}' for law in fallen])}.")
+    unbalanced = [law for law in evaluation.laws if law.ledger_residual > 1e-4]
+    if unbalanced:
+        worst = listed([f"{law.name} {number(law.ledger_residual, 2)}" for law in unbalanced])
+        caveats.append(f"The energy ledger does not close (relative residual): {worst}.")
+    return caveats
+
+
+def _power(power: Estimate) -> str:
+    return f"{number(power.value)} W{_bracket(power, 'W')}"
+
+
+def _bracket(estimate: Estimate, unit: str = "") -> str:
+    bounds = interval(estimate)
+    return f" (95 % interval {bounds}{f' {unit}' if unit else ''})" if bounds else ""
+
+
+def _p(value: float) -> str:
+    return "< 0.001" if value < 1e-3 else f"= {number(value, 2)}"

@@ -1,0 +1,94 @@
+"""Lock: lost when the 10 s mean of the ring speed falls below half the peak frequency; cycle slips counted apart.
+
+The instantaneous speed says nothing: a good law lets it swing by a quarter within the cycle without losing a turn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+WINDOW = 10.0
+"""Length of the mean. [s]"""
+
+THRESHOLD = 0.5
+"""Part of the peak frequency below which lock is lost. [-]"""
+
+
+def loss_time(psi: ArrayLike, dt: float, wp: float, sense: int = 1) -> NDArray[np.float64]:
+    """Time of the first stall.
+
+    Parameters
+    ----------
+    psi : array_like, (n,) or (n, runs)
+        Ring angle at even instants from t = 0. [rad]
+    dt : float
+        Their spacing; it divides 10 s. [s]
+    wp : float
+        Peak angular frequency of the sea. [rad/s]
+    sense : {1, -1}
+        Sense of rotation of the lock.
+
+    Returns
+    -------
+    array, () or (runs,)
+        End of the first 10 s whose mean ring speed is below wp/2 [s]; NaN where that never happens. A run that is
+        not finite counts as lost from there. Locking again later does not undo the loss.
+    """
+    angle = np.asarray(psi, float)
+    span = round(WINDOW / dt)
+    with np.errstate(invalid="ignore"):
+        mean = sense * (angle[span:] - angle[:-span]) / WINDOW
+        slow = ~(mean >= THRESHOLD * wp)  # NaN counts as slow
+    if slow.shape[0] == 0:
+        return np.full(angle.shape[1:], np.nan)
+    first = np.argmax(slow, axis=0)
+    return np.where(np.any(slow, axis=0), (first + span) * dt, np.nan)
+
+
+def wave_phase(moment: ArrayLike, dt: float, wp: float) -> NDArray[np.float64]:
+    """Phase of a moment (n,) as that of its analytic signal, band-passed to [wp/2, 3wp/2], unwrapped (n,). [rad]"""
+    signal = np.asarray(moment, float)
+    spectrum = np.fft.fft(signal)
+    omega = 2.0 * np.pi * np.fft.fftfreq(signal.size, dt)
+    band = (omega >= 0.5 * wp) & (omega <= 1.5 * wp)
+    return np.unwrap(np.angle(np.fft.ifft(np.where(band, 2.0 * spectrum, 0.0))))
+
+
+def cycle_slips(psi: ArrayLike, phase: ArrayLike, dt: float, sense: int = 1) -> int:
+    """Count the turns that the ring lost or gained against the waves.
+
+    Parameters
+    ----------
+    psi : array_like, (n,)
+        Ring angle. [rad]
+    phase : array_like, (n,)
+        Phase of the wave moments, `wave_phase`. [rad]
+    dt : float
+        Spacing of the samples. [s]
+    sense : {1, -1}
+        Sense of rotation.
+
+    Returns
+    -------
+    int
+        Jumps by 2 pi of the 10 s mean of the difference; one is counted once the mean is three quarters of a turn
+        off its level, so that swinging about a half turn does not count again and again. In a lull the phase of an
+        irregular sea itself jumps now and then; such a jump counts too.
+    """
+    difference = sense * np.asarray(psi, float) - np.asarray(phase, float)
+    if not np.all(np.isfinite(difference)):
+        difference = difference[: int(np.argmin(np.isfinite(difference)))]
+    span = max(round(WINDOW / dt), 1)
+    if difference.size <= span:
+        return 0
+    total = np.concatenate([[0.0], np.cumsum(difference)])
+    smooth = ((total[span:] - total[:-span]) / span)[:: max(round(0.5 / dt), 1)]
+    turns = smooth / (2.0 * np.pi)
+    level, count = turns[0], 0
+    for turn in turns:
+        jumps = int(abs(turn - level) + 0.25)
+        if jumps:
+            count += jumps
+            level += jumps if turn > level else -jumps
+    return count

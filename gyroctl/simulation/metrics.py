@@ -1,0 +1,120 @@
+"""What one run is worth: power and its smoothness, lock, motion, energy ledger. Each definition stands here once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI
+from gyroctl.simulation.lock import cycle_slips, loss_time, wave_phase
+
+MODEL_LIMIT = 0.3
+"""Float motion beyond which the equations, linear in phi, are outside their range. [rad]"""
+
+UNITS = {
+    "mean_power": "W", "power_cv": "1", "p98_over_mean": "1", "power_cv_1s": "1", "locked": "1", "loss_time": "s",
+    "cycle_slips": "1 per 1000 waves", "phi1_p98": "rad", "phi3_p98": "rad", "outside_model": "1",
+    "wave_input_w": "W", "radiated_w": "W", "hinge_w": "W", "slip_loss_w": "W", "stored_w": "W",
+    "ledger_residual": "1", "capture_width_ratio": "1",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Record:
+    """One run, sampled at the period of the controls.
+
+    Parameters
+    ----------
+    states : (n + 1, rows) array
+        State and energy ledger at each sample.
+    commands, controls : (n, 2) arrays
+        cc, cg as asked for and as held from each sample to the next. [Nms]
+    period : float
+        Spacing of the samples. [s]
+    saturations : int
+        Commands beyond the limits.
+    """
+
+    states: NDArray[np.float64]
+    commands: NDArray[np.float64]
+    controls: NDArray[np.float64]
+    period: float
+    saturations: int
+
+
+def evaluate(
+    plant: Plant, record: Record, moment: NDArray[np.float64], moment_dt: float, wp: float, score_from: float,
+    available: float, sense: int = 1,
+) -> dict[str, float]:  # fmt: skip
+    """Metrics of a run.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    record : Record
+        The run.
+    moment : (m,) array
+        Me3 on its grid, for the phase of the waves. [Nm]
+    moment_dt : float
+        Its spacing. [s]
+    wp : float
+        Peak angular frequency. [rad/s]
+    score_from : float
+        Start of the scoring, the end of the blend. [s]
+    available : float
+        Wave power over the width of the float [W]; NaN where it is not defined.
+    sense : {1, -1}
+        Sense of rotation.
+
+    Returns
+    -------
+    dict
+        By the names of `UNITS`. Powers are means over the scored time from the integrated ledger; the ledger's
+        residual is over the whole run, relative to the wave input.
+    """
+    n = len(plant.labels)
+    period, states = record.period, record.states
+    first = round(score_from / period)
+    psi = states[:, PSI]
+    lost = float(loss_time(psi, period, wp, sense))
+
+    scored = (states.shape[0] - 1 - first) * period
+    energy = dict(zip(LEDGER, states[-1, n:] - states[first, n:], strict=True))
+    whole = dict(zip(LEDGER, states[-1, n:], strict=True))
+    stored = plant.stored_energy(states[[0, first, -1], :n].T)
+    spent = sum(whole[name] for name in LEDGER[1:]) + stored[2] - stored[0]
+    mean = energy["generator"] / scored
+
+    speed, cg = states[first:, OMEGA_RATE], record.controls[first:, 1]
+    begin, end = cg * speed[:-1] ** 2, cg * speed[1:] ** 2  # cg jumps at the samples: both ends of each interval
+    second = 0.5 * float(np.mean(begin**2) + np.mean(end**2))
+    per_second = round(1.0 / period)
+    generated = states[first:, n + LEDGER.index("generator")][::per_second]
+    mean_1s = np.diff(generated) / (per_second * period)
+    phi1, phi3 = np.abs(states[first:, PHI1]), np.abs(states[first:, PHI3])
+    phase = wave_phase(moment, moment_dt, wp)
+    sampled = np.interp(np.arange(first, states.shape[0]) * period, np.arange(moment.size) * moment_dt, phase)
+    waves = scored * wp / (2.0 * np.pi)
+    return {
+        "mean_power": mean,
+        "power_cv": float(np.sqrt(max(second - mean**2, 0.0)) / mean) if mean > 0 else np.nan,
+        "p98_over_mean": float(np.quantile(begin, 0.98) / mean) if mean > 0 else np.nan,
+        "power_cv_1s": float(np.std(mean_1s) / mean) if mean > 0 else np.nan,
+        "locked": float(np.isnan(lost)),
+        "loss_time": lost,
+        "cycle_slips": 1000.0 * cycle_slips(psi[first:], sampled, period, sense) / waves,
+        "phi1_p98": float(np.quantile(phi1, 0.98)),
+        "phi3_p98": float(np.quantile(phi3, 0.98)),
+        "outside_model": float(max(phi1.max(), phi3.max()) > MODEL_LIMIT),
+        "wave_input_w": energy["wave_input"] / scored,
+        "radiated_w": energy["radiated"] / scored,
+        "hinge_w": energy["hinge"] / scored,
+        "slip_loss_w": energy["slip"] / scored,
+        "stored_w": float(stored[2] - stored[1]) / scored,
+        "ledger_residual": float(abs(whole["wave_input"] - spent) / abs(whole["wave_input"])),
+        "capture_width_ratio": mean / available,
+    }

@@ -1,0 +1,92 @@
+"""Checks of the numbers a user gives for a sea or a run; each refusal names field, value and mend."""
+
+from __future__ import annotations
+
+import math
+from numbers import Integral, Real
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+
+
+def finite(field: str, value: object, mend: str) -> float:
+    """Return `value` as a float.
+
+    Raises
+    ------
+    InputError
+        `value` is not a real number, or is infinite or NaN.
+    """
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise InputError(field, value, "must be a number", mend)
+    if not math.isfinite(value):
+        raise InputError(field, value, "must be finite", mend)
+    return float(value) + 0.0  # -0.0 becomes 0.0: both must have one content hash
+
+
+def positive(field: str, value: object, mend: str) -> float:
+    """Return `value` as a float above zero.
+
+    Raises
+    ------
+    InputError
+        `value` is not a finite number above zero.
+    """
+    number = finite(field, value, mend)
+    if number <= 0.0:
+        raise InputError(field, value, "must be positive", mend)
+    return number
+
+
+def heading_angle(value: object) -> float:
+    """Return a wave heading in [-180, 180] [deg].
+
+    Raises
+    ------
+    InputError
+        Field ``sea.heading``: not a finite number within a full turn.
+    """
+    mend = "Give the heading in degrees, 0 for waves along +x3, for example 30"
+    number = finite("sea.heading", value, mend)
+    if abs(number) > 180.0:
+        raise InputError("sea.heading", value, "must lie between -180 and 180 degrees", mend)
+    return number
+
+
+def seed_number(value: object) -> int:
+    """Return a seed as an int.
+
+    Raises
+    ------
+    InputError
+        Field ``run.seeds``: not a whole number, or negative.
+    """
+    mend = "Give a whole number from 0 upwards, for example 1001"
+    if isinstance(value, bool) or not isinstance(value, Integral):
+        raise InputError("run.seeds", value, "a seed must be a whole number", mend)
+    if value < 0:
+        raise InputError("run.seeds", value, "a seed must not be negative", mend)
+    return int(value)
+
+
+def series(field: str, value: object, mend: str) -> NDArray[np.float64]:
+    """Return `value` as a read-only copy, shape (n,), of finite float64.
+
+    Raises
+    ------
+    InputError
+        `value` is not a one-dimensional array of finite numbers.
+    """
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(field, value, "must be a list of numbers", mend) from None
+    if array.ndim != 1:
+        raise InputError(field, f"array of shape {array.shape}", "must have one dimension", mend)
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        raise InputError(field, float(array[bad[0]]), f"entry {bad[0] + 1} is not finite", mend)
+    array.setflags(write=False)
+    return array

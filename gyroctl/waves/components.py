@@ -1,0 +1,73 @@
+"""Every kind of sea as a set of waves with frequencies, amplitudes and, where they are given, phases."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.waves.grid import OMEGA_MAX, TimeGrid
+from gyroctl.waves.record import ElevationRecord
+from gyroctl.waves.regular import Bichromatic, Regular
+from gyroctl.waves.spectrum import SeaState
+from gyroctl.waves.superposition import ChirpSum, HarmonicSum, LineSum, Superposition
+from gyroctl.waves.tabulated import TabulatedSpectrum
+
+Sea = SeaState | TabulatedSpectrum | Regular | Bichromatic | ElevationRecord
+"""Any sea of this package."""
+
+
+class Components(NamedTuple):
+    """Waves whose sum is the elevation, ``eta(t) = Re sum_k a_k exp(i (omega_k t + phase_k))``."""
+
+    omega: NDArray[np.float64]  # (k,) [rad/s]
+    amplitude: NDArray[np.complex128]  # (k,), complex where the sea fixes its phases [m]
+    random: int  # number of phases drawn from the seed: k, or 0 where the sea fixes them
+    captured: float  # variance of the waves before any scaling over that of the sea [-]
+    superpose: Superposition
+
+
+def components(sea: Sea, grid: TimeGrid) -> Components:
+    """Waves of `sea` for the instants of `grid`.
+
+    Raises
+    ------
+    InputError
+        Field ``sea``: no sea of this package. Field ``run.duration``: longer than an elevation record.
+    """
+    if isinstance(sea, SeaState | TabulatedSpectrum):
+        return _of_spectrum(sea, grid)
+    if isinstance(sea, Regular | Bichromatic):
+        omega, amplitude = sea.lines
+        drawn = omega.size if isinstance(sea, Bichromatic) else 0
+        return Components(omega, amplitude.astype(np.complex128), drawn, 1.0, LineSum(omega, grid.time))
+    if isinstance(sea, ElevationRecord):
+        return _of_record(sea, grid)
+    mend = "Give a SeaState, TabulatedSpectrum, Regular, Bichromatic or ElevationRecord"
+    raise InputError("sea", sea, "is no sea", mend)
+
+
+def _of_spectrum(sea: SeaState | TabulatedSpectrum, grid: TimeGrid) -> Components:
+    omega = grid.harmonics
+    amplitude = np.sqrt(2.0 * sea.spectrum(omega) * (2.0 * np.pi / grid.period))
+    variance, wanted = 0.5 * float(amplitude @ amplitude), sea.hs**2 / 16.0
+    if variance == 0.0:
+        mend = f"Give a spectrum with its energy between {omega[0]:.4g} and {OMEGA_MAX:.4g} rad/s"
+        raise InputError("sea.wp", sea.wp, "no wave energy falls on the harmonics", mend)
+    # The harmonics stop at 12.566 rad/s and the tail beyond is lost (0.5 % of the variance at gamma 1 and 3.14 rad/s),
+    # so every amplitude is scaled: each realisation then has variance Hs^2/16 exactly, and seas of equal Hs compare.
+    amplitude *= np.sqrt(wanted / variance)
+    return Components(omega, amplitude.astype(np.complex128), omega.size, variance / wanted, HarmonicSum(grid.steps))
+
+
+def _of_record(sea: ElevationRecord, grid: TimeGrid) -> Components:
+    if grid.duration > sea.duration + 1e-6 * grid.dt:
+        mend = f"Give a duration up to that of the record, {sea.duration:g} s, or a longer record"
+        raise InputError("run.duration", grid.duration, "is longer than the elevation record", mend)
+    period, amplitude = sea.harmonics(OMEGA_MAX)
+    omega = 2.0 * np.pi / period * np.arange(1, amplitude.size + 1, dtype=np.float64)
+    whole = sea.harmonics(np.pi / sea.step).coefficients
+    captured = float(np.vdot(amplitude, amplitude).real / np.vdot(whole, whole).real)
+    return Components(omega, amplitude, 0, captured, ChirpSum(grid.dt / period))

@@ -1,0 +1,80 @@
+"""The time grid of a realisation and the frequency grid that belongs to it."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.waves.checks import positive
+
+BASE_PERIOD = 2000.0
+"""Repetition period of a sea of up to that length [s]."""
+
+BASE_HARMONICS = 4000
+"""Harmonics of the base period, (41): they reach 12.566 rad/s."""
+
+OMEGA_MAX = 2.0 * math.pi * BASE_HARMONICS / BASE_PERIOD
+"""Highest frequency of a synthesised sea [rad/s]."""
+
+
+class TimeGrid(NamedTuple):
+    """Sampling instants ``0, dt, .., duration`` of a sea that repeats after `period`.
+
+    The period is 2000 s for any duration up to that, so a seed gives the same sea whatever the duration, and a
+    shorter duration is a prefix of a longer one. Beyond 2000 s it is the next multiple of 2000 s, with as many more
+    harmonics at a finer step: another sea for the same seed, because a sea that repeats would count its waves twice.
+    """
+
+    duration: float  # [s]
+    dt: float  # [s]
+    n: int  # instants, both ends included
+    multiple: int  # period in units of the base period
+
+    @property
+    def period(self) -> float:
+        """Repetition period [s]."""
+        return BASE_PERIOD * self.multiple
+
+    @property
+    def steps(self) -> int:
+        """Steps of `dt` in one period."""
+        return round(self.period / self.dt)
+
+    @property
+    def harmonics(self) -> NDArray[np.float64]:
+        """Frequencies of the harmonics, without zero [rad/s]."""
+        return 2.0 * np.pi / self.period * np.arange(1, BASE_HARMONICS * self.multiple + 1, dtype=np.float64)
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Sampling instants, shape (n,) [s]."""
+        return self.dt * np.arange(self.n, dtype=np.float64)
+
+
+def time_grid(duration: float, dt: float) -> TimeGrid:
+    """Grid of a run.
+
+    Raises
+    ------
+    InputError
+        Field ``run.dt``: not positive, does not divide 2000 s, or too coarse for the highest harmonic.
+        Field ``run.duration``: not positive or not a multiple of `dt`.
+    """
+    mend = "Give a wave step below 0.25 s that divides 2000 s, for example 0.05"
+    step = positive("run.dt", dt, mend)
+    per_base = BASE_PERIOD / step
+    if step >= math.pi / OMEGA_MAX:
+        raise InputError("run.dt", dt, f"is too coarse for waves up to {OMEGA_MAX:.3f} rad/s", mend)
+    if abs(per_base - round(per_base)) > 1e-6:
+        raise InputError("run.dt", dt, f"must divide the wave period of {BASE_PERIOD:g} s", mend)
+    step = BASE_PERIOD / round(per_base)
+    mend = f"Give a duration in seconds that is a multiple of the wave step {step:g} s, for example 600"
+    length = positive("run.duration", duration, mend)
+    count = round(length / step)
+    if count < 1 or abs(length / step - count) > 1e-6:
+        raise InputError("run.duration", duration, f"must be a multiple of the wave step {step:g} s", mend)
+    return TimeGrid(count * step, step, count + 1, math.ceil(count / round(per_base)))

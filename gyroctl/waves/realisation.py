@@ -1,0 +1,160 @@
+"""One realisation of a sea: from a seed to the elevation and both excitation moments."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.waves.blending import blend_signals, check_blend
+from gyroctl.waves.components import Sea
+from gyroctl.waves.excitation import Excited, equivalent_amplitude
+from gyroctl.waves.grid import TimeGrid
+from gyroctl.waves.identity import content_hash
+from gyroctl.waves.synthesis import prepare
+
+
+@dataclass(frozen=True, eq=False)
+class WaveRealisation:
+    """Waves at the float and the moments they exert, at even instants.
+
+    The arrays are not marked read-only, because compiled code would need a second compilation for such arrays; do
+    not write into them.
+
+    Attributes
+    ----------
+    sea : any sea of this package
+    seed : int
+    grid : TimeGrid
+    elevation : ndarray, shape (n,)
+        Elevation at the float centre. [m]
+    moments : ndarray, shape (2, n)
+        Excitation moments about x1 and x3. [Nm]
+    phases : ndarray, shape (k,)
+        Phases drawn from the seed. [rad]
+    regular : ndarray, shape (2,), complex
+        Moments of the equivalent regular wave, ``Re(regular exp(i wp t))``. [Nm]
+    hydrodynamics : str
+        Hash of the excitation.
+    blend : float
+        Length of the blend from the regular wave at the start. [s]
+    """
+
+    sea: Sea
+    seed: int
+    grid: TimeGrid
+    elevation: NDArray[np.float64]
+    moments: NDArray[np.float64]
+    phases: NDArray[np.float64]
+    regular: NDArray[np.complex128]
+    hydrodynamics: str
+    blend: float = 0.0
+
+    @property
+    def dt(self) -> float:
+        """Time step [s]."""
+        return self.grid.dt
+
+    @property
+    def duration(self) -> float:
+        """Time from the first instant to the last [s]."""
+        return self.grid.duration
+
+    @property
+    def time(self) -> NDArray[np.float64]:
+        """Instants, shape (n,), n = duration / dt + 1 [s]."""
+        return self.grid.time
+
+    @cached_property
+    def sha256(self) -> str:
+        """Content hash; see `content_hash`."""
+        return content_hash(self.sea, self.phases, self.hydrodynamics, self.grid, self.blend)
+
+    def blended(self, blend: float = 100.0) -> WaveRealisation:
+        """Return these waves led in from the equivalent regular wave; see `blend_signals`.
+
+        Parameters
+        ----------
+        blend : float
+            Length of the blend, 0 for none. [s]
+
+        Returns
+        -------
+        WaveRealisation
+            New arrays; the same from ``t = blend`` on.
+
+        Raises
+        ------
+        InputError
+            Field ``run.blend``: negative, or these waves are blended already. Field ``run.duration``: shorter than
+            the blend.
+        """
+        length = check_blend(blend, self.duration)
+        if self.blend != 0.0:
+            mend = "Blend the realisation as `realise` returned it"
+            raise InputError("run.blend", blend, f"these waves are blended already, over {self.blend:g} s", mend)
+        moments, elevation = self.moments.copy(), self.elevation[None, :].copy()
+        crest = np.array([equivalent_amplitude(self.sea)], dtype=np.complex128)
+        blend_signals(moments, self.regular, self.sea.wp, self.dt, length)
+        blend_signals(elevation, crest, self.sea.wp, self.dt, length)
+        return replace(self, moments=moments, elevation=elevation[0], blend=length)
+
+
+def realise(plant: Excited, sea: Sea, seed: int, duration: float = 2000.0, dt: float = 0.05) -> WaveRealisation:
+    """Realise a sea: random phases on deterministic amplitudes, (41)-(43) with the complex He_j.
+
+    Parameters
+    ----------
+    plant : Plant
+        Gives the excitation.
+    sea : any sea of this package
+        The waves. An elevation record and a regular wave are the same for every seed.
+    seed : int
+        Seed of the phases. The same seed gives the same sea whatever `dt` and, up to 2000 s, `duration`.
+    duration : float
+        Time from the first instant to the last, a multiple of `dt`. [s]
+    dt : float
+        Time step; it divides 2000 s and is below 0.25 s. [s]
+
+    Returns
+    -------
+    WaveRealisation
+        Elevation, moments and hash.
+
+    Raises
+    ------
+    InputError
+        Fields ``sea``, ``sea.wp``, ``run.seeds``, ``run.duration``, ``run.dt``.
+    """
+    synthesis = prepare(plant, sea, duration, dt)
+    return WaveRealisation(
+        sea=sea,
+        seed=seed,
+        grid=synthesis.grid,
+        elevation=synthesis.elevation(seed),
+        moments=synthesis.moments(seed),
+        phases=synthesis.phases(seed),
+        regular=synthesis.regular,
+        hydrodynamics=synthesis.hydrodynamics,
+    )
+
+
+def moments_batch(
+    plant: Excited,
+    sea: Sea,
+    seeds: Sequence[int],
+    duration: float = 2000.0,
+    dt: float = 0.05,
+    *,
+    blend: float = 0.0,
+    out: NDArray[np.float64] | None = None,
+) -> NDArray[np.float64]:
+    """Moments of many seeds, bit for bit those of `realise` (and of `WaveRealisation.blended`).
+
+    Parameters, returns and errors are those of `prepare` and `Synthesis.moments_batch`. Shape (len(seeds), 2, n). [Nm]
+    """
+    return prepare(plant, sea, duration, dt).moments_batch(seeds, blend, out)

@@ -1,0 +1,152 @@
+"""A user's own elevation record, turned into harmonics."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from os import PathLike
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.waves.checks import heading_angle, series
+from gyroctl.waves.columns import digest, read_columns
+
+JOIN = 30.0
+"""Length of the made-up stretch that joins the end of a record to its beginning [s]."""
+
+SMOOTHING = 0.1
+"""Width over which the periodogram is averaged before its peak is read off [rad/s]."""
+
+_TIME = "Give times in seconds, rising from line to line, at an even step without gaps"
+_ELEVATION = "Give elevations in metres, one for each time, not all the same"
+
+
+class RecordHarmonics(NamedTuple):
+    """Fourier series of a record closed to a loop: ``eta(t) = Re sum_m c_m exp(2 pi i m t / period)``, m = 1..k."""
+
+    period: float  # [s]
+    coefficients: NDArray[np.complex128]  # (k,) [m]
+
+
+@dataclass(frozen=True)
+class ElevationRecord:
+    """A measured elevation at the float centre: one given realisation, the same for every seed.
+
+    The seed is ignored on purpose. Shifting one record by a random time would make many realisations look
+    independent that are not, and intervals drawn from them would be wrong; equal content hashes show the truth. For
+    an ensemble of seas like the record, give its spectrum as a `TabulatedSpectrum`.
+
+    Time counts from the first sample and the mean elevation is taken off. Times that deviate from an even step (up to
+    half a step) are resampled linearly; the moments follow by Fourier series, with the end joined to the beginning
+    by 30 s of mirrored record, so that the record itself is kept as it is. Within some seconds of either end the
+    moments depend on waves the record does not have.
+
+    Parameters
+    ----------
+    time : array_like, shape (n,)
+        Rising times. [s]
+    eta : array_like, shape (n,)
+        Elevation. [m]
+    heading : float
+        Direction the waves travel to. [deg]
+
+    Raises
+    ------
+    InputError
+        Fields ``sea.time``, ``sea.eta``, ``sea.heading``.
+    """
+
+    time: NDArray[np.float64] = field(compare=False, repr=False)
+    eta: NDArray[np.float64] = field(compare=False, repr=False)
+    heading: float = 0.0
+    sha256: str = field(init=False)
+
+    def __post_init__(self) -> None:
+        """Check the record and take its digest."""
+        time, eta = series("sea.time", self.time, _TIME), series("sea.eta", self.eta, _ELEVATION)
+        if time.size < 16 or eta.size != time.size:
+            sizes = f"{time.size} times, {eta.size} elevations"
+            raise InputError("sea.eta", sizes, "must be as many as the times, 16 or more", _ELEVATION)
+        _check_times(time)
+        if np.ptp(eta) <= 1e-12:
+            raise InputError("sea.eta", float(np.ptp(eta)), "does not vary", _ELEVATION)
+        object.__setattr__(self, "time", time)
+        object.__setattr__(self, "eta", eta)
+        object.__setattr__(self, "heading", heading_angle(self.heading))
+        object.__setattr__(self, "sha256", digest(time, eta))
+
+    @property
+    def duration(self) -> float:
+        """Time from the first sample to the last [s]."""
+        return float(self.time[-1] - self.time[0])
+
+    @property
+    def step(self) -> float:
+        """Time between samples [s]."""
+        return self.duration / (self.time.size - 1)
+
+    @cached_property
+    def surface(self) -> NDArray[np.float64]:
+        """Elevation above its mean at even steps from the first sample, shape (n,) [m]."""
+        clock = self.time - self.time[0]
+        even = self.step * np.arange(clock.size, dtype=np.float64)
+        # Rounded time stamps of an even clock are no jitter: moving such a sample is an error of its own.
+        rounded = np.abs(clock - even).max() <= 0.02 * self.step
+        eta = self.eta if rounded else np.interp(even, clock, self.eta)
+        return np.asarray(eta - eta.mean(), dtype=np.float64)
+
+    @property
+    def hs(self) -> float:
+        """Significant wave height, four times the standard deviation [m]."""
+        return 4.0 * float(self.surface.std())
+
+    @cached_property
+    def wp(self) -> float:
+        """Frequency of the peak of the smoothed periodogram [rad/s]."""
+        power = np.abs(np.fft.rfft(self.surface)) ** 2
+        step = 2.0 * math.pi / (self.step * self.eta.size)
+        width = 2 * round(0.5 * SMOOTHING / step) + 1
+        smooth = np.convolve(power, np.ones(width), mode="same")
+        return step * max(1, int(np.argmax(smooth)))
+
+    def harmonics(self, omega_max: float) -> RecordHarmonics:
+        """Fourier series of the record closed to a loop, up to `omega_max` [rad/s]."""
+        loop = _closed(self.surface, round(JOIN / self.step))
+        period = self.step * loop.size
+        count = min(int(omega_max * period / (2.0 * math.pi)), (loop.size - 1) // 2)
+        return RecordHarmonics(period, np.fft.rfft(loop, norm="forward")[1 : count + 1] * 2.0)
+
+
+def read_record(path: str | PathLike[str], heading: float = 0.0) -> ElevationRecord:
+    """Read an elevation record from a text file of two columns, time [s] and elevation [m].
+
+    Raises
+    ------
+    InputError
+        Field ``sea.file`` for the file, the fields of `ElevationRecord` for its numbers.
+    """
+    time, eta = read_columns(path, "time [s], elevation [m]")
+    return ElevationRecord(time, eta, heading)
+
+
+def _check_times(time: NDArray[np.float64]) -> None:
+    """Refuse times that do not rise or that leave a gap."""
+    steps = np.diff(time)
+    back = np.flatnonzero(steps <= 0.0)
+    if back.size:
+        raise InputError("sea.time", float(time[back[0] + 1]), "must rise from line to line", _TIME)
+    gap, usual = int(np.argmax(steps)), float(np.median(steps))
+    if steps[gap] > 1.5 * usual:
+        raise InputError("sea.time", float(time[gap]), f"a gap of {steps[gap]:g} s follows ({usual:g} s usual)", _TIME)
+
+
+def _closed(eta: NDArray[np.float64], join: int) -> NDArray[np.float64]:
+    """Record followed by a stretch that leads from its end, mirrored, over to its beginning, mirrored."""
+    join = min(join, eta.size - 2)
+    fade = 0.5 * (1.0 + np.cos(np.pi * np.arange(1, join + 1) / (join + 1)))
+    after_end, before_start = eta[-2 : -join - 2 : -1], eta[join:0:-1]
+    return np.concatenate((eta, fade * after_end + (1.0 - fade) * before_start))

@@ -1,0 +1,157 @@
+"""Everything of a realisation that does not depend on the seed, computed once for a whole ensemble."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.waves.blending import blend_signals, check_blend
+from gyroctl.waves.components import Components, Sea, components
+from gyroctl.waves.excitation import Excited, band, regular_amplitude
+from gyroctl.waves.grid import TimeGrid, time_grid
+from gyroctl.waves.identity import content_hash
+from gyroctl.waves.phases import random_phases
+
+if TYPE_CHECKING:
+    from gyroctl.plant import Excitation
+
+LOST_SHARE_MAX = 0.2
+"""Greatest share of the wave variance that may lie where no moment is known [-]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Synthesis:
+    """A sea on a plant and a time grid, ready to give moments for any seed.
+
+    Each seed is worked out alone and always in the same way, so its bits depend neither on the batch it is in, nor on
+    the order, nor on the number of workers. (Another type of processor may round the last bit differently.)
+
+    Attributes
+    ----------
+    sea : any sea of this package
+    grid : TimeGrid
+    waves : Components
+        Frequencies and amplitudes of the elevation.
+    response : ndarray, shape (2, k), complex
+        Moments of those waves, before the random phases. [Nm]
+    regular : ndarray, shape (2,), complex
+        Moments of the equivalent regular wave; see `regular_amplitude`. [Nm]
+    hydrodynamics : str
+        Hash of the excitation.
+    """
+
+    sea: Sea
+    grid: TimeGrid
+    waves: Components
+    response: NDArray[np.complex128]
+    regular: NDArray[np.complex128]
+    hydrodynamics: str
+
+    def phases(self, seed: int) -> NDArray[np.float64]:
+        """Phases of the waves, shape (k,), or (0,) where the sea fixes them [rad]."""
+        return random_phases(seed, self.waves.random)
+
+    def sha256(self, seed: int, blend: float = 0.0) -> str:
+        """Content hash of the realisation of `seed`; see `content_hash`."""
+        return content_hash(self.sea, self.phases(seed), self.hydrodynamics, self.grid, blend)
+
+    def elevation(self, seed: int) -> NDArray[np.float64]:
+        """Elevation at the float centre, shape (n,) [m]."""
+        out = np.empty(self.grid.n)
+        self.waves.superpose(self._turned(self.waves.amplitude[None, :], seed), out[None, :])
+        return out
+
+    def moments(self, seed: int, out: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """Excitation moments about x1 and x3, shape (2, n), into `out` where it is given [Nm]."""
+        result = np.empty((2, self.grid.n)) if out is None else out
+        self.waves.superpose(self._turned(self.response, seed), result)
+        return result
+
+    def moments_batch(
+        self, seeds: Sequence[int], blend: float = 0.0, out: NDArray[np.float64] | None = None
+    ) -> NDArray[np.float64]:
+        """Excitation moments of many seeds.
+
+        Parameters
+        ----------
+        seeds : sequence of int
+            Seeds, in any order.
+        blend : float
+            Length of the blend from the regular wave, 0 for none. [s]
+        out : ndarray, shape (len(seeds), 2, n), optional
+            Array to overwrite. Memory used again saves more time than the FFT takes.
+
+        Returns
+        -------
+        ndarray, shape (len(seeds), 2, n)
+            Moments about x1 and x3. [Nm]
+
+        Raises
+        ------
+        InputError
+            Fields ``run.seeds``, ``run.blend``, ``run.duration`` (shorter than the blend).
+        ValueError
+            `out` has another shape or type.
+        """
+        length = check_blend(blend, self.grid.duration)
+        shape = (len(seeds), 2, self.grid.n)
+        if out is not None and (out.shape != shape or out.dtype != np.float64):
+            raise ValueError(f"out must be float64 of shape {shape}, not {out.dtype} of shape {out.shape}")
+        result = np.empty(shape) if out is None else out
+        for seed, rows in zip(seeds, result, strict=True):
+            self.moments(seed, rows)
+        blend_signals(result, self.regular, self.sea.wp, self.grid.dt, length)
+        return result
+
+    def _turned(self, amplitudes: NDArray[np.complex128], seed: int) -> NDArray[np.complex128]:
+        phases = self.phases(seed)
+        return amplitudes * np.exp(1j * phases) if phases.size else amplitudes
+
+
+def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float = 0.05) -> Synthesis:
+    """Prepare the synthesis of `sea` on `plant`.
+
+    Parameters
+    ----------
+    plant : Plant
+        Gives the excitation.
+    sea : any sea of this package
+        The waves.
+    duration : float
+        Time from the first instant to the last, a multiple of `dt`. [s]
+    dt : float
+        Time step; it divides 2000 s and is below 0.25 s. [s]
+
+    Returns
+    -------
+    Synthesis
+        Gives moments, elevation and hash for any seed.
+
+    Raises
+    ------
+    InputError
+        Fields ``sea``, ``sea.wp``, ``run.duration``, ``run.dt``.
+    """
+    grid = time_grid(duration, dt)
+    waves = components(sea, grid)
+    regular = regular_amplitude(plant, sea)
+    _check_share(sea, waves, plant.excitation)
+    response = plant.excitation(waves.omega, sea.heading) * waves.amplitude
+    return Synthesis(sea, grid, waves, response, regular, plant.excitation.sha256)
+
+
+def _check_share(sea: Sea, waves: Components, excitation: Excitation) -> None:
+    """Refuse a sea of which much lies outside the table or that the harmonics resolve poorly."""
+    low, high = band(excitation)
+    power = np.abs(waves.amplitude) ** 2
+    inside = (waves.omega >= low) & (waves.omega <= high)
+    share = waves.captured * float(power[inside].sum() / power.sum())
+    if share < 1.0 - LOST_SHARE_MAX or waves.captured > 1.0 + LOST_SHARE_MAX:
+        problem = f"{share:.0%} of the wave energy is where the excitation is known"
+        mend = f"Give a sea with its energy between {max(low, waves.omega[0]):.3g} and {high:.3g} rad/s"
+        raise InputError("sea.wp", sea.wp, problem, mend)
