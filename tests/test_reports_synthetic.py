@@ -1,4 +1,4 @@
-"""Synthetic comparisons for the tests of the reports: random but plausible, with a fixed seed and the edge cases of real ones."""
+"""Synthetic comparisons for the tests of the reports: random but plausible, fixed seed, with the edge cases of real ones."""
 
 from __future__ import annotations
 
@@ -98,7 +98,10 @@ def synthetic(
         },
         attrs={
             "experiment": json.dumps(
-                {"sea": {"hs": 0.283, "wp": 3.14, "gamma": 5.0, "heading": 0.0}, "run": {"duration": duration, "dt": 0.01, "blend": 100.0}}
+                {
+                    "sea": {"hs": 0.283, "wp": 3.14, "gamma": 5.0, "heading": 0.0},
+                    "run": {"duration": duration, "dt": 0.01, "blend": 100.0},
+                }
             ),
             "gyroctl_version": "0.1.0",
             "created": "2026-03-02T09:30:00+00:00",
@@ -116,14 +119,22 @@ def _examples(laws: tuple[str, ...], duration: float, rng: np.random.Generator) 
     omega = rng.normal(3.14, 0.25, 60)
     eta = sum(0.011 * np.cos(w * time + p) for w, p in zip(omega, phases, strict=True))
     envelope = np.convolve(np.abs(eta), np.ones(60) / 60, mode="same") / 0.05
-    series: dict[str, list[np.ndarray]] = {name: [] for name in ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")}
+    series: dict[str, list[np.ndarray]] = {
+        name: [] for name in ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")
+    }
     for law in laws:
         power, cv = CHARACTERS[law].power, CHARACTERS[law].cv
-        series["power"].append(np.maximum(power * (1.0 + cv * (0.6 * (envelope - 1.0) + np.cos(2 * 3.14 * time + power))), 0.0))
+        series["power"].append(
+            np.maximum(power * (1.0 + cv * (0.6 * (envelope - 1.0) + np.cos(2 * 3.14 * time + power))), 0.0)
+        )
         series["ring_speed"].append(3.14 + 0.15 * np.cos(1.2 * time + power) + 0.25 * np.sin(6.28 * time))
-        series["phi1"].append(CHARACTERS[law].phi1 * 0.6 * envelope * np.cos(3.14 * time + 0.3) + 0.04 * np.cos(1.23 * time))
+        series["phi1"].append(
+            CHARACTERS[law].phi1 * 0.6 * envelope * np.cos(3.14 * time + 0.3) + 0.04 * np.cos(1.23 * time)
+        )
         series["phi3"].append(0.16 * envelope * np.cos(3.14 * time - 1.1))
-        series["cc"].append(np.where(np.cos(6.28 * time + power) > 0.2, 0.3, 0.0) if law == "coupling" else np.full(time.size, 0.052))
+        series["cc"].append(
+            np.where(np.cos(6.28 * time + power) > 0.2, 0.3, 0.0) if law == "coupling" else np.full(time.size, 0.052)
+        )
         series["cg"].append(power / 4900.0 * (1.0 + (cv if law == "load_angle" else 0.05) * np.cos(6.28 * time)))
         series["load_share"].append(0.55 + 0.2 * (envelope - 1.0) + 0.02 * rng.standard_t(1.5, size=time.size))
     data = {f"example_{name}": (("law", "time"), np.array(rows)) for name, rows in series.items()}

@@ -101,6 +101,15 @@ compiled_loop = entry_point(closed_loop)
 """The same text, compiled."""
 
 
+def _calls(entry: Any, p: Any, s: Any, y: Any, u: Any, calls: int) -> None:
+    for _ in range(calls):
+        entry(0.0, y, p, s, u)
+
+
+compiled_calls = entry_point(_calls)
+"""Call a compiled law over and over, to time it."""
+
+
 class CompiledLaw(NamedTuple):
     """A law as a function pointer with its parameters and its first state."""
 
@@ -130,13 +139,13 @@ def _compiled_entry(law_type: type[Any], state_type: type[Any], states: int) -> 
     step = njit(error_model="numpy")(law_type.step)
     parameters = len(law_type._fields)
     pack = njit(_pack_plain(states)) if state_type is tuple else njit(_pack_named(state_type, states))
+    unpack = njit(_unpack_nothing if states == 0 else _unpack)
 
     def entry(t: Any, y: Any, p: Any, s: Any, u: Any) -> None:
         law = law_type(*to_fixed_tuple(p, parameters))
         command, new = step(law, t, Measurement(*to_fixed_tuple(y, 7)), pack(s))
         u[0], u[1] = command
-        for i in range(states):
-            s[i] = new[i]
+        unpack(new, s)
 
     return cfunc(_SIGNATURE)(entry)
 
@@ -151,6 +160,15 @@ def _pack_named(state_type: type[Any], states: int) -> Callable[[Any], Any]:
     if states == 0:
         return lambda s: state_type()
     return lambda s: state_type(*to_fixed_tuple(s, states))
+
+
+def _unpack(new: Any, s: Any) -> None:
+    for i in range(len(new)):
+        s[i] = new[i]
+
+
+def _unpack_nothing(new: Any, s: Any) -> None:
+    pass
 
 
 class PythonLaw:

@@ -147,7 +147,7 @@ def lock_orbit(
         if found and found[-1].status == "stable":
             return found[-1]
     if found:
-        return found[0]
+        return min(found, key=lambda orbit: float(np.abs(orbit.multipliers[0])))
     nothing = np.full(len(plant.labels), np.nan)
     share = _capacity(plant, forcing, cg, sense)
     return PeriodicOrbit(

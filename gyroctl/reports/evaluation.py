@@ -39,7 +39,8 @@ class LawResult:
     runs, locked : int
         Number of runs, and of those that held lock to the end.
     power, power_cv, ratio : Estimate
-        Mean electrical power [W], coefficient of variation of power within a run [1], mean power over that of the reference [1].
+        Mean electrical power [W], coefficient of variation of power within a run [1], mean power over that of the
+        reference [1].
     power_locked : float
         Mean electrical power of the runs that held lock. [W]
     p98_over_mean, cycle_slips : float
@@ -57,7 +58,8 @@ class LawResult:
     ledger_residual : float
         Largest |residual| of the energy ledger, relative to the wave input. [1]
     capture_width_ratio, saturations, step_ms_median, step_ms_p99 : float
-        Mean capture width ratio [1], mean share or number of saturated samples as stored, median and worst 99 % time of a step. [ms]
+        Mean capture width ratio [1], saturated samples (mean of what is stored), median and worst 99 % time of a
+        step. [ms]
     deadline_misses, fallbacks : int or None
         Sums over realisations, None where not recorded.
     """
@@ -126,7 +128,7 @@ class Evaluation:
     motion_limit: float
 
     def law(self, name: str) -> LawResult:
-        """Result of the law `name`."""
+        """Find the result of the law `name`."""
         return next(law for law in self.laws if law.name == name)
 
     @property

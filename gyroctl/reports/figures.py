@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gyroctl.reports import layout
-from gyroctl.reports.evaluation import Evaluation, LawResult
-from gyroctl.reports.labels import Box, Side, place
-from gyroctl.reports.statistics import NOT_DISTINGUISHABLE, Estimate
-from gyroctl.reports.theme import FLOWS, LOCK_SCALE, REFERENCE_GREY, WARNING, law_styles, template
+from gyroctl.reports.evaluation import Evaluation
+from gyroctl.reports.statistics import NOT_DISTINGUISHABLE
+from gyroctl.reports.theme import FLOWS, REFERENCE_GREY, WARNING, error_bars, finished, law_styles
 from gyroctl.reports.verdict import judge
 from gyroctl.reports.wording import interval, number, signed
 
@@ -22,60 +21,6 @@ if TYPE_CHECKING:
 
 MOST_PAIRS = 15
 MOST_LINES = 64
-
-
-def pareto(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
-    """Mean power [W] against power CV [1], colour the probability of lock, bars the 95 % intervals; best is top left."""
-    import plotly.graph_objects as go
-
-    laws = plottable(evaluation)
-    right, top = pareto_range(laws)
-    styles = law_styles(layout.names(ds), evaluation.reference)
-    figure = go.Figure()
-    front = _front(laws)
-    if len(front) > 1:
-        figure.add_scatter(
-            x=[law.power_cv.value for law in front],
-            y=[law.power.value for law in front],
-            mode="lines",
-            line={"color": REFERENCE_GREY, "width": 1.2, "dash": "dot"},
-            name="front",
-            hoverinfo="skip",
-        )
-    for law, side in zip(laws, pareto_labels(laws, right, top), strict=True):
-        figure.add_scatter(
-            x=[law.power_cv.value],
-            y=[law.power.value],
-            error_x=_bars([law.power_cv]),
-            error_y=_bars([law.power]),
-            mode="markers+text",
-            marker={
-                "size": 15,
-                "symbol": styles[law.name].symbol.replace("-open", ""),
-                "color": [law.lock.value],
-                "coloraxis": "coloraxis",
-                "line": {"color": "#FFFFFF", "width": 1.5},
-            },
-            text=[f"<b>{law.name}</b>" if law.name != evaluation.reference else law.name],
-            textposition=side.plotly,
-            name=law.name,
-            cliponaxis=False,
-            hovertemplate=f"<b>{law.name}</b> ({law.information})<br>power %{{y:.3g}} W ({interval(law.power)})<br>CV %{{x:.3g}}"
-            f" ({interval(law.power_cv)})<br>lock {law.locked}/{law.runs} ({interval(law.lock, 2)})<extra></extra>",
-        )
-    figure.update_layout(
-        showlegend=False,
-        coloraxis={
-            "cmin": 0,
-            "cmax": 1,
-            "colorscale": LOCK_SCALE,
-            "colorbar": {"title": {"text": "P(lock) [1]", "side": "right", "font": {"size": 13}}, "thickness": 12, "outlinewidth": 0, "len": 0.9},
-        },
-        margin_t=20,
-    )
-    figure.update_xaxes(title_text="Coefficient of variation of power [1]  (← smoother)", range=[0, right])
-    figure.update_yaxes(title_text="Mean power [W]", range=[0, top])
-    return _finished(figure, 460)
 
 
 def power_per_realisation(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
@@ -109,7 +54,12 @@ def power_per_realisation(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
                 x=index + shift[chosen],
                 y=power[index, chosen],
                 mode="markers",
-                marker={"size": 8, "color": colour, "symbol": "circle" if kind == "held lock" else "x-thin-open", "line": {"width": 2}}
+                marker={
+                    "size": 8,
+                    "color": colour,
+                    "symbol": "circle" if kind == "held lock" else "x-thin-open",
+                    "line": {"width": 2},
+                }
                 if kind == "lost lock"
                 else {"size": 8, "color": colour, "opacity": 0.85},
                 customdata=[seeds[k] for k in np.flatnonzero(chosen)],
@@ -119,7 +69,7 @@ def power_per_realisation(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         figure.add_scatter(
             x=[index + 0.36],
             y=[law.power.value],
-            error_y=_bars([law.power]),
+            error_y=error_bars([law.power]),
             mode="markers",
             marker={"size": 13, "symbol": "line-ew-open", "color": REFERENCE_GREY, "line": {"width": 2.5}},
             hovertemplate=f"{law.name}: mean %{{y:.3g}} W ({interval(law.power)})<extra></extra>",
@@ -127,7 +77,11 @@ def power_per_realisation(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         )
     if not locked.all():
         figure.add_scatter(
-            x=[None], y=[None], mode="markers", name="lost lock", marker={"size": 8, "symbol": "x-thin-open", "color": WARNING, "line": {"width": 2}}
+            x=[None],
+            y=[None],
+            mode="markers",
+            name="lost lock",
+            marker={"size": 8, "symbol": "x-thin-open", "color": WARNING, "line": {"width": 2}},
         )
     figure.add_scatter(
         x=[None],
@@ -138,14 +92,18 @@ def power_per_realisation(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
     )
     figure.update_layout(showlegend=True, margin_b=36)
     figure.update_xaxes(
-        tickvals=list(range(len(laws))), ticktext=[law.name for law in laws], showgrid=False, range=[-0.5, len(laws) - 0.4], zeroline=False
+        tickvals=list(range(len(laws))),
+        ticktext=[law.name for law in laws],
+        showgrid=False,
+        range=[-0.5, len(laws) - 0.4],
+        zeroline=False,
     )
     figure.update_yaxes(title_text="Mean power of a run [W]", rangemode="tozero")
-    return _finished(figure, 440)
+    return finished(figure, 440)
 
 
 def survival(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
-    """Kaplan-Meier probability that lock still holds [1] over time [s], with its pointwise 95 % band where it stays legible."""
+    """Kaplan-Meier probability that lock still holds [1] over time [s], with 95 % bands where they stay legible."""
     import plotly.graph_objects as go
 
     styles = law_styles(layout.names(ds), evaluation.reference)
@@ -179,7 +137,7 @@ def survival(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         )
     figure.update_xaxes(title_text="Time [s]", range=[0, evaluation.duration])
     figure.update_yaxes(title_text="P(lock still holds) [1]", range=[-0.02, 1.04])
-    return _finished(figure, 400)
+    return finished(figure, 400)
 
 
 def motion(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
@@ -229,9 +187,13 @@ def motion(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         title = f"{'|φ<sub>1</sub>|, horizontal' if column == 1 else '|φ<sub>3</sub>|, vertical'}: 98 % quantile [rad]"
         figure.update_xaxes(title_text=title, range=[0, 1.08 * widest], row=1, col=column)
     figure.update_yaxes(
-        tickvals=list(range(len(laws))), ticktext=[law.name for law in laws], range=[len(laws) - 0.5, -0.5], showgrid=False, zeroline=False
+        tickvals=list(range(len(laws))),
+        ticktext=[law.name for law in laws],
+        range=[len(laws) - 0.5, -0.5],
+        showgrid=False,
+        zeroline=False,
     )
-    return _finished(figure, 130 + 52 * len(laws))
+    return finished(figure, 130 + 52 * len(laws))
 
 
 def paired_forest(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
@@ -243,18 +205,23 @@ def paired_forest(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         centre = evaluation.reference or evaluation.by_power[0].name
         pairs = [d for d in pairs if centre in (d.first, d.second)]
     figure = go.Figure()
-    for same, name, colour, symbol in ((False, "distinguishable", "#0072B2", "square"), (True, "not distinguishable, or no interval", REFERENCE_GREY, "square-open")):
+    for same, name, colour, symbol in (
+        (False, "distinguishable", "#0072B2", "square"),
+        (True, "not distinguishable, or no interval", REFERENCE_GREY, "square-open"),
+    ):
         rows = [k for k, d in enumerate(pairs) if (d.words not in ("more", "less")) is same]
         if not rows:
             continue
         figure.add_scatter(
             x=[pairs[k].estimate.value for k in rows],
             y=rows,
-            error_x=_bars([pairs[k].estimate for k in rows], colour=colour, width=1.8),
+            error_x=error_bars([pairs[k].estimate for k in rows], colour=colour, width=1.8),
             mode="markers",
             marker={"size": 10, "color": colour, "symbol": symbol, "line": {"width": 2, "color": colour}},
             name=name,
-            customdata=[[interval(pairs[k].estimate) or pairs[k].estimate.note, number(pairs[k].p_holm, 2)] for k in rows],
+            customdata=[
+                [interval(pairs[k].estimate) or pairs[k].estimate.note, number(pairs[k].p_holm, 2)] for k in rows
+            ],
             hovertemplate="%{x:.3g} W (%{customdata[0]})<br>Holm-corrected p = %{customdata[1]}<extra></extra>",
         )
     figure.add_vline(x=0, line={"color": REFERENCE_GREY, "width": 1.2})
@@ -268,10 +235,11 @@ def paired_forest(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         zeroline=False,
     )
     for k, pair in enumerate(pairs):
-        words = NOT_DISTINGUISHABLE if pair.words == NOT_DISTINGUISHABLE else f"{signed(pair.estimate.value)} W"
+        words = f"{signed(pair.estimate.value)} W" if pair.words in ("more", "less") else NOT_DISTINGUISHABLE
+        words = words if math.isfinite(pair.p_holm) else "no interval"
         figure.add_annotation(x=1.01, xref="paper", y=k, text=words, showarrow=False, xanchor="left", font={"size": 12})
     figure.update_layout(margin_r=140)
-    return _finished(figure, 130 + 32 * len(pairs))
+    return finished(figure, 130 + 32 * len(pairs))
 
 
 def energy(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
@@ -290,9 +258,14 @@ def energy(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
     figure = go.Figure()
     for name, watts in flows.items():
         figure.add_bar(
-            x=watts, y=rows, orientation="h", name=name, width=0.56, marker={"color": FLOWS[name], "line": {"width": 0}},
+            x=watts,
+            y=rows,
+            orientation="h",
+            name=name,
+            width=0.56,
+            marker={"color": FLOWS[name], "line": {"width": 0}},
             hovertemplate=f"{name} %{{x:.3g}} W<extra></extra>",
-        )  # fmt: skip
+        )
     figure.add_scatter(
         x=[law.wave_input_w for law in laws],
         y=rows,
@@ -302,61 +275,36 @@ def energy(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         hovertemplate="wave input %{x:.3g} W<extra></extra>",
     )
     figure.update_layout(barmode="relative", legend_traceorder="normal")
-    figure.update_xaxes(title_text="Mean power [W]")
-    figure.update_yaxes(
-        tickvals=rows, ticktext=[law.name for law in laws], range=[len(laws) - 0.5, -0.5], showgrid=False, zeroline=False
+    ends = [law.wave_input_w for law in laws] + [
+        sum(max(w, 0.0) for w in row) for row in zip(*flows.values(), strict=True)
+    ]
+    starts = [sum(min(w, 0.0) for w in row) for row in zip(*flows.values(), strict=True)]
+    figure.update_xaxes(
+        title_text="Mean power [W]",
+        range=[_lowest(starts), 1.04 * max([e for e in ends if math.isfinite(e)], default=1.0)],
     )
-    return _finished(figure, 130 + 46 * len(laws))
-
-
-def plottable(evaluation: Evaluation) -> list[LawResult]:
-    """Laws with a finite mean power and power CV, most power first."""
-    return [law for law in evaluation.by_power if math.isfinite(law.power.value) and math.isfinite(law.power_cv.value)]
-
-
-def pareto_range(laws: Sequence[LawResult]) -> tuple[float, float]:
-    """Ends of the CV axis [1] and of the power axis [W], with room for names."""
-    right = max((e.high if math.isfinite(e.high) else e.value for e in (law.power_cv for law in laws)), default=1.0)
-    top = max((e.high if math.isfinite(e.high) else e.value for e in (law.power for law in laws)), default=1.0)
-    return 1.1 * max(right, 1e-9), 1.14 * max(top, 1e-9)
-
-
-def pareto_labels(laws: Sequence[LawResult], right: float, top: float) -> list[Side]:
-    """Side on which to write the name of each law in the Pareto plot."""
-    points = [(law.power_cv.value / right, law.power.value / top) for law in laws]
-    bars = []
-    for (x, y), law in zip(points, laws, strict=True):
-        cv, power = law.power_cv, law.power
-        if math.isfinite(cv.high):
-            bars.append(Box(cv.low / right, cv.high / right, y - 0.008, y + 0.008))
-        if math.isfinite(power.high):
-            bars.append(Box(x - 0.004, x + 0.004, power.low / top, power.high / top))
-    return place(points, [law.name for law in laws], bars)
+    figure.update_yaxes(
+        tickvals=rows,
+        ticktext=[law.name for law in laws],
+        range=[len(laws) - 0.5, -0.5],
+        showgrid=False,
+        zeroline=False,
+    )
+    return finished(figure, 130 + 46 * len(laws))
 
 
 def _banded(evaluation: Evaluation) -> set[str]:
-    """Laws whose survival band is drawn: with more than three laws only the reference and the strongest, or nothing is legible."""
+    """Laws with a survival band: with more than three laws only the reference and the best, or nothing is legible."""
     if len(evaluation.laws) <= 3:
         return {law.name for law in evaluation.laws}
     winner = judge(evaluation).winner or evaluation.by_power[0].name
     return {winner, evaluation.reference or winner}
 
 
-def _front(laws: Sequence[LawResult]) -> list[LawResult]:
-    """Laws that no other law beats in both power and smoothness, smoothest first."""
-    front = [
-        law
-        for law in laws
-        if not any(o.power.value >= law.power.value and o.power_cv.value <= law.power_cv.value and o is not law for o in laws)
-    ]
-    return sorted(front, key=lambda law: law.power_cv.value)
-
-
-def _bars(estimates: Sequence[Estimate], colour: str = REFERENCE_GREY, width: float = 1.3) -> dict[str, object]:
-    """Error bars; none where an interval is missing."""
-    up = [e.high - e.value if math.isfinite(e.high) else 0.0 for e in estimates]
-    down = [e.value - e.low if math.isfinite(e.low) else 0.0 for e in estimates]
-    return {"type": "data", "symmetric": False, "array": up, "arrayminus": down, "color": colour, "thickness": width, "width": 4}
+def _lowest(starts: Sequence[float]) -> float:
+    """Left end of the energy axis: zero, unless a stack goes visibly below."""
+    lowest = min([start for start in starts if math.isfinite(start)], default=0.0)
+    return 1.1 * lowest if lowest < -0.1 else 0.0
 
 
 def _spread(count: int) -> np.ndarray:
@@ -371,7 +319,3 @@ def _stairs(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def _faded(colour: str, alpha: float) -> str:
     red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
     return f"rgba({red},{green},{blue},{alpha})"
-
-
-def _finished(figure: go.Figure, height: int) -> go.Figure:
-    return figure.update_layout(template=template(), height=height)

@@ -15,7 +15,7 @@ class Box(NamedTuple):
     top: float
 
     def overlap(self, other: Box) -> float:
-        """Common area."""
+        """Return the common area."""
         width = min(self.right, other.right) - max(self.left, other.left)
         height = min(self.top, other.top) - max(self.bottom, other.bottom)
         return width * height if width > 0.0 and height > 0.0 else 0.0
@@ -30,7 +30,9 @@ class Side(NamedTuple):
     @property
     def plotly(self) -> str:
         """Name of the side in plotly."""
-        return f"{ {-1: 'bottom', 0: 'middle', 1: 'top'}[self.up]} { {-1: 'left', 0: 'center', 1: 'right'}[self.across]}"
+        return (
+            f"{ {-1: 'bottom', 0: 'middle', 1: 'top'}[self.up] } { {-1: 'left', 0: 'center', 1: 'right'}[self.across] }"
+        )
 
 
 SIDES = (Side(0, 1), Side(0, -1), Side(1, 1), Side(-1, 1), Side(1, -1), Side(-1, -1), Side(1, 0), Side(-1, 0))

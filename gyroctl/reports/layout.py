@@ -79,12 +79,20 @@ def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
     path = Path(source)
     path = path / "results.nc" if path.is_dir() else path
     if not path.is_file():
-        raise InputError("results", str(path), "there is no such file", "Give the directory that gyroctl compare wrote, or its results.nc")
+        raise InputError(
+            "results",
+            str(path),
+            "there is no such file",
+            "Give the directory that gyroctl compare wrote, or its results.nc",
+        )
     try:
         ds = xr.load_dataset(path, engine="h5netcdf")
     except (OSError, ValueError, KeyError) as error:
         raise InputError(
-            "results", str(path), f"this is not a readable NetCDF-4 file ({error})", "Give the results.nc that gyroctl compare wrote"
+            "results",
+            str(path),
+            f"this is not a readable NetCDF-4 file ({error})",
+            "Give the results.nc that gyroctl compare wrote",
         ) from error
     return check_layout(ds, str(path))
 
@@ -111,7 +119,7 @@ def check_layout(ds: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def read_json(ds: xr.Dataset, attribute: str, default: Any) -> Any:
-    """Value of a JSON attribute; `default` where it is absent or not JSON (a file written by another program stays readable)."""
+    """Read a JSON attribute; `default` where it is absent or not JSON, so that an odd file stays readable."""
     try:
         return json.loads(ds.attrs[attribute])
     except (KeyError, TypeError, ValueError):
@@ -119,13 +127,13 @@ def read_json(ds: xr.Dataset, attribute: str, default: Any) -> Any:
 
 
 def experiment(ds: xr.Dataset) -> dict[str, Any]:
-    """The experiment as a dictionary; empty where the attribute holds none."""
+    """Read the experiment as a dictionary; empty where the attribute holds none."""
     value = read_json(ds, "experiment", {})
     return value if isinstance(value, dict) else {}
 
 
 def duration(ds: xr.Dataset) -> float:
-    """Duration of every run: attribute ``duration``, else the experiment's ``run.duration``, else the end of the examples. [s]"""
+    """Duration [s] of every run: attribute ``duration``, else the experiment's, else the end of the examples."""
     if "duration" in ds.attrs:
         return float(ds.attrs["duration"])
     run = experiment(ds).get("run")

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.reports import layout
-from gyroctl.reports.evaluation import Evaluation, evaluate
-from gyroctl.reports.figures import pareto_labels, pareto_range, plottable
+from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
+from gyroctl.reports.pareto import pareto_labels, pareto_range, plottable
 from gyroctl.reports.statistics import Estimate
 from gyroctl.reports.theme import LIGHT, LOCK_SCALE, law_styles
 from gyroctl.reports.verdict import judge
@@ -41,7 +41,7 @@ STYLE: dict[str, Any] = {
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
 }
-WINDOW = 60.0
+WINDOW = 40.0
 """Length of the stretch in time. [s]"""
 
 
@@ -97,16 +97,24 @@ def _pareto(axes: Axes, ds: xr.Dataset, evaluation: Evaluation) -> None:
     right, top = pareto_range(laws)
     for law, side in zip(laws, pareto_labels(laws, right, top), strict=True):
         x, y = law.power_cv, law.power
-        axes.errorbar(x.value, y.value, xerr=_arms(x), yerr=_arms(y), color=LIGHT["axis"], linewidth=1.2, capsize=2.5, zorder=2)
+        axes.errorbar(
+            x.value, y.value, xerr=_arms(x), yerr=_arms(y), color=LIGHT["axis"], linewidth=1.2, capsize=2.5, zorder=2
+        )
         points = axes.scatter(
             x.value, y.value, c=[law.lock.value], cmap=scale, vmin=0, vmax=1, s=85, marker=styles[law.name].marker,
             edgecolors="white", linewidths=1.0, zorder=3,
         )  # fmt: skip
         axes.annotate(
-            law.name, (x.value, y.value), xytext=(5 * side.across, 8 * side.up), textcoords="offset points", fontsize=9.5, zorder=4,
-            ha={-1: "right", 0: "center", 1: "left"}[side.across], va={-1: "top", 0: "center", 1: "bottom"}[side.up],
+            law.name,
+            (x.value, y.value),
+            xytext=(5 * side.across, 8 * side.up),
+            textcoords="offset points",
+            ha={-1: "right", 0: "center", 1: "left"}[side.across],
+            va={-1: "top", 0: "center", 1: "bottom"}[side.up],
+            fontsize=9.5,
             fontweight="normal" if law.name == evaluation.reference else "bold",
-        )  # fmt: skip
+            zorder=4,
+        )
     axes.set_xlim(0.0, right)
     axes.set_ylim(0.0, top)
     axes.set(xlabel="Coefficient of variation of power [1]", ylabel="Mean power [W]", title="Power against smoothness")
@@ -119,21 +127,31 @@ def _power(axes: Axes, ds: xr.Dataset, evaluation: Evaluation) -> None:
     styles = law_styles(layout.names(ds), evaluation.reference)
     time = np.asarray(ds["time"].values, dtype=np.float64)
     start = max(float(time[0]), 0.5 * float(time[0] + time[-1]) - WINDOW / 2.0)
-    shown = (time >= start) & (time <= start + WINDOW)
-    winner = judge(evaluation).winner
+    stretch = (time >= start) & (time <= start + WINDOW)
     top = 0.0
-    for law in evaluation.laws:
-        power = ds["example_power"].sel(law=law.name).values[shown]
-        axes.plot(
-            time[shown], power, label=law.name, color=styles[law.name].colour, linewidth=1.8 if law.name == winner else 1.1,
-            zorder=4 if law.name == winner else 3,
-        )  # fmt: skip
-        top = max(top, float(np.nanquantile(power, 0.995)) if np.isfinite(power).any() else 0.0)
-    axes.set_xlim(start, start + WINDOW)
-    axes.set_ylim(0.0, 1.05 * top if top > 0.0 else 1.0)
-    title = f"Electrical power, seed {evaluation.seeds[0]}"
-    axes.set(xlabel="Time [s]", ylabel="Electrical power [W]", title=title)
-    axes.legend(frameon=False, ncols=2, fontsize=9.5, loc="upper right")
+    # Rough curves first, so that the smooth ones stay visible on top of them.
+    for law in sorted(_few(evaluation), key=lambda law: -law.power_cv.value):
+        power = ds["example_power"].sel(law=law.name).values[stretch]
+        axes.plot(time[stretch], power, label=law.name, color=styles[law.name].colour, linewidth=1.5)
+        top = max(top, float(np.nanmax(power)) if np.isfinite(power).any() else 0.0)
+    axes.set_xlim(start, min(start + WINDOW, float(time[-1])))
+    axes.set_ylim(0.0, 1.18 * top if top > 0.0 else 1.0)
+    axes.set(
+        xlabel="Time [s]",
+        ylabel="Electrical power [W]",
+        title=f"Electrical power in the same waves (seed {evaluation.seeds[0]})",
+    )
+    axes.legend(
+        frameon=False, ncols=4, fontsize=9.5, loc="upper left", borderaxespad=0.2, columnspacing=1.4, handlelength=1.4
+    )
+
+
+def _few(evaluation: Evaluation) -> list[LawResult]:
+    """At most four laws without an oracle: the winner, the reference, the smoothest, then the strongest."""
+    causal = [law for law in evaluation.by_power if law.information != "oracle"] or list(evaluation.by_power)
+    first = [judge(evaluation).winner, evaluation.reference, min(causal, key=lambda law: law.power_cv.value).name]
+    order = {name: rank for rank, name in reversed(list(enumerate(first))) if name is not None}
+    return sorted(causal, key=lambda law: order.get(law.name, len(first)))[:4]
 
 
 def _arms(estimate: Estimate) -> list[list[float]] | None:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyroctl.reports import figures, layout, wording
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
+from gyroctl.reports.pareto import pareto
 from gyroctl.reports.statistics import NOT_DISTINGUISHABLE
 from gyroctl.reports.theme import DARK, LIGHT, law_styles, template
 from gyroctl.reports.timeseries import time_series
@@ -37,9 +38,9 @@ PLATES = (
     Plate(
         "pareto",
         "Power against smoothness",
-        "Each law at its mean power and power CV. Colour is the probability to hold lock, bars are 95 % intervals, the dotted line joins "
-        "the laws that no other beats in both. Best is top left and petrol.",
-        figures.pareto,
+        "Each law at its mean power and power CV. Colour is the probability to hold lock, bars are 95 % intervals, the "
+        "dotted line joins the laws that no other beats in both. Best is top left and petrol.",
+        pareto,
     ),
     Plate(
         "power",
@@ -70,27 +71,54 @@ PLATES = (
     Plate(
         "energy",
         "Where the energy goes",
-        "Mean power flows. The stack ends at the wave input when the ledger closes; only the generator's share is output.",
+        "Mean power flows. The stack ends at the wave input when the ledger closes; only the generator's share is "
+        "output.",
         figures.energy,
     ),
 )
 
 GLOSSARY = (
-    ("Mean power", "Time mean of the electrical power cg·ω′², mean over all realisations, lost runs included."),
-    ("95 % interval", "Bootstrap (BCa) over realisations; at least four are needed. Ratios and differences resample pairs."),
+    ("Mean power", "Time mean of the electrical power cg·ω'², mean over all realisations, lost runs included."),
+    (
+        "95 % interval",
+        "Bootstrap (BCa) over realisations; at least four are needed. Ratios and differences resample pairs.",
+    ),
     ("Power CV", "Standard deviation of the electrical power over its mean within a run: 0 is perfectly smooth."),
     ("P98/mean", "98 % quantile of the electrical power over its mean: how far the electronics must be oversized."),
-    ("Lock", "The ring turns once a wave. Lost when the 10 s mean of its speed falls below half the peak wave frequency; re-locking does not undo it."),
+    (
+        "Lock",
+        "The ring turns once a wave. Lost when the 10 s mean of its speed falls "
+        "below half the peak wave frequency; re-locking does not undo it.",
+    ),
     ("P(lock)", "Share of runs that never lost lock, with Wilson's interval."),
-    ("MTLL", "Mean time to lose lock: total time in lock over the number of losses, with the exact chi-square interval."),
+    (
+        "MTLL",
+        "Mean time to lose lock: total time in lock over the number of losses, with the exact chi-square interval.",
+    ),
     ("Cycle slips", "Jumps of the ring by a whole turn against the phase of the waves, per 1000 waves."),
-    ("Motion", "98 % quantile of |φ1| (horizontal) and |φ3| (vertical); the linear float model holds up to about 0.3 rad."),
-    ("Information", "What a law may see: nothing, sensors, a forecast of the waves, or the true future (oracle, a bound and no competitor)."),
-    ("best_constant", "The best constant pair cc, cg found on the tuning seeds with the same budget as the other laws."),
-    ("Not distinguishable", "The Holm-corrected paired test does not exclude that the two laws are equal on these waves."),
+    (
+        "Motion",
+        "98 % quantile of |φ1| (horizontal) and |φ3| (vertical); the linear float model holds up to about 0.3 rad.",
+    ),
+    (
+        "Information",
+        "What a law may see: nothing, sensors, a forecast of the waves, or the true "
+        "future (oracle, a bound and no competitor).",
+    ),
+    (
+        "best_constant",
+        "The best constant pair cc, cg found on the tuning seeds with the same budget as the other laws.",
+    ),
+    (
+        "Not distinguishable",
+        "The Holm-corrected paired test does not exclude that the two laws are equal on these waves.",
+    ),
     ("Load share", "N·cg/(J4·V): used share of the torque that can hold the ring in step; above 1 lock cannot last."),
     ("Capture width ratio", "Mean power over the wave power that passes the width of the float."),
-    ("Ledger residual", "Wave input minus radiated, hinge, slip, generator and stored power, relative to the wave input; worst run."),
+    (
+        "Ledger residual",
+        "Wave input minus radiated, hinge, slip, generator and stored power, relative to the wave input; worst run.",
+    ),
 )
 
 
@@ -151,10 +179,22 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
 
     found = evaluate(ds) if evaluation is None else evaluation
     environment = Environment(
-        loader=PackageLoader("gyroctl.reports"), autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        loader=PackageLoader("gyroctl.reports"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
     )
     environment.filters.update(
-        number=wording.number, interval=wording.interval, signed=wording.signed, integer=_integer, plain=wording.plain, minutes=wording.minutes, minutes_interval=wording.minutes_interval, watts=wording.watts, percent=wording.percent
+        number=wording.number,
+        interval=wording.interval,
+        signed=wording.signed,
+        integer=_integer,
+        plain=wording.plain,
+        minutes=wording.minutes,
+        minutes_interval=wording.minutes_interval,
+        watts=wording.watts,
+        percent=wording.percent,
     )
     verdict = judge(found)
     return environment.get_template("report.html.j2").render(
@@ -165,10 +205,17 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
         laws=found.by_power,
         styles=law_styles(layout.names(ds), found.reference),
         sea=sea_line(ds),
-        figures=[(plate, _figure_json(plate.draw(ds, found))) for plate in PLATES],
+        figures=[
+            (plate, _figure_json(plate.draw(ds, found)))
+            for plate in PLATES
+            if plate.anchor != "differences" or found.power_differences
+        ],
         series=_figure_json(time_series(ds, found)) if layout.has_examples(ds) else None,
         example_seed=found.seeds[0],
-        templates={name: _script_safe(json.dumps(template(colours).to_plotly_json(), sort_keys=True)) for name, colours in (("light", LIGHT), ("dark", DARK))},
+        templates={
+            name: _script_safe(json.dumps(template(colours).to_plotly_json(), sort_keys=True))
+            for name, colours in (("light", LIGHT), ("dark", DARK))
+        },
         plotly_js=get_plotlyjs(),
         balances=[_balance(law) for law in found.by_power],
         not_distinguishable=NOT_DISTINGUISHABLE,
@@ -184,13 +231,21 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
 
 
 def sea_line(ds: xr.Dataset) -> str:
-    """The sea in one line, as far as the experiment says: ``Hs 0.283 m, ωp 3.14 rad/s, γ 5, heading 0°``."""  # noqa: RUF002
+    """Describe the sea in one line, as far as the experiment says: ``Hs 0.283 m, ωp 3.14 rad/s, γ 5, heading 0°``."""
     sea = layout.experiment(ds).get("sea")
     if not isinstance(sea, dict):
         return ""
-    known = (("hs", "Hs", " m"), ("height", "height", " m"), ("wp", "ωp", " rad/s"), ("gamma", "γ", ""), ("heading", "heading", "°"))  # noqa: RUF001
+    known = (
+        ("hs", "Hs", " m"),
+        ("height", "height", " m"),
+        ("wp", "ωp", " rad/s"),
+        ("gamma", "γ", ""),
+        ("heading", "heading", "°"),
+    )  # noqa: RUF001
     return ", ".join(
-        f"{name} {wording.number(float(sea[key]))}{unit}" for key, name, unit in known if isinstance(sea.get(key), int | float)
+        f"{name} {wording.number(float(sea[key]))}{unit}"
+        for key, name, unit in known
+        if isinstance(sea.get(key), int | float)
     )
 
 
@@ -234,7 +289,11 @@ def _provenance(ds: xr.Dataset) -> list[tuple[str, str]]:
     versions = layout.read_json(ds, "versions", {})
     if isinstance(versions, dict) and versions:
         rows.append(("Libraries", ", ".join(f"{name} {version}" for name, version in sorted(versions.items()))))
-    for attribute, name in (("hydrodynamics_sha256", "Hydrodynamics SHA-256"), ("plant", "Plant"), ("platform", "Platform")):
+    for attribute, name in (
+        ("hydrodynamics_sha256", "Hydrodynamics SHA-256"),
+        ("plant", "Plant"),
+        ("platform", "Platform"),
+    ):
         if attribute in ds.attrs:
             rows.append((name, str(ds.attrs[attribute])))
     return rows
@@ -247,6 +306,8 @@ def _parameters(ds: xr.Dataset) -> list[tuple[str, str]]:
         return []
     rows = []
     for law, values in stored.items():
-        text = ", ".join(f"{key} = {value}" for key, value in values.items()) if isinstance(values, dict) else str(values)
+        text = (
+            ", ".join(f"{key} = {value}" for key, value in values.items()) if isinstance(values, dict) else str(values)
+        )
         rows.append((str(law), text or "none"))
     return rows

@@ -1,8 +1,8 @@
 """Statistics of a comparison: lock probability, time to lose lock, paired differences on identical realisations.
 
-Every function returns numbers with an interval and, where an interval cannot be given, the reason in words instead of an error:
-one to three realisations, every run lost and no run lost are ordinary results. Everything is deterministic: resampling always
-starts from the same seed, so that a report rebuilt from its file repeats every digit.
+Every function returns numbers with an interval and, where an interval cannot be given, the reason in words instead of
+an error: one to three realisations, every run lost and no run lost are ordinary results. Everything is deterministic:
+resampling always starts from the same seed, so that a report rebuilt from its file repeats every digit.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ CONFIDENCE = 0.95
 RESAMPLES = 9999
 SEED = 20170731
 FEWEST = 4
-"""Fewest realisations from which an interval of a mean is resampled: below it there are hardly any distinct resamples."""
+"""Fewest realisations from which an interval of a mean is resampled: below it hardly any resamples differ."""
 
 NOT_DISTINGUISHABLE = "not distinguishable"
 
@@ -80,9 +80,9 @@ def lock_probability(locked: ArrayLike, confidence: float = CONFIDENCE) -> Estim
 def mean_time_to_loss(loss_time: ArrayLike, duration: float, confidence: float = CONFIDENCE) -> Estimate:
     """Mean time to lose lock (MTLL) from loss times censored at the end of the run.
 
-    Maximum likelihood for exponential times: total time in lock over the number of losses. The chi-square interval takes
-    2(k + 1) degrees of freedom for the lower bound and 2k for the upper, as is exact for k losses in a given total time in lock.
-    Without a loss there is no estimate, only a one-sided lower bound of the same confidence.
+    Maximum likelihood for exponential times: total time in lock over the number of losses. The chi-square interval
+    takes 2(k + 1) degrees of freedom for the lower bound and 2k for the upper, as is exact for k losses in a given
+    total time in lock. Without a loss there is no estimate, only a one-sided lower bound of the same confidence.
 
     Parameters
     ----------
@@ -128,8 +128,8 @@ def lock_survival(loss_time: ArrayLike, duration: float, confidence: float = CON
     Returns
     -------
     Survival
-        Steps from time 0 to `duration`. Bounds are NaN where Greenwood's variance does not exist (before the first loss, and
-        after the last run is lost).
+        Steps from time 0 to `duration`. Bounds are NaN where Greenwood's variance does not exist (before the first
+        loss, and after the last run is lost).
     """
     from scipy.stats import CensoredData, ecdf
 
@@ -158,7 +158,7 @@ def lock_survival(loss_time: ArrayLike, duration: float, confidence: float = CON
 
 
 def bootstrap_mean(values: ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
-    """Mean over realisations with a bootstrap interval (BCa, fixed seed); values that are NaN are left out and counted in the note.
+    """Mean over realisations with a bootstrap interval (BCa, fixed seed); NaN is left out and counted in the note.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def bootstrap_mean(values: ArrayLike, confidence: float = CONFIDENCE) -> Estimat
 
 
 def paired_ratio(values: ArrayLike, reference: ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
-    """Ratio of two means on the same realisations, with a paired bootstrap interval (realisations are drawn, not single values).
+    """Ratio of two means on the same realisations, with a paired bootstrap interval: realisations are drawn.
 
     Parameters
     ----------
@@ -213,11 +213,13 @@ def paired_ratio(values: ArrayLike, reference: ArrayLike, confidence: float = CO
     return Estimate(ratio, low, high, left_out)
 
 
-def paired_difference(values: ArrayLike, reference: ArrayLike, confidence: float = CONFIDENCE) -> tuple[Estimate, float]:
+def paired_difference(
+    values: ArrayLike, reference: ArrayLike, confidence: float = CONFIDENCE
+) -> tuple[Estimate, float]:
     """Mean difference on the same realisations: paired bootstrap interval and the p-value of a paired t-test.
 
-    The exact sign-flip test would be free of assumptions, but its p-value cannot fall below 2^(1 - n): with eight realisations and
-    Holm's correction over a dozen pairs it could never tell any two laws apart.
+    The exact sign-flip test would be free of assumptions, but its p-value cannot fall below 2^(1 - n): with eight
+    realisations and Holm's correction over a dozen pairs it could never tell any two laws apart.
 
     Parameters
     ----------
@@ -262,12 +264,16 @@ def holm(p_values: Sequence[float]) -> list[float]:
 
 
 def paired_differences(
-    names: Sequence[str], values: NDArray[np.float64], confidence: float = CONFIDENCE, words: tuple[str, str] = ("more", "less")
+    names: Sequence[str],
+    values: NDArray[np.float64],
+    confidence: float = CONFIDENCE,
+    words: tuple[str, str] = ("more", "less"),
 ) -> tuple[PairedDifference, ...]:
     """Compare every pair of laws on identical realisations, Holm-corrected over all pairs.
 
-    All pairs make up the family, so the words stay right for the pair that looks best afterwards. Two laws count as different when
-    the corrected p-value is below 1 - `confidence` and the interval of the single comparison leaves out zero.
+    All pairs make up the family, so the words stay right for the pair that looks best afterwards. Two laws count as
+    different when the corrected p-value is below 1 - `confidence` and the interval of the single comparison leaves out
+    zero.
 
     Parameters
     ----------

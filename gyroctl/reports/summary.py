@@ -27,8 +27,8 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
     -------
     dict
         Keys ``experiment``, ``realisations``, ``laws``, and beside the contract ``tuning_seeds``, ``duration_s``,
-        ``motion_limit_rad``, ``power_differences``, ``created``, ``gyroctl_version``. Units are in the names: ``_w`` [W], ``_s`` [s],
-        ``_ms`` [ms]; motion [rad]; cycle slips per 1000 waves; ratios, CV and probabilities [1]. Intervals are at 95 %.
+        ``motion_limit_rad``, ``power_differences``, ``created``, ``gyroctl_version``. Units are in the
+        names: ``_w`` [W], ``_s`` [s], ``_ms`` [ms]; motion [rad]; cycle slips per 1000 waves; ratios, CV and probabilities [1]. Intervals are at 95 %.
 
     Raises
     ------
@@ -42,7 +42,8 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
         {
             "experiment": experiment if isinstance(experiment, dict) else {"text": str(ds.attrs["experiment"])},
             "realisations": [
-                {"seed": seed, "sha256": str(digest)} for seed, digest in zip(found.seeds, ds["sha256"].values, strict=True)
+                {"seed": seed, "sha256": str(digest)}
+                for seed, digest in zip(found.seeds, ds["sha256"].values, strict=True)
             ],
             "laws": {law.name: _law(law) for law in found.laws},
             "power_differences": [
@@ -118,7 +119,7 @@ def _interval(estimate: Estimate) -> list[float]:
 
 
 def _plain(value: Any) -> Any:
-    """Same value without NaN, infinity or NumPy scalars: JSON knows none of them."""
+    """Return the value without NaN, infinity or NumPy scalars: JSON knows none of them."""
     if isinstance(value, dict):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -32,8 +32,8 @@ def results_table(ds: xr.Dataset, evaluation: Evaluation | None = None, *, inter
     Returns
     -------
     rich.table.Table
-        Power [W], ratio to best_constant [1], power CV [1], locked runs, mean time to lose lock, cycle slips per 1000 waves,
-        98 % of |phi1| and |phi3| [rad] (red beyond the limit), information.
+        Power [W], ratio to best_constant [1], power CV [1], locked runs, mean time to lose lock [min], cycle slips per
+        1000 waves, 98 % of |phi1| and |phi3| [rad] (red beyond the limit), information.
     """
     from rich import box
     from rich.markup import escape

@@ -1,13 +1,16 @@
 """One look for every picture: palette, type and plotly templates for light and dark pages.
 
-The law colours are those of Okabe and Ito (distinguishable with every common colour-vision deficiency); marker shape and dash repeat
-what colour says. The reference law is always grey, so that colour means "a law under test".
+The law colours are those of Okabe and Ito (distinguishable with every common colour-vision deficiency), continued by two;
+marker shape and dash repeat what colour says. The reference law is always grey, so that colour means "a law under test".
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
+
+from gyroctl.reports.statistics import Estimate
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -18,7 +21,7 @@ SYMBOLS = ("circle", "square", "diamond", "triangle-up", "cross", "pentagon", "s
 MARKERS = ("o", "s", "D", "^", "P", "p", "*", "h")
 DASHES = ("solid", "solid", "solid", "solid", "dash", "dash", "dash", "dash")
 REFERENCE_GREY = "#7A828C"
-WARNING = "#B3261E"
+WARNING = "#CF3F35"
 
 FLOWS = {
     "generator": "#0072B2",
@@ -30,10 +33,24 @@ FLOWS = {
 """Where the energy goes: the useful share in the strong colour."""
 
 LOCK_SCALE = ((0.0, "#B5472F"), (0.5, "#E3B873"), (0.8, "#8FB3B0"), (1.0, "#12626E"))
-"""Probability of lock: warm is bad, petrol is good; lightness and hue both change, so it survives greyscale and red-green blindness."""
+"""Probability of lock: warm is bad, petrol is good, pale between; red-green blindness leaves orange against blue."""
 
-LIGHT = {"ink": "#1F2933", "muted": "#5B6672", "grid": "#E6E9ED", "axis": "#C3C9D0", "paper": "rgba(0,0,0,0)", "label": "#FFFFFF"}
-DARK = {"ink": "#E4E8EC", "muted": "#A3ADB8", "grid": "#2E363F", "axis": "#4A545F", "paper": "rgba(0,0,0,0)", "label": "#1B2127"}
+LIGHT = {
+    "ink": "#1F2933",
+    "muted": "#5B6672",
+    "grid": "#E6E9ED",
+    "axis": "#C3C9D0",
+    "paper": "rgba(0,0,0,0)",
+    "label": "#FFFFFF",
+}
+DARK = {
+    "ink": "#E4E8EC",
+    "muted": "#A3ADB8",
+    "grid": "#2E363F",
+    "axis": "#4A545F",
+    "paper": "rgba(0,0,0,0)",
+    "label": "#1B2127",
+}
 
 
 class LawStyle(NamedTuple):
@@ -59,7 +76,7 @@ def law_styles(names: Sequence[str], reference: str | None) -> dict[str, LawStyl
 
 
 def template(colours: dict[str, str] = LIGHT) -> go.layout.Template:
-    """Plotly template of the project.
+    """Make the plotly template of the project.
 
     Parameters
     ----------
@@ -110,3 +127,23 @@ def template(colours: dict[str, str] = LIGHT) -> go.layout.Template:
             "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": colours["axis"], "activecolor": colours["muted"]},
         }
     )
+
+
+def error_bars(estimates: Sequence[Estimate], colour: str = REFERENCE_GREY, width: float = 1.3) -> dict[str, object]:
+    """Error bars; none where an interval is missing."""
+    up = [e.high - e.value if math.isfinite(e.high) else None for e in estimates]
+    down = [e.value - e.low if math.isfinite(e.low) else None for e in estimates]
+    return {
+        "type": "data",
+        "symmetric": False,
+        "array": up,
+        "arrayminus": down,
+        "color": colour,
+        "thickness": width,
+        "width": 4,
+    }
+
+
+def finished(figure: go.Figure, height: int) -> go.Figure:
+    """Give the figure its template and its height [px]."""
+    return figure.update_layout(template=template(), height=height)

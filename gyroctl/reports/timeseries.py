@@ -32,7 +32,8 @@ WINDOW = 120.0
 def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
     """Elevation, power, ring speed, motion, actuators and load share of the first realisation, over time [s].
 
-    The legend shows and hides a law in all panels; at first only the reference and the best law are shown, and 120 s of the run.
+    The legend shows and hides a law in all panels; at first only the reference and the best law are shown, and 120 s
+    of the run.
 
     Raises
     ------
@@ -45,7 +46,11 @@ def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         raise ValueError("the dataset holds no example time series")
     styles = law_styles(layout.names(ds), evaluation.reference)
     figure = make_subplots(
-        rows=1 + len(PANELS), cols=1, shared_xaxes=True, vertical_spacing=0.026, subplot_titles=["Wave elevation [m]", *(title for _, title in PANELS)]
+        rows=1 + len(PANELS),
+        cols=1,
+        shared_xaxes=True,
+        vertical_spacing=0.034,
+        subplot_titles=["Wave elevation [m]", *(title for _, title in PANELS)],
     )
     time = np.asarray(ds["time"].values, dtype=np.float64)
     figure.add_scatter(
@@ -78,12 +83,15 @@ def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
     figure.update_yaxes(range=[low, high], row=last, col=1)
     figure.update_xaxes(title_text="Time [s]", row=last, col=1)
     figure.update_yaxes(nticks=5)
+    for row, (signal, _) in enumerate(PANELS, start=2):
+        if signal in ("cc", "cg"):  # a constant signal would otherwise get an axis from -1 to 1
+            figure.update_yaxes(range=_actuator_range(ds[f"example_{signal}"].values), row=row, col=1)
     for note in figure.layout.annotations:
         note.update(x=0, xanchor="left", font={"size": 12.5}, yshift=2)
     figure.update_xaxes(range=_window(time, WINDOW))
     figure.update_layout(
         template=template(),
-        height=110 + 118 * last,
+        height=110 + 122 * last,
         hovermode="x",
         legend={"y": 1.035, "yanchor": "bottom"},
         updatemenus=[_zoom_buttons(time, last)],
@@ -93,7 +101,7 @@ def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
 
 
 def _sampled(time: NDArray[np.float64], values: NDArray[Any]) -> dict[str, Any]:
-    """Trace data in single precision; the time axis as start and step where it is uniform: half the page would be time otherwise."""
+    """Trace data in single precision, uniform time as start and step: half the page would be time otherwise."""
     y = np.asarray(values, dtype=np.float32)
     steps = np.diff(time)
     if steps.size and np.allclose(steps, steps[0], rtol=1e-6):
@@ -109,7 +117,7 @@ def _shown_first(evaluation: Evaluation) -> set[str]:
 
 
 def _window(time: NDArray[np.float64], width: float) -> list[float]:
-    """A window in the middle of the run, the whole run where it is shorter."""
+    """Choose a window in the middle of the run, the whole run where it is shorter."""
     first, last = float(time[0]), float(time[-1])
     if last - first <= width:
         return [first, last]
@@ -125,14 +133,25 @@ def _usual_range(values: NDArray[Any]) -> tuple[float, float]:
     return low - 0.05 * (high - low), high + 0.05 * (high - low)
 
 
+def _actuator_range(values: NDArray[Any]) -> list[float]:
+    finite = values[np.isfinite(values)]
+    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+    low, high = min(low, 0.0), max(high, 0.0)
+    margin = 0.1 * (high - low) or 1.0
+    return [low - (margin if low < 0.0 else 0.25 * margin), high + margin]
+
+
 def _zoom_buttons(time: NDArray[np.float64], rows: int) -> dict[str, Any]:
-    views = {"20 s": _window(time, 20.0), "120 s": _window(time, WINDOW), "whole run": [float(time[0]), float(time[-1])]}
+    views = {
+        "20 s": _window(time, 20.0),
+        "120 s": _window(time, WINDOW),
+        "whole run": [float(time[0]), float(time[-1])],
+    }
     axes = [f"xaxis{k if k > 1 else ''}.range" for k in range(1, rows + 1)]
     return {
         "type": "buttons",
         "direction": "right",
-        "showactive": True,
-        "active": 1,
+        "showactive": False,  # plotly's highlight is a fixed near-white, unreadable on a dark page
         "x": 1.0,
         "xanchor": "right",
         "y": 1.035,
@@ -141,5 +160,8 @@ def _zoom_buttons(time: NDArray[np.float64], rows: int) -> dict[str, Any]:
         "bgcolor": "rgba(128,138,148,0.12)",
         "bordercolor": "rgba(128,138,148,0.35)",
         "font": {"size": 12},
-        "buttons": [{"label": label, "method": "relayout", "args": [{axis: view for axis in axes}]} for label, view in views.items()],
+        "buttons": [
+            {"label": label, "method": "relayout", "args": [{axis: view for axis in axes}]}
+            for label, view in views.items()
+        ],
     }

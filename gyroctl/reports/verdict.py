@@ -20,9 +20,9 @@ class Verdict(NamedTuple):
 def judge(evaluation: Evaluation) -> Verdict:
     """Name the law with most power among those that may be used, keep lock and stay within the motion limit.
 
-    A law qualifies when it does without an oracle, held lock in at least one run and in at least as many runs as the reference
-    (without a reference: as many as any causal law), and keeps its mean 98 % motion within the limit. Laws that give more power but do not
-    qualify are named with the reason.
+    A law qualifies when it does without an oracle, held lock in at least one run and in at least as many runs as the
+    reference (without a reference: as many as any causal law), and keeps its mean 98 % motion within the limit. Laws
+    that give more power but do not qualify are named with the reason.
 
     Parameters
     ----------
@@ -58,7 +58,9 @@ def _reasons(law: LawResult, evaluation: Evaluation) -> list[str]:
         reasons.append(f"held lock in {law.locked} of {law.runs} runs only ({against})")
     for name, value in (("phi1", law.phi1_p98), ("phi3", law.phi3_p98)):
         if value > evaluation.motion_limit:
-            reasons.append(f"moves too far (98 % of |{name}| {number(value)} rad, limit {plain(evaluation.motion_limit)} rad)")
+            reasons.append(
+                f"moves too far (98 % of |{name}| {number(value)} rad, limit {plain(evaluation.motion_limit)} rad)"
+            )
     return reasons
 
 
@@ -104,7 +106,8 @@ def _excluded(winner: LawResult | None, reasons: dict[str, list[str]], evaluatio
     stronger = [law for law in evaluation.by_power if reasons[law.name] and law.power.value > floor]
     lead = "gives more power" if winner else "gives"
     return [
-        f"{law.name} {lead}{',' if winner else ''} {number(law.power.value)} W, but {listed(reasons[law.name])}." for law in stronger
+        f"{law.name} {lead}{',' if winner else ''} {number(law.power.value)} W, but {listed(reasons[law.name])}."
+        for law in stronger
     ]
 
 
@@ -115,13 +118,17 @@ def _smoothest(winner: LawResult | None, fit: list[LawResult]) -> list[str]:
     smoothest = min(finite, key=lambda law: law.power_cv.value)
     if smoothest.name == winner.name:
         return ["It is also the smoothest of these laws."]
-    return [f"The smoothest of these laws is {smoothest.name}, CV {number(smoothest.power_cv.value, 2)} at {number(smoothest.power.value)} W."]
+    return [
+        f"The smoothest of these laws is {smoothest.name}, CV {number(smoothest.power_cv.value, 2)} at {number(smoothest.power.value)} W."
+    ]
 
 
 def _caveats(evaluation: Evaluation) -> list[str]:
     caveats = []
     if len(evaluation.seeds) < FEWEST:
-        caveats.append(f"Too few realisations for intervals (at least {FEWEST}): read this as a demonstration, not as a result.")
+        caveats.append(
+            f"Too few realisations for intervals (at least {FEWEST}): read this as a demonstration, not as a result."
+        )
     if evaluation.seed_overlap:
         caveats.append(
             f"Seeds {seed_ranges(evaluation.seed_overlap)} were used for tuning as well as for evaluation: the results of tuned laws are too good."
@@ -137,10 +144,14 @@ def _caveats(evaluation: Evaluation) -> list[str]:
     sliding = [law for law in evaluation.laws if law.cycle_slips > 10.0]
     if sliding:
         runs = listed([f"{law.name} {number(law.cycle_slips, 2)}" for law in sliding])
-        caveats.append(f"More than 1 % of the waves slipped, per 1000 waves: {runs}. Power won by sliding is not locked power.")
+        caveats.append(
+            f"More than 1 % of the waves slipped, per 1000 waves: {runs}. Power won by sliding is not locked power."
+        )
     fallen = [law for law in evaluation.laws if law.fallbacks]
     if fallen:
-        caveats.append(f"Steps that fell back to a simpler law: {listed([f'{law.name} {law.fallbacks}' for law in fallen])}.")
+        caveats.append(
+            f"Steps that fell back to a simpler law: {listed([f'{law.name} {law.fallbacks}' for law in fallen])}."
+        )
     unbalanced = [law for law in evaluation.laws if law.ledger_residual > 1e-4]
     if unbalanced:
         worst = listed([f"{law.name} {number(law.ledger_residual, 2)}" for law in unbalanced])

@@ -10,7 +10,7 @@ NOTHING = "–"  # noqa: RUF001 - an en dash marks an absent number
 
 
 def number(value: float | None, digits: int = 3) -> str:
-    """`value` rounded to `digits` significant digits, no exponent between 1e-4 and 1e6; an en dash for NaN, the sign for infinity.
+    """`value` rounded to significant digits, no exponent between 1e-4 and 1e6; an en dash for NaN, a sign for infinity.
 
     Parameters
     ----------
@@ -69,13 +69,15 @@ def seed_ranges(seeds: tuple[int, ...]) -> str:
     for end in range(1, len(ordered) + 1):
         if end == len(ordered) or ordered[end] != ordered[end - 1] + 1:
             first, last = ordered[start], ordered[end - 1]
-            parts.append(str(first) if first == last else f"{first}, {last}" if last == first + 1 else f"{first} to {last}")
+            parts.append(
+                str(first) if first == last else f"{first}, {last}" if last == first + 1 else f"{first} to {last}"
+            )
             start = end
     return ", ".join(parts) if parts else "none"
 
 
 def plain(value: float) -> str:
-    """A given value (a setting, not a result) as short as it can be written: ``600``, ``0.35``."""
+    """Write a given value (a setting, not a result) as short as can be: ``600``, ``0.35``."""
     return f"{value:g}"
 
 

@@ -46,24 +46,24 @@ def loss_time(psi: ArrayLike, dt: float, wp: float, sense: int = 1) -> NDArray[n
     return np.where(np.any(slow, axis=0), (first + span) * dt, np.nan)
 
 
-def wave_phase(moment: ArrayLike, dt: float, wp: float) -> NDArray[np.float64]:
-    """Phase of a moment (n,) as that of its analytic signal, band-passed to [wp/2, 3wp/2], unwrapped (n,). [rad]"""
+def wave_phasor(moment: ArrayLike, dt: float, wp: float) -> NDArray[np.complex128]:
+    """Analytic signal of a moment (n,), band-passed to [wp/2, 3wp/2]: its angle is the phase of the waves. [Nm]"""
     signal = np.asarray(moment, float)
     spectrum = np.fft.fft(signal)
     omega = 2.0 * np.pi * np.fft.fftfreq(signal.size, dt)
     band = (omega >= 0.5 * wp) & (omega <= 1.5 * wp)
-    return np.unwrap(np.angle(np.fft.ifft(np.where(band, 2.0 * spectrum, 0.0))))
+    return np.asarray(np.fft.ifft(np.where(band, 2.0 * spectrum, 0.0)))
 
 
-def cycle_slips(psi: ArrayLike, phase: ArrayLike, dt: float, sense: int = 1) -> int:
+def cycle_slips(psi: ArrayLike, phasor: ArrayLike, dt: float, sense: int = 1) -> int:
     """Count the turns that the ring lost or gained against the waves.
 
     Parameters
     ----------
     psi : array_like, (n,)
         Ring angle. [rad]
-    phase : array_like, (n,)
-        Phase of the wave moments, `wave_phase`. [rad]
+    phasor : array_like, (n,)
+        Waves at the same instants, `wave_phasor`. [Nm]
     dt : float
         Spacing of the samples. [s]
     sense : {1, -1}
@@ -72,23 +72,24 @@ def cycle_slips(psi: ArrayLike, phase: ArrayLike, dt: float, sense: int = 1) -> 
     Returns
     -------
     int
-        Jumps by 2 pi of the 10 s mean of the difference; one is counted once the mean is three quarters of a turn
-        off its level, so that swinging about a half turn does not count again and again. In a lull the phase of an
-        irregular sea itself jumps now and then; such a jump counts too.
+        Jumps by 2 pi of the angle between ring and waves, taken as that of the 10 s mean of
+        ``exp(i psi) conj(phasor)``: so weighted by the waves' height, since in a lull the phase of an irregular sea
+        jumps by itself and pulls at nothing. A jump is counted once the angle is three quarters of a turn off its
+        level, so that swinging about a half turn does not count again and again.
     """
-    difference = sense * np.asarray(psi, float) - np.asarray(phase, float)
-    if not np.all(np.isfinite(difference)):
-        difference = difference[: int(np.argmin(np.isfinite(difference)))]
+    angle = sense * np.asarray(psi, float)
+    turned = np.exp(1j * angle) * np.conj(np.asarray(phasor))
+    finite = np.isfinite(turned)
+    if not np.all(finite):
+        turned = turned[: int(np.argmin(finite))]
     span = max(round(WINDOW / dt), 1)
-    if difference.size <= span:
+    if turned.size <= span:
         return 0
-    total = np.concatenate([[0.0], np.cumsum(difference)])
-    smooth = ((total[span:] - total[:-span]) / span)[:: max(round(0.5 / dt), 1)]
-    turns = smooth / (2.0 * np.pi)
+    total = np.concatenate([[0.0], np.cumsum(turned)])
+    turns = np.unwrap(np.angle(total[span:] - total[:-span])) / (2.0 * np.pi)
     level, count = turns[0], 0
-    for turn in turns:
+    for turn in turns[:: max(round(0.5 / dt), 1)]:
         jumps = int(abs(turn - level) + 0.25)
-        if jumps:
-            count += jumps
-            level += jumps if turn > level else -jumps
+        count += jumps
+        level += jumps if turn > level else -jumps
     return count

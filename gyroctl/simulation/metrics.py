@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI
-from gyroctl.simulation.lock import cycle_slips, loss_time, wave_phase
+from gyroctl.simulation.lock import cycle_slips, loss_time, wave_phasor
 
 MODEL_LIMIT = 0.3
 """Float motion beyond which the equations, linear in phi, are outside their range. [rad]"""
@@ -96,8 +96,8 @@ def evaluate(
     generated = states[first:, n + LEDGER.index("generator")][::per_second]
     mean_1s = np.diff(generated) / (per_second * period)
     phi1, phi3 = np.abs(states[first:, PHI1]), np.abs(states[first:, PHI3])
-    phase = wave_phase(moment, moment_dt, wp)
-    sampled = np.interp(np.arange(first, states.shape[0]) * period, np.arange(moment.size) * moment_dt, phase)
+    phasor = wave_phasor(moment, moment_dt, wp)
+    sampled = np.interp(np.arange(first, states.shape[0]) * period, np.arange(moment.size) * moment_dt, phasor)
     waves = scored * wp / (2.0 * np.pi)
     return {
         "mean_power": mean,

@@ -84,7 +84,7 @@ class Synthesis:
         blend : float
             Length of the blend from the regular wave, 0 for none. [s]
         out : ndarray, shape (len(seeds), 2, n), optional
-            Array to overwrite. Memory used again saves more time than the FFT takes.
+            Array to overwrite. Fresh memory costs up to three times the FFTs: work in chunks of seeds and reuse one.
 
         Returns
         -------

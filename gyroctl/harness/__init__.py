@@ -1,0 +1,1 @@
+"""The closed loop: laws, sensors, actuators, one run, and the fair comparison."""

@@ -1,0 +1,104 @@
+"""Laws by name: registered ones through the entry-point group, a user's own as "file.py:Name"."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import math
+from collections.abc import Callable
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from typing import Any, cast
+
+from gyroctl.errors import InputError
+from gyroctl.harness.controller import INFORMATION, Law
+
+GROUP = "gyroctl.controllers"
+
+
+def registered() -> dict[str, EntryPoint]:
+    """Entry points of all registered laws by name, sorted."""
+    return {point.name: point for point in sorted(entry_points(group=GROUP), key=lambda point: point.name)}
+
+
+def law(name: str, **parameters: Any) -> Law:
+    """Build a law.
+
+    Parameters
+    ----------
+    name : str
+        A registered name, or "file.py:Name" for a law in a user's file.
+    **parameters
+        Parameters of the law; the defaults are its shipped tuning.
+
+    Returns
+    -------
+    Law
+
+    Raises
+    ------
+    InputError
+        For an unknown name or parameter, a missing file, a value that is not a finite number, or an object that is
+        no law.
+    """
+    factory = _from_file(name) if ".py:" in name else _from_name(name)
+    known = inspect.signature(factory).parameters
+    for key, value in parameters.items():
+        if key not in known:
+            choices = ", ".join(known) or "none"
+            raise InputError(f"laws.{name}.{key}", value, "unknown parameter", f"Choose one of: {choices}")
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if number and not math.isfinite(value):
+            raise InputError(f"laws.{name}.{key}", value, "must be a finite number", f"Give {key} as a number")
+        default = known[key].default
+        if isinstance(default, float) and not number:
+            raise InputError(f"laws.{name}.{key}", value, "must be a number", f"The default is {default}")
+        if key in ("cc", "cg") and number and value < 0.0:
+            raise InputError(f"laws.{name}.{key}", value, "must not be negative: both controls only dissipate",
+                             f"Give {key} >= 0 in Nms")  # fmt: skip
+    try:
+        built = factory(**parameters)
+    except TypeError as error:
+        raise InputError(f"laws.{name}", parameters, f"could not be built: {error}", "Check its parameters") from None
+    for member in ("period", "information", "init", "step"):
+        if not hasattr(built, member):
+            raise InputError("law", name, f"has no `{member}`",
+                             "A law has period, information, init() and step(t, y, state)")  # fmt: skip
+    if built.information not in INFORMATION:
+        raise InputError(f"laws.{name}.information", built.information, "unknown level",
+                         f"Choose one of {', '.join(INFORMATION)}")  # fmt: skip
+    return cast(Law, built)
+
+
+def describe(built: Law) -> dict[str, Any]:
+    """Parameters of a law for the record."""
+    if hasattr(built, "_asdict"):
+        return {key: value for key, value in built._asdict().items()}
+    fields = getattr(built, "__dataclass_fields__", {})
+    return {key: getattr(built, key) for key in fields if isinstance(getattr(built, key), int | float | str)}
+
+
+def _from_name(name: str) -> Callable[..., Any]:
+    points = registered()
+    if name not in points:
+        raise InputError("law", name, "unknown law",
+                         f'Choose one of {", ".join(points)}, or give "file.py:Name"')  # fmt: skip
+    return cast(Callable[..., Any], points[name].load())
+
+
+def _from_file(name: str) -> Callable[..., Any]:
+    path, _, attribute = name.rpartition(":")
+    file = Path(path)
+    if not file.is_file():
+        raise InputError("law", name, f"there is no file {path}", "Give the path of a Python file, as file.py:Name")
+    spec = importlib.util.spec_from_file_location(f"gyroctl_user_{file.stem}", file)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise InputError("law", name, f"the file cannot be imported: {type(error).__name__}: {error}",
+                         "Run the file with Python and correct it")  # fmt: skip
+    if not hasattr(module, attribute):
+        raise InputError("law", name, f"{path} defines no {attribute}", "Name a class or function of the file")
+    return cast(Callable[..., Any], getattr(module, attribute))

@@ -1,0 +1,185 @@
+"""One law on one realisation: set up, run the loop, record."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.controller import Law, LawError
+from gyroctl.harness.laws import describe
+from gyroctl.harness.loop import CompiledLaw, Kernel, PythonLaw, closed_loop, compile_law, compiled_calls, compiled_loop
+from gyroctl.harness.sensing import CHANNELS, Sensors
+from gyroctl.harness.start import locked_start
+from gyroctl.plant import Plant
+from gyroctl.plant.kernel import rows
+from gyroctl.simulation.ensemble import check_step
+from gyroctl.simulation.metrics import Record
+from gyroctl.simulation.trajectory import trajectory
+from gyroctl.waves import WaveRealisation
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How runs are made, common to all laws of a comparison.
+
+    Parameters
+    ----------
+    dt : float
+        Longest Runge-Kutta step. [s]
+    blend : float
+        Length of the blend from the regular wave at the start; scoring begins after it. [s]
+    sensors : Sensors
+        Between plant and law.
+    actuators : Actuators
+        Between law and plant.
+    """
+
+    dt: float = 0.01
+    blend: float = 100.0
+    sensors: Sensors = field(default_factory=Sensors)
+    actuators: Actuators = field(default_factory=Actuators)
+
+
+@dataclass(frozen=True)
+class LawTiming:
+    """Time that one sample of the law took. [ms]"""
+
+    median: float
+    p99: float
+
+
+def run_law(
+    plant: Plant, law: Law, waves: WaveRealisation, settings: Settings, name: str = "law", compiled: bool = True,
+    start: NDArray[np.float64] | None = None,
+) -> tuple[Record, LawTiming]:  # fmt: skip
+    """Run a law on a realisation.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    law : Law
+        The law.
+    waves : WaveRealisation
+        As it acts on the plant: blended already where a blend is wanted.
+    settings : Settings
+        Steps, sensors, actuators.
+    name : str
+        For messages.
+    compiled : bool
+        Compile the law where that is possible; the results are the same to the last bit.
+    start : (n,) array, optional
+        State at t = 0; by default the locked orbit of the equivalent regular wave.
+
+    Raises
+    ------
+    InputError
+        For a period that does not fit the actuators', or an unstable step.
+    LawError
+        Where the law returns something else than two finite numbers and a state.
+    """
+    actuators = settings.actuators
+    every = round(law.period / actuators.period)
+    if every < 1 or not math.isclose(every * actuators.period, law.period, rel_tol=1e-9):
+        raise InputError(f"laws.{name}.period", law.period, f"must be a multiple of actuators.period = {actuators.period}",
+                         "Change one of the two")  # fmt: skip
+    check_step(plant, 0.0, settings.dt)
+    n, samples = len(plant.labels), math.floor(waves.duration / actuators.period + 1e-9)
+    states = np.zeros((samples + 1, rows(plant.coefficients)))
+    first, controls_before = locked_start(plant, waves.sea)
+    states[0, :n] = first if start is None else start
+    commands, controls = np.zeros((samples, 2)), np.zeros((samples, 2))
+    held, saturations = np.array(controls_before), np.zeros(1, np.int64)
+    kernel = Kernel(plant.coefficients, np.ascontiguousarray(waves.moments.T).ravel(), waves.dt, settings.dt)
+    machine = compile_law(law) if compiled else None
+    arguments = (
+        every, kernel, settings.sensors.arrays(samples, waves.seed), actuators.arrays(), actuators.period, states,
+        commands, controls, held, saturations,
+    )  # fmt: skip
+    if machine is not None:
+        state = machine.s.copy()
+        bad = compiled_loop(machine.entry, machine.p, state, *arguments)
+        timing = _time_compiled(machine)
+    else:
+        python = PythonLaw(law, name, time.perf_counter)
+        nothing = np.zeros(1)
+        bad = closed_loop(python, nothing, nothing, *arguments)
+        spent = np.array(python.seconds) * 1e3
+        timing = LawTiming(float(np.median(spent)), float(np.quantile(spent, 0.99)))
+    if bad >= 0:
+        raise LawError(
+            f"law {name!r} returned a command that is not finite at t = {bad * actuators.period:.1f} s. "
+            "Guard divisions and square roots in its step"
+        )
+    return Record(states, commands, controls, actuators.period, int(saturations[0])), timing
+
+
+def simulate(
+    plant: Plant, law: Law, waves: WaveRealisation, settings: Settings | None = None, name: str = "law",
+    compiled: bool = True,
+) -> xarray.Dataset:  # fmt: skip
+    """Run a law on a realisation and label the result.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    law : Law
+        The law, e.g. ``gy.law("constant", cc=0.052, cg=3.5e-4)``.
+    waves : WaveRealisation
+        The sea, from `realise`; the start is blended in here unless that was done already.
+    settings : Settings, optional
+        Steps, blend, sensors, actuators.
+    name : str
+        Kept in the result.
+    compiled : bool
+        Compile the law where possible.
+
+    Returns
+    -------
+    xarray.Dataset
+        See `gyroctl.simulation.trajectory`.
+    """
+    settings = settings or Settings()
+    acting = lead_in(waves, settings)
+    record, timing = run_law(plant, law, acting, settings, name, compiled)
+    time_out = np.arange(record.states.shape[0]) * record.period
+    signals = {
+        "elevation": np.interp(time_out, waves.time, acting.elevation),
+        "Me1": np.interp(time_out, waves.time, acting.moments[0]),
+        "Me3": np.interp(time_out, waves.time, acting.moments[1]),
+    }
+    attributes: dict[str, Any] = {
+        "law": name, "information": law.information, "parameters": describe(law), "seed": waves.seed,
+        "sha256": acting.sha256, "blend": acting.blend, "dt": settings.dt, "plant": plant.name,
+        "wp": waves.sea.wp, "hs": waves.sea.hs, "saturations": record.saturations, "step_ms_median": timing.median,
+    }  # fmt: skip
+    return trajectory(plant, record, signals, attributes)
+
+
+def lead_in(waves: WaveRealisation, settings: Settings) -> WaveRealisation:
+    """Blend the start of a realisation in from the regular wave, unless it has been done or is not wanted."""
+    if waves.blend > 0.0 or settings.blend == 0.0:
+        return waves
+    return waves.blended(settings.blend)
+
+
+def _time_compiled(machine: CompiledLaw, calls: int = 2000) -> LawTiming:
+    """Time a compiled law outside the loop, where a clock at every sample would cost more than the law."""
+    y, u, s = np.zeros(len(CHANNELS)), np.zeros(2), machine.s.copy()
+    y[1], y[2] = 3.14, 70.0
+    compiled_calls(machine.entry, machine.p, s, y, u, 1)
+    begin = time.perf_counter()
+    compiled_calls(machine.entry, machine.p, s, y, u, calls)
+    each = (time.perf_counter() - begin) / calls * 1e3
+    return LawTiming(each, each)

@@ -1,0 +1,66 @@
+"""The default start: on the locked orbit of the regular wave that is equivalent to the sea.
+
+From rest only about one initial ring angle in eight locks, even in regular waves. The start is common to all laws: it
+is part of the realisation, not of the law.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.linearisation import lock_orbit
+from gyroctl.plant import Plant
+from gyroctl.waves import Regular, Sea
+
+REFERENCE = ((0.052, 3.5e-4), (0.104, 1.5e-4), (0.052, 1e-4), (0.104, 3e-5))
+"""Controls on the starting orbit, in the order in which they are tried. [Nms]"""
+
+
+def locked_start(plant: Plant, sea: Sea) -> tuple[NDArray[np.float64], tuple[float, float]]:
+    """State (n,) on the locked orbit of the equivalent regular wave (height Hs/sqrt 2) and the controls there.
+
+    Raises
+    ------
+    InputError
+        Where no such orbit exists for any of the reference controls.
+    """
+    wave = Regular(height=sea.hs / math.sqrt(2.0), wp=sea.wp, heading=sea.heading)
+    key = (plant.coefficients, plant.excitation.sha256, wave.height, wave.wp, wave.heading)
+    return _found(key, _Hidden(plant, wave))
+
+
+class _Hidden:
+    """Carries what the cache key stands for past the cache."""
+
+    def __init__(self, plant: Plant, wave: Regular) -> None:
+        self.plant, self.wave = plant, wave
+
+    def __hash__(self) -> int:
+        return 0
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Hidden)
+
+
+@lru_cache(maxsize=64)
+def _found(key: object, hidden: _Hidden) -> tuple[NDArray[np.float64], tuple[float, float]]:
+    unstable = None
+    for cc, cg in REFERENCE:
+        orbit = lock_orbit(hidden.plant, hidden.wave, cc, cg)
+        if orbit.status == "stable":
+            return orbit.x, (cc, cg)
+        # an orbit on which an oscillation grows slowly is still where a lock would begin; a saddle is not
+        if orbit.status == "unstable" and abs(orbit.multipliers[0]) < 1.1 and unstable is None:
+            unstable = orbit.x, (cc, cg)
+    if unstable is not None:
+        return unstable
+    raise InputError(
+        "sea.hs", hidden.wave.height * math.sqrt(2.0),
+        "the equivalent regular wave is too small, or too far off the device's frequency, for a locked orbit to start on",
+        "Raise Hs, or bring wp nearer to 3.14 rad/s",
+    )  # fmt: skip

@@ -1,0 +1,216 @@
+"""Many realisations times many constant pairs, sixteen runs side by side on each core.
+
+Every run gives the same bits alone, in any company and on any number of cores: the lanes share nothing, and the number
+of steps per interval is that of the single run.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass
+from itertools import groupby
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import LEDGER
+from gyroctl.plant.kernel import LANES, rows, run_lanes, slip_rate, steps_for
+from gyroctl.simulation.lock import loss_time
+from gyroctl.simulation.progress import Progress
+from gyroctl.waves import Sea, Synthesis, prepare
+
+UNSTABLE = 2.5
+"""Product of step and slip rate beyond which Runge-Kutta 4 is unstable."""
+
+
+@dataclass(frozen=True)
+class EnsembleRun:
+    """Results of an ensemble, each of shape (pairs, seeds).
+
+    Parameters
+    ----------
+    loss_time : array
+        Time of the first stall, NaN where lock was kept. [s]
+    mean_power : array
+        Mean electrical power over the scored time. [W]
+    power_cv : array
+        Its coefficient of variation. [-]
+    phi1_p98, phi3_p98 : array
+        98 % of the motion. [rad]
+    ledger_residual : array
+        Energy ledger over the scored time, relative to the wave input. [-]
+    slip_loss_w, wave_input_w : array
+        Mean powers. [W]
+    """
+
+    loss_time: NDArray[np.float64]
+    mean_power: NDArray[np.float64]
+    power_cv: NDArray[np.float64]
+    phi1_p98: NDArray[np.float64]
+    phi3_p98: NDArray[np.float64]
+    ledger_residual: NDArray[np.float64]
+    slip_loss_w: NDArray[np.float64]
+    wave_input_w: NDArray[np.float64]
+
+    @property
+    def locked(self) -> NDArray[np.bool_]:
+        """Whether lock was kept, (pairs, seeds)."""
+        return np.isnan(self.loss_time)
+
+
+class _Job(NamedTuple):
+    steps: int
+    runs: tuple[tuple[int, int], ...]  # (pair, seed) of each lane
+
+
+def run_ensemble(
+    plant: Plant, sea: Sea, pairs: Sequence[tuple[float, float]], seeds: Sequence[int], start: NDArray[np.float64],
+    duration: float = 2000.0, blend: float = 100.0, dt: float = 0.01, period: float = 0.1, workers: int = 2,
+    sense: int = 1, title: str = "ensemble", quiet: bool = False,
+) -> EnsembleRun:  # fmt: skip
+    """Simulate every constant pair on every realisation.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    sea : Sea
+        The waves.
+    pairs : sequence of (cc, cg)
+        Constant controls. [Nms]
+    seeds : sequence of int
+        One realisation each; the same for every pair.
+    start : (n,) array
+        State at t = 0, commonly the locked orbit of the equivalent regular wave.
+    duration, blend : float
+        Length of the run and of the blend from the regular wave; scoring starts after the blend. [s]
+    dt, period : float
+        Longest step, and spacing of the samples of ring angle, speed and motion. [s]
+    workers : int
+        Threads.
+    sense : {1, -1}
+        Sense of rotation of the lock.
+    title, quiet
+        Of the progress bar.
+
+    Returns
+    -------
+    EnsembleRun
+
+    Raises
+    ------
+    InputError
+        For controls below zero or a step too long for the slip.
+    """
+    check_pairs(plant, pairs, dt)
+    synthesis = prepare(plant, sea, duration, 0.05)
+    jobs = _jobs(plant, pairs, seeds, dt, period)
+    results = np.full((8, len(pairs), len(seeds)), np.nan)
+
+    def work(job: _Job) -> tuple[_Job, NDArray[np.float64]]:
+        numbers = [seeds[seed] for _, seed in job.runs]
+        return job, _run_job(plant, synthesis, sea.wp, job, pairs, numbers, start, duration, blend, period, sense)
+
+    with ThreadPoolExecutor(workers) as pool, Progress(title, len(pairs) * len(seeds), quiet) as progress:
+        for future in _bounded(pool, work, jobs, 2 * workers):
+            job, values = future.result()
+            for lane, (pair, seed) in enumerate(job.runs):
+                results[:, pair, seed] = values[:, lane]
+            progress.advance(len(job.runs))
+    return EnsembleRun(*results)
+
+
+def check_pairs(plant: Plant, pairs: Sequence[tuple[float, float]], dt: float) -> None:
+    """Refuse controls below zero and steps that are unstable: h (N^2/J2 + 1/J4) cc > 2.5."""
+    for cc, cg in pairs:
+        for name, value in (("cc", cc), ("cg", cg)):
+            if not (np.isfinite(value) and value >= 0.0):
+                raise InputError(name, value, "must be zero or positive: both controls only dissipate",
+                                 f"Give {name} >= 0 in Nms")  # fmt: skip
+        check_step(plant, cc, dt)
+
+
+def check_step(plant: Plant, cc: float, dt: float) -> None:
+    """Refuse a step that is no positive number or too long for the slip at `cc`."""
+    if not (np.isfinite(dt) and dt > 0.0):
+        raise InputError("run.dt", dt, "must be positive", "Give the step in seconds, for example 0.01")
+    rate = float(slip_rate(plant.coefficients, cc))
+    if dt * rate > UNSTABLE:
+        raise InputError(
+            "run.dt", dt, f"the step is unstable for the slip: h * {rate:.0f}/s = {dt * rate:.2f} > {UNSTABLE}",
+            f"Give dt <= {UNSTABLE / rate:.4f} s, or a smaller cc (now {cc})",
+        )  # fmt: skip
+
+
+def _jobs(
+    plant: Plant, pairs: Sequence[tuple[float, float]], seeds: Sequence[int], dt: float, period: float
+) -> list[_Job]:
+    """Fill the lanes: runs of the same number of steps may stand side by side, seeds together to share their waves."""
+
+    def steps(run: tuple[int, int]) -> int:
+        return int(steps_for(period, dt, float(slip_rate(plant.coefficients, pairs[run[0]][0]))))
+
+    runs = sorted(((p, s) for s in range(len(seeds)) for p in range(len(pairs))), key=steps)
+    jobs = []
+    for count, group in groupby(runs, key=steps):
+        alike = list(group)
+        jobs += [_Job(count, tuple(alike[i : i + LANES])) for i in range(0, len(alike), LANES)]
+    return jobs
+
+
+def _run_job(
+    plant: Plant, synthesis: Synthesis, wp: float, job: _Job, pairs: Sequence[tuple[float, float]],
+    seeds: Sequence[int], start: NDArray[np.float64], duration: float, blend: float, period: float, sense: int,
+) -> NDArray[np.float64]:  # fmt: skip
+    k, n = plant.coefficients, len(plant.labels)
+    intervals, first = round(duration / period), round(blend / period)
+    used = len(job.runs)
+    lane_of = np.minimum(np.arange(LANES), used - 1)  # idle lanes repeat the last run
+    unique = list(dict.fromkeys(seeds))
+    moments = synthesis.moments_batch(unique, blend)[[unique.index(seeds[lane]) for lane in lane_of]]
+    waves = np.ascontiguousarray(moments.transpose(2, 1, 0)).ravel()
+    cc = np.array([pairs[job.runs[lane][0]][0] for lane in lane_of])
+    cg = np.array([pairs[job.runs[lane][0]][1] for lane in lane_of])
+    y = np.zeros((rows(k), LANES))
+    y[:n] = start[:, None]
+    y = y.ravel()
+    psi, speed = np.empty((intervals + 1, LANES)), np.empty((intervals + 1, LANES))
+    motion, marked = np.empty((2, intervals + 1, LANES)), y.copy()
+    run_lanes(
+        y, k, cc, cg, period, job.steps, intervals, waves, synthesis.grid.dt, psi, speed, motion, first, marked
+    )  # fmt: skip
+    end, mark = y.reshape(-1, LANES), marked.reshape(-1, LANES)
+    scored = (intervals - first) * period
+    energy = end[n:] - mark[n:]
+    stored = plant.stored_energy(end[:n]) - plant.stored_energy(mark[:n])
+    mean = energy[LEDGER.index("generator")] / scored
+    power = cg * speed[first:] ** 2
+    edge = 0.5 * (power[0] ** 2 + power[-1] ** 2)
+    second = (np.sum(power**2, axis=0) - edge) / (intervals - first)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        out = np.stack([
+            loss_time(psi, period, wp, sense),
+            mean,
+            np.sqrt(np.maximum(second - mean**2, 0.0)) / mean,
+            np.quantile(np.abs(motion[0, first:]), 0.98, axis=0),
+            np.quantile(np.abs(motion[1, first:]), 0.98, axis=0),
+            np.abs(energy[0] - energy[1:].sum(axis=0) - stored) / np.abs(energy[0]),
+            energy[LEDGER.index("slip")] / scored,
+            energy[LEDGER.index("wave_input")] / scored,
+        ])  # fmt: skip
+    return out[:, :used]
+
+
+def _bounded(pool: ThreadPoolExecutor, work, jobs: Sequence[_Job], ahead: int) -> Iterator[Future]:  # type: ignore
+    """Yield finished futures with at most `ahead` jobs under way, so that memory stays small."""
+    waiting, pending = iter(jobs), set()
+    for job in waiting:
+        pending.add(pool.submit(work, job))
+        if len(pending) >= ahead:
+            done, pending = wait(pending, return_when=FIRST_COMPLETED)
+            yield from done
+    yield from pending
