@@ -32,7 +32,7 @@ if TYPE_CHECKING:
         read_spectrum,
         realise,
     )
-    from gyroctl.zhang2017 import zhang2017
+    from gyroctl.devices import zhang2017
 
 _HOME = {
     "InputError": "errors",
@@ -61,7 +61,7 @@ _HOME = {
     "read_record": "waves",
     "read_spectrum": "waves",
     "realise": "waves",
-    "zhang2017": "zhang2017",
+    "zhang2017": "devices",
 }
 
 __all__ = [
@@ -100,7 +100,7 @@ def __getattr__(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module 'gyroctl' has no attribute {name!r}")
     value = getattr(import_module(f"gyroctl.{_HOME[name]}"), name)
-    globals()[name] = value  # the submodule of the same name, as for `zhang2017`, gives way to the function
+    globals()[name] = value
     return value
 
 

@@ -314,7 +314,7 @@ def test_ends_of_a_record_do_not_ring() -> None:
 
 def test_real_plant() -> None:
     """The shipped device takes the same road, and the paper's form of the excitation has another hash."""
-    from gyroctl.zhang2017 import zhang2017
+    from gyroctl.devices import zhang2017
 
     corrected, paper = zhang2017(), zhang2017("paper")
     run = realise(corrected, SEA, 7)

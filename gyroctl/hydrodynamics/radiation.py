@@ -28,6 +28,10 @@ Complexes = NDArray[np.complex128]
 LOW_FREQUENCY = 1.2
 #: Frequencies below this carry `low_weight` in the fit. [rad/s]
 LOW_BAND = 2.0
+#: Upper end of the fitted band: nothing of waves or motion is left beyond. [rad/s]
+HIGH_BAND = 15.0
+#: The fits kept in a database: order and low-frequency weight.
+SHIPPED_FITS: dict[str, tuple[tuple[int, int], float]] = {"accurate": ((2, 3), 10.0), "fine": ((3, 4), 10.0)}
 _FREQUENCY_SCALE = 5.0  # [rad/s], keeps the coefficients of the fit near one
 _STEP = 0.1  # [rad/s], even grid of the fit, so that the tabulated frequencies do not weight it
 
@@ -66,7 +70,7 @@ class RadiationFit:
 
 def radiation_function(hydro: Hydrodynamics, direction: int) -> tuple[Floats, Complexes]:
     """Return an even frequency grid [rad/s] and K(w) [Nms/rad] on it, for direction 0 (phi1) or 1 (phi3)."""
-    low, high = hydro.omega[0], hydro.omega[-1]
+    low, high = hydro.omega[0], min(hydro.omega[-1], HIGH_BAND)
     omega = np.linspace(low, high, max(64, round((high - low) / _STEP) + 1))
     damping = spline(hydro.omega, hydro.damping[direction], omega)
     added = spline(hydro.omega, hydro.added_mass[direction], omega)
@@ -102,7 +106,7 @@ def fit_radiation(
     order : tuple of int
         Degrees (m, n) of numerator and denominator. A strictly proper passive function has m = n - 1.
     low_weight : float
-        Weight of the error below 2 rad/s; 1 weighs all frequencies alike. At 1.2 rad/s lies the lightly damped phi1
+        Weight of the squared error below 2 rad/s; 1 weighs all frequencies alike. At 1.2 rad/s lies the lightly damped phi1
         mode: there a small absolute error of the damping decides over the stability of the locked orbit.
 
     Returns
@@ -122,7 +126,7 @@ def fit_radiation(
     if not low_weight > 0.0:
         raise InputError("low_weight", low_weight, "must be positive", "Use 1 for no weighting, 10 as the default")
     omega, target = radiation_function(hydro, direction)
-    weight = np.where(omega < LOW_BAND, low_weight, 1.0)
+    weight = np.where(omega < LOW_BAND, np.sqrt(low_weight), 1.0)
     p, q = _descend(omega / _FREQUENCY_SCALE, target, weight, n)
     scale = _FREQUENCY_SCALE ** np.arange(1, n + 1)
     return assess(hydro, direction, p * scale, q * scale)
