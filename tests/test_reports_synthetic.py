@@ -1,4 +1,4 @@
-"""Synthetic comparisons for the tests of the reports: random but plausible, fixed seed, with the edge cases of real ones."""
+"""Synthetic comparisons for the tests of the reports: random but plausible, fixed seed, with the edge cases."""
 
 from __future__ import annotations
 

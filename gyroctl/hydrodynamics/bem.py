@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics import mesh
-from gyroctl.hydrodynamics.database import DOFS, Hydrodynamics, save
+from gyroctl.hydrodynamics.database import DOFS, Hydrodynamics, coupling, save
 from gyroctl.hydrodynamics.geometry import VARIANTS, Geometry, Statics, statics
 from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf, dispersion
 from gyroctl.hydrodynamics.radiation import SHIPPED_FITS, fit_radiation
@@ -132,6 +132,7 @@ def solve(
         near = _solve(cpt, body, geometry, geometry.depth, finite, headings, advance)
         deep = _solve(cpt, body, geometry, float("inf"), infinite, headings, advance)
         deep_inf = _infinite_frequency(cpt, body, geometry) if len(deep.omega) else None
+    raw = near if len(near.omega) else deep
     table, a_inf = _joined(near, deep, deep_inf, geometry)
     diagonal = np.diagonal(table.added_mass, axis1=1, axis2=2).T, np.diagonal(table.damping, axis1=1, axis2=2).T
     return Hydrodynamics(
@@ -145,7 +146,7 @@ def solve(
         depth=geometry.depth,
         rho=geometry.rho,
         g=geometry.g,
-        coupling=_coupling(near if len(near.omega) else deep),
+        coupling=coupling(raw.added_mass, raw.damping),
         provenance=_provenance(geometry, rest, body.mesh.nb_faces, deep_inf),
     )
 
@@ -256,15 +257,6 @@ def _joined(near: Table, deep: Table, deep_inf: Floats | None, geometry: Geometr
     gap = near.excitation[-1] - deep.excitation[0]
     beyond = deep.excitation[1:] + gap * (size[1:] / size[0])[:, None, :]
     return Table(omega, added, damping, np.concatenate([near.excitation, beyond])), np.array(a_inf)
-
-
-def _coupling(table: Table) -> float:
-    """Largest coupling between the rotations, relative to their own values."""
-    worst = 0.0
-    for values in (table.added_mass, table.damping):
-        own = np.max(np.sqrt(np.abs(values[:, 0, 0] * values[:, 1, 1])))
-        worst = max(worst, float(np.max(np.abs(values[:, [0, 1], [1, 0]])) / own))
-    return worst
 
 
 def _provenance(geometry: Geometry, rest: Statics, panels: int, deep_inf: Floats | None) -> dict[str, Any]:

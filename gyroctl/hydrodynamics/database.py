@@ -275,7 +275,7 @@ def from_capytaine(
         depth=scalar("water_depth", float("inf")),
         rho=scalar("rho", 1000.0),
         g=scalar("g", 9.81),
-        coupling=_coupling(added[order], damping[order]),
+        coupling=max(scalar("coupling", 0.0), coupling(added[order], damping[order])),
         fits=_fits(variables, rows),
         provenance=dict(attributes),
     )
@@ -286,13 +286,13 @@ def _diagonal(matrices: Floats) -> Floats:
     return np.ascontiguousarray(np.diagonal(matrices, axis1=1, axis2=2).T)
 
 
-def _coupling(added: Floats, damping: Floats) -> float:
-    """Largest relative coupling between the two rotations over all frequencies."""
+def coupling(added: Floats, damping: Floats) -> float:
+    """Largest coupling between the rotations in (n, 2, 2) matrices, relative to the geometric mean of their own values."""
     worst = 0.0
     for values in (added, damping):
-        own = np.sqrt(np.abs(values[:, 0, 0] * values[:, 1, 1]))
-        cross = np.maximum(np.abs(values[:, 0, 1]), np.abs(values[:, 1, 0]))
-        worst = max(worst, float(np.max(cross / np.max(own))))
+        own = float(np.max(np.sqrt(np.abs(values[:, 0, 0] * values[:, 1, 1]))))
+        cross = float(np.max(np.abs(values[:, [0, 1], [1, 0]])))
+        worst = max(worst, cross / own if own > 0.0 else 0.0)
     return worst
 
 

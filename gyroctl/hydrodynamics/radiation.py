@@ -11,7 +11,7 @@ nothing has to be sampled or penalised. `passivity.certify` then judges the resu
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ LOW_FREQUENCY = 1.2
 #: Frequencies below this carry `low_weight` in the fit. [rad/s]
 LOW_BAND = 2.0
 #: Upper end of the fitted band: nothing of waves or motion is left beyond. [rad/s]
-HIGH_BAND = 15.0
+HIGH_BAND = 13.0
 #: The fits kept in a database: order and low-frequency weight.
 SHIPPED_FITS: dict[str, tuple[tuple[int, int], float]] = {"accurate": ((2, 3), 10.0), "fine": ((3, 4), 10.0)}
 _FREQUENCY_SCALE = 5.0  # [rad/s], keeps the coefficients of the fit near one
@@ -56,8 +56,8 @@ class RadiationFit:
         Certificate of stability and passivity.
     """
 
-    p: Floats = field(repr=True)
-    q: Floats = field(repr=True)
+    p: Floats
+    q: Floats
     relative_rms: float
     damping_low: float
     damping_low_table: float
@@ -234,11 +234,12 @@ def _numerator(g: Floats, q: Floats) -> Floats:
         product = np.zeros(2 * n)
         product[k : k + n + 1] = mirror
         matrix[:, k] = product[1::2]
-    square = np.polymul(g, g * (-1.0) ** np.arange(n - 1, -1, -1))
-    return np.asarray(np.linalg.solve(matrix, square[::2]), dtype=np.float64)
+    square = np.polymul(g, g * (-1.0) ** np.arange(n - 1, -1, -1))[::2]
+    square[-1] += _MARGIN * float(np.max(np.abs(square)))
+    return np.asarray(np.linalg.solve(matrix, square), dtype=np.float64)
 
 
-#: Relative share of the even spectrum kept off zero, so that rounding cannot spoil the certificate.
+#: Relative lift of g(s) g(-s) off zero, so that rounding cannot spoil the certificate of a fit on the brink.
 _MARGIN = 1e-9
 
 
@@ -262,7 +263,7 @@ def _descend(omega: Floats, target: Complexes, weight: Floats, n: int) -> tuple[
     best: tuple[float, Floats] | None = None
     for exponent in (1.0, 0.0, 0.5, 2.0):
         p, q = _sanathanan_koerner(omega, goal, weight**exponent, n)
-        start = np.concatenate([_poles_to(q), _spectral_factor(p, np.exp(0.0) * _poles_from(_poles_to(q)))])
+        start = np.concatenate([_poles_to(q), _spectral_factor(p, q)])
         found = least_squares(residual, start, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=4000)
         if best is None or found.cost < best[0]:
             best = (float(found.cost), found.x)

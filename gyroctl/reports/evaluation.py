@@ -235,7 +235,7 @@ def _values(ds: xr.Dataset, variable: str) -> NDArray[np.float64]:
 
 def _flags(ds: xr.Dataset, variable: str) -> NDArray[np.bool_]:
     values = _values(ds, variable)
-    return np.isfinite(values) & (values != 0.0)
+    return np.asarray(np.isfinite(values) & (values != 0.0), dtype=np.bool_)
 
 
 def _largest(values: NDArray[np.float64]) -> float:

@@ -54,7 +54,8 @@ def pareto(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
             name=law.name,
             cliponaxis=False,
             hovertemplate=f"<b>{law.name}</b> ({law.information})"
-            f"<br>power %{{y:.3g}} W ({interval(law.power)})<br>CV %{{x:.3g}} ({interval(law.power_cv)})<br>lock {law.locked}/{law.runs} ({interval(law.lock, 2)})<extra></extra>",
+            f"<br>power %{{y:.3g}} W ({interval(law.power)})<br>CV %{{x:.3g}} ({interval(law.power_cv)})"
+            f"<br>lock {law.locked}/{law.runs} ({interval(law.lock, 2)})<extra></extra>",
         )
     figure.update_layout(
         showlegend=False,

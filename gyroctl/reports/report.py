@@ -239,11 +239,11 @@ def sea_line(ds: xr.Dataset) -> str:
         ("hs", "Hs", " m"),
         ("height", "height", " m"),
         ("wp", "ωp", " rad/s"),
-        ("gamma", "γ", ""),
+        ("gamma", "γ", ""),  # noqa: RUF001 - a gamma is meant
         ("heading", "heading", "°"),
-    )  # noqa: RUF001
+    )
     return ", ".join(
-        f"{name} {wording.number(float(sea[key]))}{unit}"
+        f"{name} {wording.plain(float(sea[key]))}{unit}"
         for key, name, unit in known
         if isinstance(sea.get(key), int | float)
     )

@@ -28,7 +28,8 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
     dict
         Keys ``experiment``, ``realisations``, ``laws``, and beside the contract ``tuning_seeds``, ``duration_s``,
         ``motion_limit_rad``, ``power_differences``, ``created``, ``gyroctl_version``. Units are in the
-        names: ``_w`` [W], ``_s`` [s], ``_ms`` [ms]; motion [rad]; cycle slips per 1000 waves; ratios, CV and probabilities [1]. Intervals are at 95 %.
+        names: ``_w`` [W], ``_s`` [s], ``_ms`` [ms]; motion [rad]; cycle slips per 1000 waves; ratios, CV
+        and probabilities [1]. Intervals are at 95 %.
 
     Raises
     ------
@@ -38,7 +39,7 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
     ds = layout.open_results(ds)
     found = evaluate(ds) if evaluation is None else evaluation
     experiment = layout.read_json(ds, "experiment", None)
-    return _plain(
+    summary: dict[str, Any] = _plain(
         {
             "experiment": experiment if isinstance(experiment, dict) else {"text": str(ds.attrs["experiment"])},
             "realisations": [
@@ -65,6 +66,7 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
             "gyroctl_version": str(ds.attrs["gyroctl_version"]),
         }
     )
+    return summary
 
 
 def _law(law: LawResult) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """One look for every picture: palette, type and plotly templates for light and dark pages.
 
-The law colours are those of Okabe and Ito (distinguishable with every common colour-vision deficiency), continued by two;
-marker shape and dash repeat what colour says. The reference law is always grey, so that colour means "a law under test".
+The law colours are those of Okabe and Ito (distinguishable with every common colour-vision deficiency), continued by
+two; marker shape and dash repeat what colour says. The reference law is always grey: colour means "a law under test".
 """
 
 from __future__ import annotations

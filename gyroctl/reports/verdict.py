@@ -69,11 +69,12 @@ def _opening(evaluation: Evaluation, winner: LawResult | None) -> str:
     same = "realisations, identical for all laws," if count > 1 else "realisation"
     base = f"On {count} {same} of {plain(evaluation.duration)} s"
     if winner is None:
-        return f"{base}, no law without an oracle keeps lock as often as it should and stays within the motion limit: there is no winner."
+        return f"{base}, no law without an oracle keeps lock as it should and stays within the motion limit: no winner."
     if len(evaluation.laws) == 1:
         return f"{base}, {winner.name} gives {_power(winner.power)}."
     keeps = f"keep lock at least as often as {evaluation.reference}" if evaluation.reference else "keep lock most often"
-    text = f"{base}, {winner.name} gives the most power among the laws that {keeps} and stay within the motion limit: {_power(winner.power)}"
+    text = f"{base}, {winner.name} gives the most power among the laws that {keeps} and stay within the motion limit"
+    text = f"{text}: {_power(winner.power)}"
     if evaluation.reference is None:
         return f"{text}."
     if winner.name == evaluation.reference:
@@ -82,7 +83,8 @@ def _opening(evaluation: Evaluation, winner: LawResult | None) -> str:
 
 
 def _lock(winner: LawResult, evaluation: Evaluation) -> str:
-    text = f"It held lock in {winner.locked} of {winner.runs} runs (95 % interval of the probability {interval(winner.lock, 2)})"
+    bounds = f"95 % interval of the probability {interval(winner.lock, 2)}"
+    text = f"It held lock in {winner.locked} of {winner.runs} runs ({bounds})"
     if evaluation.reference and winner.name != evaluation.reference:
         reference = evaluation.law(evaluation.reference)
         text += f", {reference.name} in {reference.locked} of {reference.runs}"
@@ -118,9 +120,8 @@ def _smoothest(winner: LawResult | None, fit: list[LawResult]) -> list[str]:
     smoothest = min(finite, key=lambda law: law.power_cv.value)
     if smoothest.name == winner.name:
         return ["It is also the smoothest of these laws."]
-    return [
-        f"The smoothest of these laws is {smoothest.name}, CV {number(smoothest.power_cv.value, 2)} at {number(smoothest.power.value)} W."
-    ]
+    cv, power = number(smoothest.power_cv.value, 2), number(smoothest.power.value)
+    return [f"The smoothest of these laws is {smoothest.name}, CV {cv} at {power} W."]
 
 
 def _caveats(evaluation: Evaluation) -> list[str]:
@@ -131,7 +132,8 @@ def _caveats(evaluation: Evaluation) -> list[str]:
         )
     if evaluation.seed_overlap:
         caveats.append(
-            f"Seeds {seed_ranges(evaluation.seed_overlap)} were used for tuning as well as for evaluation: the results of tuned laws are too good."
+            f"Seeds {seed_ranges(evaluation.seed_overlap)} were used for tuning as well as for evaluation: "
+            "the results of tuned laws are too good."
         )
     over = [law for law in evaluation.laws if law.over_limit]
     if over:

@@ -1,0 +1,57 @@
+"""Haskind's relation: radiation damping from the excitation over all headings.
+
+    B_j(w) = k / (8 pi rho g c_g) * int_0^2pi |He_j(w, beta)|^2 dbeta
+
+Damping and excitation come from different boundary-value problems, so their agreement tests both.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.hydrodynamics.database import Hydrodynamics
+from gyroctl.hydrodynamics.waves import group_velocity, wavenumber
+
+Floats = NDArray[np.float64]
+
+#: Only where the damping is above this share of its largest value does its relative error mean anything.
+_CARRIED = 0.01
+
+
+def haskind_damping(hydro: Hydrodynamics) -> Floats | None:
+    """Damping of both rotations from the excitation.
+
+    Parameters
+    ----------
+    hydro : Hydrodynamics
+        A table whose headings cover the circle evenly, or 0 to 180 deg (then a float symmetric to x3 is assumed).
+
+    Returns
+    -------
+    ndarray (2, n) or None
+        [Nms/rad]; None when the headings cover less than half the circle.
+    """
+    power = np.abs(hydro.excitation) ** 2
+    headings = hydro.headings
+    step = 360.0 / len(headings)
+    if len(headings) > 4 and np.allclose(np.diff(headings), step, atol=1e-6):
+        integral = np.deg2rad(step) * power.sum(axis=1)  # periodic: the trapezoid rule converges geometrically
+    elif len(headings) > 3 and headings[0] <= 1e-6 and headings[-1] >= 180.0 - 1e-6:
+        half = headings <= 180.0 + 1e-6
+        integral = 2.0 * np.trapezoid(power[:, half], np.deg2rad(headings[half]), axis=1)
+    else:
+        return None
+    k = wavenumber(hydro.omega, hydro.depth, hydro.g)
+    speed = group_velocity(hydro.omega, hydro.depth, hydro.g)
+    return np.asarray(k / (8.0 * np.pi * hydro.rho * hydro.g * speed) * integral, dtype=np.float64)
+
+
+def haskind_error(hydro: Hydrodynamics) -> Floats | None:
+    """Largest relative departure of the damping from Haskind's relation, per rotation. (2,) or None."""
+    other = haskind_damping(hydro)
+    if other is None:
+        return None
+    carried = hydro.damping > _CARRIED * hydro.damping.max(axis=1, keepdims=True)
+    error = np.where(carried, np.abs(hydro.damping / other - 1.0), 0.0)
+    return np.asarray(error.max(axis=1), dtype=np.float64)
