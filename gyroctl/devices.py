@@ -59,9 +59,10 @@ def zhang2017(variant: str = "corrected", **changes: Any) -> Plant:
             raise InputError("plant.radiation", radiation, "unknown radiation fit",
                              "Choose accurate, paper or fine, or give a pair of Radiation")  # fmt: skip
         first, third = shipped_fit(radiation)
-        radiation = (Radiation(first.p, first.q), Radiation(third.p, third.q))
+        radiation = (Radiation(tuple(first.p), tuple(first.q)), Radiation(tuple(third.p), tuple(third.q)))
     if phase not in ("complex", "magnitude"):
         raise InputError("plant.excitation_phase", phase, "unknown form", "Choose complex or magnitude")
-    excitation = excitation_table(shipped(), phase=phase)
-    plant = Plant(Parameters(), radiation, excitation, name=f"zhang2017 {variant}")
+    hydrodynamics = shipped()
+    excitation = excitation_table(hydrodynamics, phase=phase)
+    plant = Plant(Parameters(), radiation, excitation, f"zhang2017 {variant}", hydrodynamics.depth)
     return plant.replace(**choices)

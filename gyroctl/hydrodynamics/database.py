@@ -254,11 +254,9 @@ def from_capytaine(
     if "added_mass_inf" in variables:
         infinite = np.asarray(get("added_mass_inf", "influenced_dof"), dtype=np.float64)[rows]
     else:
-        infinite = np.array(
-            [kramers_kronig_inf(omega, added[order, j, j], damping[order, j, j])[0] for j in range(2)]
-        )
+        infinite = np.array([kramers_kronig_inf(omega, added[order, j, j], damping[order, j, j])[0] for j in range(2)])
     force = _excitation(variables, get)[:, :, rows]
-    headings = np.round(np.rad2deg(np.asarray(get("wave_direction", "wave_direction"), dtype=np.float64)), 9)
+    headings: Floats = np.round(np.rad2deg(np.asarray(get("wave_direction", "wave_direction"), dtype=np.float64)), 9)
     turn = np.argsort(headings)
     stiffness = 0.0
     if "hydrostatic_stiffness" in variables:
@@ -287,7 +285,7 @@ def _diagonal(matrices: Floats) -> Floats:
 
 
 def coupling(added: Floats, damping: Floats) -> float:
-    """Largest coupling between the rotations in (n, 2, 2) matrices, relative to the geometric mean of their own values."""
+    """Return the largest coupling in (n, 2, 2) matrices, relative to the geometric mean of the rotations' own values."""
     worst = 0.0
     for values in (added, damping):
         own = float(np.max(np.sqrt(np.abs(values[:, 0, 0] * values[:, 1, 1]))))

@@ -83,7 +83,7 @@ class Geometry:
         return np.array([0.0, 0.0, height]) - self.arm * self.axis
 
 
-#: Readings of what the paper leaves open. "inclined" reproduces Table 1; the others are there to show by how much they miss.
+#: Readings of what the paper leaves open: "inclined" reproduces Table 1, the others show by how much they miss.
 VARIANTS: dict[str, Geometry] = {
     "inclined": Geometry(),
     "horizontal": Geometry(inclination=0.0),

@@ -15,8 +15,8 @@ from gyroctl.hydrodynamics.waves import group_velocity, wavenumber
 
 Floats = NDArray[np.float64]
 
-#: Only where the damping is above this share of its largest value does its relative error mean anything.
-_CARRIED = 0.01
+#: Errors are relative to the damping, or to this share of its largest value where it is smaller than that.
+_CARRIED = 0.2
 
 
 def haskind_damping(hydro: Hydrodynamics) -> Floats | None:
@@ -48,10 +48,10 @@ def haskind_damping(hydro: Hydrodynamics) -> Floats | None:
 
 
 def haskind_error(hydro: Hydrodynamics) -> Floats | None:
-    """Largest relative departure of the damping from Haskind's relation, per rotation. (2,) or None."""
+    """Return the largest departure of the damping from Haskind's relation, per rotation, (2,); None as above."""
     other = haskind_damping(hydro)
     if other is None:
         return None
-    carried = hydro.damping > _CARRIED * hydro.damping.max(axis=1, keepdims=True)
-    error = np.where(carried, np.abs(hydro.damping / other - 1.0), 0.0)
+    floor = _CARRIED * hydro.damping.max(axis=1, keepdims=True)
+    error = np.abs(hydro.damping - other) / np.maximum(hydro.damping, floor)
     return np.asarray(error.max(axis=1), dtype=np.float64)

@@ -20,7 +20,8 @@ def spline(x: NDArray[np.float64], y: NDArray[Any], at: NDArray[np.float64]) -> 
         Increasing abscissae; two give a straight line, one a constant.
     y : ndarray (..., n)
         Ordinates, real or complex. Interpolating real and imaginary parts is safe here because every table is referred
-        to the centre of the float, so that phases turn slowly: a phase of its own would need unwrapping and fails at zeros.
+        to the centre of the float, so that phases turn slowly; a phase of its own would need unwrapping, and has no
+        value at zeros.
     at : ndarray (m,)
         Where to evaluate, within [x[0], x[-1]].
 
@@ -39,8 +40,7 @@ def spline(x: NDArray[np.float64], y: NDArray[Any], at: NDArray[np.float64]) -> 
     left, right = slopes[..., i], slopes[..., i + 1]
     rise = chord[..., i]
     return np.asarray(
-        y[..., i]
-        + hi * t * (left + t * ((3.0 * rise - 2.0 * left - right) + t * (left + right - 2.0 * rise)))
+        y[..., i] + hi * t * (left + t * ((3.0 * rise - 2.0 * left - right) + t * (left + right - 2.0 * rise)))
     )
 
 
@@ -57,4 +57,6 @@ def _slopes(h: NDArray[np.float64], chord: NDArray[Any]) -> NDArray[Any]:
     matrix[0, 0] = matrix[-1, -1] = 1.0
     right[..., 0] = chord[..., 0] + (chord[..., 0] - chord[..., 1]) * h[0] / (h[0] + h[1])
     right[..., -1] = chord[..., -1] + (chord[..., -1] - chord[..., -2]) * h[-1] / (h[-1] + h[-2])
-    return np.moveaxis(np.linalg.solve(matrix, np.moveaxis(right, -1, 0).reshape(n, -1)).reshape(n, *chord.shape[:-1]), 0, -1)
+    return np.moveaxis(
+        np.linalg.solve(matrix, np.moveaxis(right, -1, 0).reshape(n, -1)).reshape(n, *chord.shape[:-1]), 0, -1
+    )

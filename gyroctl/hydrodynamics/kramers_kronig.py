@@ -32,7 +32,7 @@ def dispersion(omega: Floats, damping: Floats) -> Floats:
     omega : ndarray (n,)
         Increasing positive frequencies. [rad/s]
     damping : ndarray (n,)
-        Radiation damping. Below the table it is continued by the power law of its first points, above by that of its last.
+        Radiation damping, continued below the table by the power law of its first points, above by that of its last.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def _slope(omega: Floats, damping: Floats) -> float:
 
 
 def added_mass_inf(omega: Floats, added_mass: Floats, damping: Floats) -> tuple[float, float]:
-    """Added mass at infinite frequency and the spread of its estimates over the table.
+    """Return the added mass at infinite frequency and the spread of its estimates over the table.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ def _grid(points: NDArray[np.float64]) -> Panels:
     return Panels(points.reshape(-1, 3), faces)
 
 
-def hull(geometry: Geometry, height: float, around: int = 20, down: int = 12, grading: float = 1.4) -> Panels:
+def hull(geometry: Geometry, height: float, around: int = 28, down: int = 17, grading: float = 1.8) -> Panels:
     """Wetted half of the float.
 
     Parameters
@@ -55,7 +55,7 @@ def hull(geometry: Geometry, height: float, around: int = 20, down: int = 12, gr
     height : float
         Centre of the float above the mean water level. [m]
     around, down : int
-        Panels around half the waterline and from the waterline to the lowest point; 20 and 12 give 480 in all.
+        Panels around half the waterline and from the waterline to the lowest point; 28 and 17 give 952 in all.
     grading : float
         Exponent that gathers the panels at the waterline, where the potential varies fastest; 1 spaces them evenly.
 
@@ -74,10 +74,12 @@ def hull(geometry: Geometry, height: float, around: int = 20, down: int = 12, gr
     return _grid(rays * distance[..., None])
 
 
-def lid(geometry: Geometry, height: float, around: int = 20, across: int = 5) -> Panels:
+def lid(geometry: Geometry, height: float, around: int = 28, across: int = 7) -> Panels:
     """Half of the waterplane inside the float: it removes the irregular frequencies (from about 9 rad/s here)."""
     azimuth = np.linspace(-np.pi / 2.0, np.pi / 2.0, around + 1)
     rays = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], axis=-1)
     rays[[0, -1], 0] = 0.0
     rim = rays * _distance_along(geometry, height, rays)[:, None]
-    return _grid(np.linspace(0.0, 1.0, across + 1)[:, None, None] * rim)
+    return _grid(
+        np.linspace(1.0, 0.0, across + 1)[:, None, None] * rim
+    )  # from the rim inwards: normals down, as on the hull

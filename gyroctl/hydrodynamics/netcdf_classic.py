@@ -1,7 +1,7 @@
 """Reader of the NetCDF classic format, so that the shipped data open without xarray, h5py or scipy.
 
 The classic format (CDF-1 and CDF-2, big-endian) is short enough to read here in a millisecond; importing xarray or
-scipy.io for it would cost hundreds. Files are written by xarray (`database.save`), and a test holds this reader against it.
+scipy.io for it would cost hundreds. Files are written by xarray (`database.save`); a test holds this reader against it.
 """
 
 from __future__ import annotations
@@ -129,6 +129,9 @@ def read(path: Path) -> Contents:
                 variables[name] = Variable(names, values.astype(code.newbyteorder("=")))
     except (ValueError, KeyError, IndexError, struct.error) as error:
         raise InputError(
-            "path", str(path), f"is not a readable NetCDF classic file ({error})", "Write it again with xarray or Capytaine"
+            "path",
+            str(path),
+            f"is not a readable NetCDF classic file ({error})",
+            "Write it again with xarray or Capytaine",
         ) from error
     return Contents(variables, attributes)

@@ -1,14 +1,15 @@
 """Certificate that a rational radiation function H = P/Q is stable and passive: exact arithmetic, no sampling.
 
 Re H(iw) = c(w^2) / |Q(iw)|^2, where c is a polynomial. Floats are rational numbers, so c is formed exactly, Sturm's
-theorem counts its zeros on (0, inf) and Routh's scheme decides the stability of Q, both in integer ratios: the answer is a
-proof about the very coefficients that the simulation uses, not a statement up to rounding.
+theorem counts its zeros on (0, inf) and Routh's scheme decides the stability of Q, both in ratios of integers: the answer
+is a proof about the very coefficients that the simulation uses, not a statement up to rounding.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -101,7 +102,7 @@ def _remainder(a: Exact, b: Exact) -> Exact:
 
 
 def _positive_zeros(c: Exact) -> tuple[int, int]:
-    """Number of distinct zeros of c on (0, inf) by Sturm's theorem, and the sign of c at infinity."""
+    """Count the distinct zeros of c on (0, inf) by Sturm's theorem; return also the sign of c at infinity."""
     while len(c) > 1 and c[-1] == 0:  # zeros at x = 0 itself do no harm
         c = c[:-1]
     sign = (c[0] > 0) - (c[0] < 0)
@@ -118,9 +119,9 @@ def _positive_zeros(c: Exact) -> tuple[int, int]:
 
 
 def _changes(values: Exact) -> int:
-    """Changes of sign along a sequence, zeros left out."""
+    """Count changes of sign along a sequence, zeros left out."""
     kept = [v > 0 for v in values if v != 0]
-    return sum(a != b for a, b in zip(kept, kept[1:], strict=False))
+    return sum(a != b for a, b in pairwise(kept))
 
 
 def _hurwitz(q: Exact) -> bool:
@@ -139,14 +140,14 @@ def _minimum(p: NDArray[np.float64], q: NDArray[np.float64]) -> tuple[float, flo
     """Frequency and value of the smallest Re H(iw) at w = 0 or a stationary point (for information, in floats)."""
     c = real_part(p, q)
     full = np.concatenate([[1.0], q])
-    n = len(q)
     even = full[::-1][::2] * (-1.0) ** np.arange(len(full[::-1][::2]))
     odd = full[::-1][1::2] * (-1.0) ** np.arange(len(full[::-1][1::2]))
     even, odd = even[::-1], odd[::-1]
     size = np.polyadd(np.polymul(even, even), np.polymul([1.0, 0.0], np.polymul(odd, odd)))  # |Q|^2 in x
     stationary = np.roots(np.polysub(np.polymul(np.polyder(c), size), np.polymul(c, np.polyder(size))))
-    x = np.concatenate([[0.0], stationary[(np.abs(stationary.imag) < 1e-9 * (1.0 + np.abs(stationary))) & (stationary.real > 0)].real])
+    x = np.concatenate(
+        [[0.0], stationary[(np.abs(stationary.imag) < 1e-9 * (1.0 + np.abs(stationary))) & (stationary.real > 0)].real]
+    )
     values = np.polyval(c, x) / np.polyval(size, x)
     k = int(np.argmin(values))
-    assert n > 0
     return float(np.sqrt(x[k])), float(values[k])

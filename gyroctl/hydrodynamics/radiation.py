@@ -3,10 +3,10 @@
     H(iw) ~ K(w) = B(w) + i w (A(w) - A_inf),    H(s) = (p0 s^m + .. + pm) / (s^n + q1 s^(n-1) + .. + qn)
 
 The start is Sanathanan and Koerner's iteration (IEEE Trans. Automatic Control 8, 1963). The descent then moves only among
-passive functions: every strictly proper positive real H of order n has a stable Q and H(s) + H(-s) = 2 g(s) g(-s) / (Q(s) Q(-s))
-with a real g of degree n - 1 (the spectral factor of the positive-real lemma); conversely Q and g give P by a linear
-system. So Q, as a product of stable factors, and g are free parameters of an unconstrained least-squares problem, and
-nothing has to be sampled or penalised. `passivity.certify` then judges the result on its own.
+passive functions: every strictly proper passive H of order n has H(s) + H(-s) = 2 g(s) g(-s) / (Q(s) Q(-s)) with a real g
+of degree n - 1, the spectral factor of the positive-real lemma; conversely a stable Q and any g give P by a linear system.
+So Q, as a product of stable factors, and g are free parameters of an unconstrained least-squares problem, and nothing has
+to be sampled or penalised. `passivity.certify` then judges the result on its own.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics.database import Hydrodynamics, shipped
+from gyroctl.hydrodynamics.database import Coefficients, Hydrodynamics, shipped
 from gyroctl.hydrodynamics.interpolation import spline
 from gyroctl.hydrodynamics.passivity import Passivity, certify, real_part
 
@@ -32,6 +32,11 @@ LOW_BAND = 2.0
 HIGH_BAND = 13.0
 #: The fits kept in a database: order and low-frequency weight.
 SHIPPED_FITS: dict[str, tuple[tuple[int, int], float]] = {"accurate": ((2, 3), 10.0), "fine": ((3, 4), 10.0)}
+#: The unweighted (2,3) coefficients of the preset "paper": fixed, so that the preset does not move with the table.
+PAPER_FIT: tuple[Coefficients, Coefficients] = (
+    (np.array([1396.494, 4584.783, 724.177]), np.array([14.6833, 98.1761, 380.4675])),
+    (np.array([636.360, 6278.714, 1293.411]), np.array([11.6028, 83.0018, 134.1893])),
+)
 _FREQUENCY_SCALE = 5.0  # [rad/s], keeps the coefficients of the fit near one
 _STEP = 0.1  # [rad/s], even grid of the fit, so that the tabulated frequencies do not weight it
 
@@ -106,8 +111,8 @@ def fit_radiation(
     order : tuple of int
         Degrees (m, n) of numerator and denominator. A strictly proper passive function has m = n - 1.
     low_weight : float
-        Weight of the squared error below 2 rad/s; 1 weighs all frequencies alike. At 1.2 rad/s lies the lightly damped phi1
-        mode: there a small absolute error of the damping decides over the stability of the locked orbit.
+        Weight of the squared error below 2 rad/s; 1 weighs all frequencies alike. At 1.2 rad/s lies the lightly damped
+        phi1 mode: there a small absolute error of the damping decides over the stability of the locked orbit.
 
     Returns
     -------
@@ -130,6 +135,15 @@ def fit_radiation(
     p, q = _descend(omega / _FREQUENCY_SCALE, target, weight, n)
     scale = _FREQUENCY_SCALE ** np.arange(1, n + 1)
     return assess(hydro, direction, p * scale, q * scale)
+
+
+def fit_all(hydro: Hydrodynamics) -> dict[str, tuple[Coefficients, Coefficients]]:
+    """Return the coefficients of all `SHIPPED_FITS` for a table, to be kept with it."""
+    out: dict[str, tuple[Coefficients, Coefficients]] = {}
+    for name, (order, weight) in SHIPPED_FITS.items():
+        first, second = (fit_radiation(hydro, j, order, weight) for j in range(2))
+        out[name] = ((first.p, first.q), (second.p, second.q))
+    return out
 
 
 def shipped_fit(name: str = "accurate") -> tuple[RadiationFit, RadiationFit]:
@@ -164,11 +178,12 @@ def _evaluate(p: Floats, q: Floats, omega: Floats) -> Complexes:
 
 
 def _sanathanan_koerner(omega: Floats, target: Complexes, weight: Floats, n: int) -> tuple[Floats, Floats]:
-    """Linear least squares on weight (P - K Q)/|Q of the last pass|, fifteen passes; unstable zeros of Q are mirrored."""
+    """Solve weight (P - K Q)/|last Q| by linear least squares, fifteen times; unstable zeros of Q are mirrored."""
     s = 1j * omega
     powers = s[:, None] ** np.arange(n - 1, -1, -1)
     denominator = np.ones_like(s)
-    p, q = np.zeros(n), np.zeros(n)
+    p: Floats = np.zeros(n)
+    q: Floats = np.zeros(n)
     for _ in range(15):
         rows = np.concatenate([powers, -target[:, None] * powers], axis=1)
         w = (weight / np.abs(denominator))[:, None]
@@ -201,7 +216,8 @@ def _spectral_factor(p: Floats, q: Floats) -> Floats:
 
 def _poles_from(parameters: Floats) -> Floats:
     """Q without its leading 1 from logarithms of the coefficients of its stable first- and second-order factors."""
-    q, rest = np.ones(1), np.exp(np.clip(parameters, -30.0, 30.0))
+    q: Floats = np.ones(1)
+    rest = np.exp(np.clip(parameters, -30.0, 30.0))
     if len(rest) % 2:
         q, rest = np.array([1.0, rest[0]]), rest[1:]
     for a, b in rest.reshape(-1, 2):
@@ -221,7 +237,7 @@ def _poles_to(q: Floats) -> Floats:
         out += [-2.0 * z.real, abs(z) ** 2]
     for a, b in zip(real[::2], real[1::2], strict=True):
         out += [a + b, a * b]
-    return np.log(np.array(out))
+    return np.asarray(np.log(out), dtype=np.float64)
 
 
 def _numerator(g: Floats, q: Floats) -> Floats:

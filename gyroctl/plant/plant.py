@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
@@ -49,12 +50,15 @@ class Plant:
         He_1 and He_3 over frequency and heading.
     name : str
         For reports.
+    depth : float
+        Water depth, for the power that the waves carry; infinite where unknown. [m]
     """
 
     parameters: Parameters
     radiation: tuple[Radiation, Radiation]
     excitation: Excitation
     name: str = "custom"
+    depth: float = math.inf
 
     def replace(self, **changes: Any) -> Plant:
         """Return a plant with some choices changed.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from gyroctl.errors import InputError
 
@@ -50,6 +50,9 @@ OPTIONAL = (
 EXAMPLES = ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")
 """Time series over (law, time) of one realisation, each stored as ``example_<name>``."""
 
+ENGINES: dict[bytes, Literal["h5netcdf", "scipy"]] = {b"\x89HDF\r\n\x1a\n": "h5netcdf", b"CDF": "scipy"}
+"""xarray engine for the first bytes of a file: NetCDF 4 or NetCDF classic."""
+
 COORDINATES = ("law", "realisation", "sha256", "information")
 ATTRIBUTES = ("experiment", "gyroctl_version", "created", "tuning_seeds")
 
@@ -85,15 +88,16 @@ def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
             "there is no such file",
             "Give the directory that gyroctl compare wrote, or its results.nc",
         )
+    with path.open("rb") as stream:
+        start = stream.read(8)
+    engine = next((engine for magic, engine in ENGINES.items() if start.startswith(magic)), None)
+    mend = "Give the results.nc that gyroctl compare wrote"
+    if engine is None:
+        raise InputError("results", str(path), "this is not a NetCDF file", mend)
     try:
-        ds = xr.load_dataset(path, engine="h5netcdf")
-    except (OSError, ValueError, KeyError) as error:
-        raise InputError(
-            "results",
-            str(path),
-            f"this is not a readable NetCDF-4 file ({error})",
-            "Give the results.nc that gyroctl compare wrote",
-        ) from error
+        ds = xr.load_dataset(path, engine=engine)
+    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+        raise InputError("results", str(path), f"this NetCDF file cannot be read ({error})", mend) from error
     return check_layout(ds, str(path))
 
 

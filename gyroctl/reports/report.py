@@ -224,7 +224,7 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
         overlap=wording.seed_ranges(found.seed_overlap) if found.seed_overlap else "",
         provenance=_provenance(ds),
         realisations=[(seed, str(digest)) for seed, digest in zip(found.seeds, ds["sha256"].values, strict=True)],
-        experiment=json.dumps(layout.experiment(ds), indent=2, ensure_ascii=False) or str(ds.attrs["experiment"]),
+        experiment=_experiment_text(ds),
         parameters=_parameters(ds),
         glossary=GLOSSARY,
     )
@@ -297,6 +297,11 @@ def _provenance(ds: xr.Dataset) -> list[tuple[str, str]]:
         if attribute in ds.attrs:
             rows.append((name, str(ds.attrs[attribute])))
     return rows
+
+
+def _experiment_text(ds: xr.Dataset) -> str:
+    experiment = layout.experiment(ds)
+    return json.dumps(experiment, indent=2, ensure_ascii=False) if experiment else str(ds.attrs["experiment"])
 
 
 def _parameters(ds: xr.Dataset) -> list[tuple[str, str]]:

@@ -93,3 +93,33 @@ def cycle_slips(psi: ArrayLike, phasor: ArrayLike, dt: float, sense: int = 1) ->
         count += jumps
         level += jumps if turn > level else -jumps
     return count
+
+
+def load_share(
+    psi: ArrayLike, phi1_rate: ArrayLike, phi3_rate: ArrayLike, cg: ArrayLike, dt: float, wp: float, capacity: float
+) -> NDArray[np.float64]:
+    """Used share of the lock capacity, N cg/(J4 V).
+
+    Parameters
+    ----------
+    psi, phi1_rate, phi3_rate, cg : array_like, (n,)
+        Ring angle [rad], float rates [rad/s], generator gain [Nms].
+    dt : float
+        Spacing of the samples. [s]
+    wp : float
+        Angular frequency; V is a mean over one period. [rad/s]
+    capacity : float
+        J4/N. [kg m^2]
+
+    Returns
+    -------
+    array, (n,)
+        1 at pull-out of a steady lock; V is the modulus of the mean of exp(i psi)(phi1' + i phi3').
+    """
+    turned = np.exp(1j * np.asarray(psi)) * (np.asarray(phi1_rate) + 1j * np.asarray(phi3_rate))
+    span = max(round(2.0 * np.pi / wp / dt), 1)
+    total = np.concatenate([[0.0], np.cumsum(turned)])
+    ends = np.arange(1, turned.size + 1)
+    begins = np.maximum(ends - span, 0)
+    V = np.abs(total[ends] - total[begins]) / (ends - begins)
+    return np.asarray(cg) / (capacity * np.maximum(V, 1e-9))
