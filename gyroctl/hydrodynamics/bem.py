@@ -1,10 +1,10 @@
 """The Capytaine script that makes the database from the geometry (the extra `bem`; a run of gyroctl never needs it).
 
-Four traps of Capytaine 3.0.0 shape it: the indirect method converges far more slowly than the direct one on this float;
-the default Prony decomposition refuses or spoils kh < 0.13; even the Fortran one loses the added mass of phi3 (not the
-damping) below kh of about 0.17; and the finite-depth damping of phi3 turns rough above 12 rad/s. So: direct method, Fortran
-decomposition, added mass from Kramers-Kronig at the lowest frequencies, infinite depth above 12 rad/s, joined
-continuously.
+Four traps of Capytaine 3.0.0 shape it: the indirect method converges far more slowly than the direct one on this
+float; the default Prony decomposition refuses or spoils kh < 0.13; even the Fortran one loses the added mass of phi3
+(not the damping) below kh of about 0.17; and the finite-depth damping of phi3 turns rough above 12 rad/s. So: direct
+method, Fortran decomposition, added mass from Kramers-Kronig at the lowest frequencies, infinite depth above 12
+rad/s, joined continuously.
 """
 
 from __future__ import annotations

@@ -256,7 +256,8 @@ def from_capytaine(
     else:
         infinite = np.array([kramers_kronig_inf(omega, added[order, j, j], damping[order, j, j])[0] for j in range(2)])
     force = _excitation(variables, get)[:, :, rows]
-    headings: Floats = np.round(np.rad2deg(np.asarray(get("wave_direction", "wave_direction"), dtype=np.float64)), 9)
+    direction = np.asarray(get("wave_direction", "wave_direction"), dtype=np.float64)
+    headings = np.asarray(np.round(np.rad2deg(direction), 9), dtype=np.float64)
     turn = np.argsort(headings)
     stiffness = 0.0
     if "hydrostatic_stiffness" in variables:
@@ -285,7 +286,7 @@ def _diagonal(matrices: Floats) -> Floats:
 
 
 def coupling(added: Floats, damping: Floats) -> float:
-    """Return the largest coupling in (n, 2, 2) matrices, relative to the geometric mean of the rotations' own values."""
+    """Return the largest coupling in (n, 2, 2) matrices, relative to the geometric mean of the diagonal."""
     worst = 0.0
     for values in (added, damping):
         own = float(np.max(np.sqrt(np.abs(values[:, 0, 0] * values[:, 1, 1]))))

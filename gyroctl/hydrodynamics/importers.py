@@ -1,9 +1,9 @@
 """Results of other solvers as a database: WAMIT (.1 and .3), NEMOH (Tecplot files) and Capytaine (NetCDF).
 
-Capytaine writes these text formats but reads none of them, and bemio, which does, is not on the package index; so the two
-small formats are read here. All results must have been computed about the hinge, with waves referred to a point below the
-centre of the float, x along the paper's x3 and z up. Rigid modes are numbered as usual (1 surge .. 4 roll, 5 pitch, 6 yaw):
-phi1 turns about the downward vertical, so it is minus yaw, and phi3 is roll.
+Capytaine writes these text formats and reads them only through the separate package bemio; the two small formats are
+read here. All results must have been computed about the hinge, with waves referred to a point below the centre of the
+float, x along the paper's x3 and z up. Rigid modes are numbered as usual (1 surge .. 4 roll, 5 pitch, 6 yaw): phi1
+turns about the downward vertical, so it is minus yaw, and phi3 is roll.
 """
 
 from __future__ import annotations

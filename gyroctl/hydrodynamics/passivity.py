@@ -1,8 +1,8 @@
 """Certificate that a rational radiation function H = P/Q is stable and passive: exact arithmetic, no sampling.
 
 Re H(iw) = c(w^2) / |Q(iw)|^2, where c is a polynomial. Floats are rational numbers, so c is formed exactly, Sturm's
-theorem counts its zeros on (0, inf) and Routh's scheme decides the stability of Q, both in ratios of integers: the answer
-is a proof about the very coefficients that the simulation uses, not a statement up to rounding.
+theorem counts its zeros on (0, inf) and Routh's scheme decides the stability of Q, both in ratios of integers: the
+answer is a proof about the very coefficients that the simulation uses, not a statement up to rounding.
 """
 
 from __future__ import annotations

@@ -2,11 +2,11 @@
 
     H(iw) ~ K(w) = B(w) + i w (A(w) - A_inf),    H(s) = (p0 s^m + .. + pm) / (s^n + q1 s^(n-1) + .. + qn)
 
-The start is Sanathanan and Koerner's iteration (IEEE Trans. Automatic Control 8, 1963). The descent then moves only among
-passive functions: every strictly proper passive H of order n has H(s) + H(-s) = 2 g(s) g(-s) / (Q(s) Q(-s)) with a real g
-of degree n - 1, the spectral factor of the positive-real lemma; conversely a stable Q and any g give P by a linear system.
-So Q, as a product of stable factors, and g are free parameters of an unconstrained least-squares problem, and nothing has
-to be sampled or penalised. `passivity.certify` then judges the result on its own.
+The start is Sanathanan and Koerner's iteration (IEEE Trans. Automatic Control 8, 1963). The descent then moves only
+among passive functions: every strictly proper passive H of order n has H(s) + H(-s) = 2 g(s) g(-s) / (Q(s) Q(-s))
+with a real g of degree n - 1, the spectral factor of the positive-real lemma; conversely a stable Q and any g give P
+by a linear system. So Q, as a product of stable factors, and g are free parameters of an unconstrained least-squares
+problem, and nothing has to be sampled or penalised. `passivity.certify` then judges the result on its own.
 """
 
 from __future__ import annotations
@@ -194,7 +194,7 @@ def _sanathanan_koerner(omega: Floats, target: Complexes, weight: Floats, n: int
         )[0]
         p, q = solution[:n], solution[n:]
         zeros = np.roots(np.concatenate([[1.0], q]))
-        q = np.poly(-np.abs(zeros.real) + 1j * zeros.imag).real[1:]
+        q = np.asarray(np.poly(-np.abs(zeros.real) + 1j * zeros.imag).real[1:], dtype=np.float64)
         denominator = np.polyval(np.concatenate([[1.0], q]), s)
     return p, q
 

@@ -96,6 +96,8 @@ def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
         raise InputError("results", str(path), "this is not a NetCDF file", mend)
     try:
         ds = xr.load_dataset(path, engine=engine)
+    except ImportError as error:
+        raise InputError("results", str(path), f"reading NetCDF 4 needs a library ({error})", "Install h5py") from error
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise InputError("results", str(path), f"this NetCDF file cannot be read ({error})", mend) from error
     return check_layout(ds, str(path))

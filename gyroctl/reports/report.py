@@ -122,7 +122,7 @@ GLOSSARY = (
 )
 
 
-def write_report(source: xr.Dataset | str | Path, out_path: str | Path) -> Path:
+def write_report(source: xr.Dataset | str | Path, out_path: str | Path, evaluation: Evaluation | None = None) -> Path:
     """Write the self-contained HTML report of a comparison.
 
     Parameters
@@ -131,6 +131,8 @@ def write_report(source: xr.Dataset | str | Path, out_path: str | Path) -> Path:
         Comparison, its results.nc, or the directory that holds it.
     out_path : str or Path
         File to write; ``report.html`` inside it when it is a directory.
+    evaluation : Evaluation, optional
+        Statistics of the comparison, where they have been worked out already.
 
     Returns
     -------
@@ -146,7 +148,7 @@ def write_report(source: xr.Dataset | str | Path, out_path: str | Path) -> Path:
     path = Path(out_path)
     path = path / "report.html" if path.is_dir() else path
     path.parent.mkdir(parents=True, exist_ok=True)
-    page = render(ds)
+    page = render(ds, evaluation)
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as stream:

@@ -1,0 +1,44 @@
+"""Commands and how errors reach the user: one line on stderr, exit code 2, nothing half-written."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+
+from gyroctl.cli import compare, hydro, laws, reproduce, simulate
+
+app = typer.Typer(
+    help="Semi-active control, lock and stability margins of a gyroscopic wave energy converter.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+app.command("compare")(compare.compare)
+app.command("report")(compare.report)
+app.command("simulate")(simulate.simulate)
+app.command("laws")(laws.laws)
+app.command("reproduce")(reproduce.reproduce)
+app.add_typer(hydro.app, name="hydro")
+
+
+def main() -> None:
+    """Run the command line; bad input ends with exit code 2 and a message that says what to do."""
+    from gyroctl.errors import InputError
+
+    try:
+        app()
+    except InputError as error:
+        sys.exit(_refuse(str(error)))
+    except ValueError as error:
+        if type(error).__name__ != "LawError":  # a bug: let it be seen
+            raise
+        sys.exit(_refuse(str(error)))
+    except KeyboardInterrupt:
+        print("Stopped. Finished runs are kept and will not be computed again.", file=sys.stderr)
+        sys.exit(130)
+
+
+def _refuse(message: str) -> int:
+    print(f"Error: {message}", file=sys.stderr)
+    return 2

@@ -1,0 +1,65 @@
+"""`gyroctl compare`: the main job, and `gyroctl report`: its page again from the stored results."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    import xarray
+
+
+def compare(
+    experiment: Annotated[
+        Path | None, typer.Argument(help="TOML file; without it the default experiment.", show_default=False)
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for results.nc, summary.json and report.html.")] = Path("results"),
+    workers: Annotated[int, typer.Option(min=0, help="Workers; 0 for all cores. Changes no result.")] = 0,
+    quick: Annotated[bool, typer.Option("--quick", help="Four realisations of 600 s.")] = False,
+) -> None:
+    """Compare laws on identical wave realisations."""
+    from gyroctl.harness.comparison import Realisations
+    from gyroctl.harness.comparison import compare as run
+    from gyroctl.harness.experiment import all_tuning_seeds, read_experiment
+
+    setup = read_experiment(experiment, quick)
+    waves = Realisations(setup.sea, setup.run.seeds, setup.run.duration)
+    ds = run(
+        setup.plant, setup.laws, waves, setup.settings, workers or None, out / "runs", all_tuning_seeds(),
+        setup.record(), setup.run.motion_limit,
+    )  # fmt: skip
+    write(ds, out)
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help="Folder or results.nc of a comparison.")],
+    out: Annotated[Path | None, typer.Option(help="Where to write; by default beside the results.")] = None,
+) -> None:
+    """Write report.html and summary.json again from the stored results."""
+    from gyroctl.reports import open_results
+
+    ds = open_results(folder)
+    home = out or (folder if folder.is_dir() else folder.parent)
+    write(ds, home, results=home != (folder if folder.is_dir() else folder.parent))
+
+
+def write(ds: xarray.Dataset, out: Path, results: bool = True) -> None:
+    """Write the three files, each whole or not at all, and print the table."""
+    from gyroctl.reports import evaluate, print_table, summarise, write_report
+
+    found = evaluate(ds)
+    out.mkdir(parents=True, exist_ok=True)
+    if results:
+        part = out / "results.nc.part"
+        ds.to_netcdf(part, engine="h5netcdf")
+        os.replace(part, out / "results.nc")
+    part = out / "summary.json.part"
+    part.write_text(json.dumps(summarise(ds, found), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    os.replace(part, out / "summary.json")
+    page = write_report(ds, out / "report.html")
+    print_table(ds, found)
+    typer.echo(f"Report: {page}")

@@ -1,0 +1,70 @@
+"""`gyroctl hydro`: build, check and import hydrodynamic databases."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(help="Hydrodynamic databases: build, check, import.", no_args_is_help=True)
+
+
+@app.command()
+def build(
+    out: Annotated[Path, typer.Argument(help="NetCDF file to write.")] = Path("hydrodynamics.nc"),
+    variant: Annotated[str, typer.Option(help="Reading of the geometry: inclined, horizontal or deep.")] = "inclined",
+) -> None:
+    """Compute the database from the geometry with Capytaine (extra `bem`)."""
+    from gyroctl.hydrodynamics.bem import build as run
+    from gyroctl.simulation.progress import Progress
+
+    _writable(out)
+    with Progress("frequencies", 1) as bar:
+
+        def show(done: int, total: int) -> None:
+            bar.total = total
+            bar.advance(done - bar.done)
+
+        path = run(out, variant, show)
+    typer.echo(f"Database: {path}")
+
+
+@app.command()
+def check(
+    database: Annotated[Path | None, typer.Argument(help="NetCDF file; without it the shipped one.")] = None,
+) -> None:
+    """Check a database against Table 1, Haskind, Kramers-Kronig, symmetry and the passivity of its fits."""
+    from gyroctl.hydrodynamics.check import check as run
+
+    found = run(database)
+    typer.echo(str(found))
+    if not found.ok:
+        raise typer.Exit(1)
+
+
+@app.command("import")
+def import_(
+    source: Annotated[Path, typer.Argument(help="Results: a NetCDF file, the stem of .1 and .3, or a NEMOH folder.")],
+    out: Annotated[Path, typer.Argument(help="NetCDF file to write.")],
+    format: Annotated[str, typer.Option(help="capytaine, wamit or nemoh.")] = "capytaine",
+    rho: Annotated[float, typer.Option(help="Density of the water [kg/m^3].")] = 1000.0,
+    g: Annotated[float, typer.Option(help="Gravity [m/s^2].")] = 9.81,
+    depth: Annotated[float, typer.Option(help="Water depth [m]; inf for deep water.")] = float("inf"),
+    length: Annotated[float, typer.Option(help="WAMIT's ULEN [m].")] = 1.0,
+    stiffness: Annotated[float, typer.Option(help="Buoyancy stiffness k3 [Nm/rad].")] = 0.0,
+    modes: Annotated[tuple[int, int], typer.Option(help="Mode numbers of phi1 and phi3; negative: turned.")] = (-6, 4),
+) -> None:
+    """Read results of another solver, fit the radiation passively and write a database."""
+    from gyroctl.hydrodynamics.importers import Site, import_results
+
+    _writable(out)
+    path = import_results(source, format, out, Site(rho, g, depth, length, stiffness, modes))
+    typer.echo(f"Database: {path}")
+
+
+def _writable(out: Path) -> None:
+    from gyroctl.errors import InputError
+
+    if not out.resolve().parent.is_dir():
+        raise InputError("out", str(out), "its folder does not exist", f"Make the folder {out.parent} first")

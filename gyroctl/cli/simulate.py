@@ -1,0 +1,60 @@
+"""`gyroctl simulate`: one law on one realisation, as a labelled NetCDF file."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def simulate(
+    law: Annotated[str, typer.Option(help='Registered name, or "file.py:Name".')],
+    out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
+    settings: Annotated[
+        list[str] | None, typer.Option("--set", help="Parameter of the law, key=value; may be repeated.")
+    ] = None,
+    gamma: Annotated[float, typer.Option(help="Peak enhancement of the JONSWAP spectrum.")] = 5.0,
+    hs: Annotated[float, typer.Option(help="Significant wave height [m].")] = 0.283,
+    wp: Annotated[float, typer.Option(help="Peak frequency [rad/s].")] = 3.14,
+    seed: Annotated[int, typer.Option(help="Seed of the realisation.")] = 1,
+    duration: Annotated[float, typer.Option(help="Length of the run [s].")] = 2000.0,
+    blend: Annotated[float, typer.Option(help="Blend from the regular wave at the start [s].")] = 100.0,
+    dt: Annotated[float, typer.Option(help="Longest step [s].")] = 0.01,
+    variant: Annotated[str, typer.Option(help="Form of the plant: corrected or paper.")] = "corrected",
+) -> None:
+    """Run one law on one realisation and write the trajectory."""
+    import gyroctl as gy
+    from gyroctl.simulation.lock import loss_time
+
+    built = gy.law(law, **parse(settings or []))
+    if not out.parent.is_dir():
+        raise gy.InputError("out", str(out), "its folder does not exist", f"Make the folder {out.parent} first")
+    plant = gy.zhang2017(variant)
+    waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)
+    ds = gy.simulate(plant, built, waves, gy.Settings(dt=dt, blend=blend), law)
+    part = out.with_name(out.name + ".part")
+    ds.to_netcdf(part, engine="h5netcdf")
+    os.replace(part, out)
+    lost = float(loss_time(ds.psi.values, float(ds.time[1] - ds.time[0]), wp))
+    lock = "kept lock" if lost != lost else f"lost lock after {lost:.0f} s"
+    scored = ds.sel(time=slice(blend, None))
+    mean = float(scored.energy_generator[-1] - scored.energy_generator[0]) / float(scored.time[-1] - scored.time[0])
+    typer.echo(f"{law}: {mean:.2f} W mean power, {lock}. Trajectory: {out}")
+
+
+def parse(pairs: list[str]) -> dict[str, Any]:
+    """Turn ["cc=0.1"] into {"cc": 0.1}; what is no number stays text."""
+    from gyroctl.errors import InputError
+
+    values: dict[str, Any] = {}
+    for pair in pairs:
+        key, equals, text = pair.partition("=")
+        if not equals or not key:
+            raise InputError("--set", pair, "is not of the form key=value", "Write for example --set cc=0.1")
+        try:
+            values[key.strip()] = float(text)
+        except ValueError:
+            values[key.strip()] = text.strip()
+    return values
