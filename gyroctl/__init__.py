@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from gyroctl.devices import zhang2017
     from gyroctl.errors import InputError
     from gyroctl.harness.actuation import Actuators
     from gyroctl.harness.comparison import compare
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
         read_spectrum,
         realise,
     )
-    from gyroctl.devices import zhang2017
 
 _HOME = {
     "InputError": "errors",

@@ -185,7 +185,7 @@ def test_verdict_says_not_distinguishable_of_twins():
     ds = synthetic(("best_constant", "coupling", "constant"), lock=1.0)
     twin = ds["mean_power"].sel(law="coupling").values * (1.0 + 0.01 * np.resize([1.0, -1.0], 8))
     ds["mean_power"].loc[{"law": "constant"}] = twin
-    assert "is not distinguishable from chance" in " ".join(judge(evaluate(ds)).sentences)
+    assert "is not distinguishable (Holm-corrected over 3 pairs, p" in " ".join(judge(evaluate(ds)).sentences)
 
 
 def test_verdict_without_lock_has_no_winner():
@@ -196,6 +196,16 @@ def test_verdict_without_lock_has_no_winner():
 
 def test_verdict_when_nothing_beats_the_reference():
     assert "No law beats" in judge(evaluate(synthetic(("best_constant", "constant"), lock=1.0))).sentences[0]
+
+
+def test_caveat_of_sliding_is_measured_against_the_reference():
+    ds = synthetic()
+    ds["cycle_slips"].loc[{"law": "best_constant"}] = 12.0
+    ds["cycle_slips"].loc[{"law": "constant"}] = 20.0
+    ds["cycle_slips"].loc[{"law": "coupling"}] = 40.0
+    (caveat,) = [c for c in judge(evaluate(ds)).caveats if "slips" in c]
+    assert "coupling 40 (best_constant 12)" in caveat
+    assert "constant 20" not in caveat
 
 
 def test_caveats_name_overlapping_seeds_and_few_runs():

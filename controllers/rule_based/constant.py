@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 
 class Constant(NamedTuple):
@@ -12,7 +12,10 @@ class Constant(NamedTuple):
     cg: float = 3.5e-4  # [Nms]
     period: float = 0.1  # [s]
 
-    information = "none"
+    @property
+    def information(self) -> Literal["none"]:
+        """What the law looks at."""
+        return "none"
 
     def init(self) -> tuple[()]:
         """No state."""

@@ -10,7 +10,7 @@ the ring then stalls again and again.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 
 class CouplingState(NamedTuple):
@@ -40,7 +40,10 @@ class Coupling(NamedTuple):
     J4: float = 0.3671  # [kg m^2]
     period: float = 0.1  # [s]
 
-    information = "sensors"
+    @property
+    def information(self) -> Literal["sensors"]:
+        """What the law looks at."""
+        return "sensors"
 
     def init(self) -> CouplingState:
         """Filters are filled by the first sample."""

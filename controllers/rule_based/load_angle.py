@@ -10,7 +10,7 @@ deviation of the ring speed, as a power-system stabiliser does on a synchronous 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 
 class LoadAngleState(NamedTuple):
@@ -35,7 +35,10 @@ class LoadAngle(NamedTuple):
     capacity: float = 0.01628  # J4/N [kg m^2]
     period: float = 0.1  # [s]
 
-    information = "sensors"
+    @property
+    def information(self) -> Literal["sensors"]:
+        """What the law looks at."""
+        return "sensors"
 
     def init(self) -> LoadAngleState:
         """Filters are filled by the first sample."""

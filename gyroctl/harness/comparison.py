@@ -29,6 +29,7 @@ from gyroctl.harness.laws import describe
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.start import locked_start
 from gyroctl.plant import Plant
+from gyroctl.plant.compiled import source_stamp
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
 from gyroctl.plant.kernel import SOURCES
 from gyroctl.simulation import lock, metrics
@@ -173,7 +174,7 @@ def perform(item: Item) -> Outcome:
     values = evaluate(
         item.plant, record, waves.moments[1], waves.dt, item.sea.wp, item.settings.blend, item.available
     )  # fmt: skip
-    counters = getattr(item.law, "counters", dict)()  # a law with deadlines reports what it missed
+    counters: dict[str, int] = getattr(item.law, "counters", dict)()  # a law with deadlines reports what it missed
     values |= {
         "saturations": float(record.saturations), "step_ms_median": timing.median, "step_ms_p99": timing.p99,
         "deadline_misses": float(counters.get("deadline_misses", 0)), "fallbacks": float(counters.get("fallbacks", 0)),
@@ -207,7 +208,7 @@ def _items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings:
     locked_start(plant, waves.sea)
     width = plant.parameters.d + plant.parameters.c  # crests run along the lever, and so does the capsule
     available = wave_power(synthesis, plant.depth) * width
-    stamp = loop.source_stamp((*SOURCES, loop.__file__, metrics.__file__, lock.__file__))
+    stamp = source_stamp((*SOURCES, loop.__file__, metrics.__file__, lock.__file__))
     items = []
     for name, law in laws.items():
         for seed in waves.seeds:

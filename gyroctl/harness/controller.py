@@ -24,8 +24,9 @@ class Measurement(NamedTuple):
 class Law(Protocol):
     """A semi-active law.
 
-    Best written as a NamedTuple of floats whose `step` uses only arithmetic, `math` and `min`/`max`: it is then
-    compiled. Any other object with these members runs as plain Python with the same results.
+    Best written as a NamedTuple of floats whose `step` uses only arithmetic, `math` and `min`/`max`, with a NamedTuple
+    of floats as its state: it is then compiled. Any other object with these members runs as plain Python, with the
+    same results.
 
     Attributes
     ----------
@@ -38,6 +39,11 @@ class Law(Protocol):
     @property
     def period(self) -> float:
         """Sampling period. [s]"""
+        ...
+
+    @property
+    def information(self) -> Information:
+        """What the law looks at."""
         ...
 
     def init(self) -> Any:

@@ -94,7 +94,7 @@ class Experiment:
 
     def record(self) -> dict[str, Any]:
         """Tables with every default filled in, safe for JSON."""
-        sea = {key: value for key, value in dataclasses.asdict(self.sea).items() if isinstance(value, float | int | str)}
+        sea = _plain(dataclasses.asdict(self.sea))
         kinds = {SeaState: "jonswap", Regular: "regular", Bichromatic: "bichromatic"}
         given = self.source.get("sea", {})
         return {

@@ -98,7 +98,7 @@ def _from_file(name: str) -> Callable[..., Any]:
         spec.loader.exec_module(module)
     except Exception as error:
         raise InputError("law", name, f"the file cannot be imported: {type(error).__name__}: {error}",
-                         "Run the file with Python and correct it")  # fmt: skip
+                         "Run the file with Python and correct it") from error  # fmt: skip
     if not hasattr(module, attribute):
         raise InputError("law", name, f"{path} defines no {attribute}", "Name a class or function of the file")
     return cast(Callable[..., Any], getattr(module, attribute))

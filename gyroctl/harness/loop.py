@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numba import cfunc, float64, njit, void
@@ -71,7 +71,7 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
         y = np.zeros(len(CHANNELS))
         u = np.zeros(2)
         state = record[0].copy()
-        work = np.empty((3, state.size))
+        work = np.empty((5, state.size))
         moments, weight = np.empty(6), np.empty(8)
         now = np.empty((2, 1))
         for sample in range(commands.shape[0]):
@@ -124,10 +124,11 @@ def compile_law(law: Law) -> CompiledLaw | None:
     if not (_is_floats(law) and _is_floats(start)):
         return None
     try:
-        entry = _compiled_entry(type(law), type(start), len(start))
+        entry = _compiled_entry(*cast(Any, (type(law), type(start), len(start))))
     except NumbaError:
         return None
-    return CompiledLaw(entry, np.array([*law, 0.0], float), np.array([*start, 0.0], float))
+    parameters = cast(tuple[float, ...], law)
+    return CompiledLaw(entry, np.array([*parameters, 0.0]), np.array([*start, 0.0]))
 
 
 def _is_floats(value: Any) -> bool:

@@ -91,9 +91,11 @@ def run_law(
     actuators = settings.actuators
     every = round(law.period / actuators.period)
     if every < 1 or not math.isclose(every * actuators.period, law.period, rel_tol=1e-9):
-        raise InputError(f"laws.{name}.period", law.period, f"must be a multiple of actuators.period = {actuators.period}",
+        raise InputError(f"laws.{name}.period", law.period,
+                         f"must be a multiple of actuators.period = {actuators.period}",
                          "Change one of the two")  # fmt: skip
-    check_step(plant, 0.0, settings.dt)
+    largest = describe(law).get("cc", actuators.cc_max)  # a law that fixes cc, or else all that the actuator can give
+    check_step(plant, min(float(largest), actuators.cc_max), settings.dt)
     n, samples = len(plant.labels), math.floor(waves.duration / actuators.period + 1e-9)
     states = np.zeros((samples + 1, rows(plant.coefficients)))
     first, controls_before = locked_start(plant, waves.sea)

@@ -61,6 +61,6 @@ def _found(key: object, hidden: _Hidden) -> tuple[NDArray[np.float64], tuple[flo
         return unstable
     raise InputError(
         "sea.hs", hidden.wave.height * math.sqrt(2.0),
-        "the equivalent regular wave is too small, or too far off the device's frequency, for a locked orbit to start on",
+        "the equivalent regular wave is too small, or too far off the device's frequency, for a locked orbit",
         "Raise Hs, or bring wp nearer to 3.14 rad/s",
     )  # fmt: skip

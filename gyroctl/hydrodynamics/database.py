@@ -258,7 +258,7 @@ def from_capytaine(
     force = _excitation(variables, get)[:, :, rows]
     direction = np.asarray(get("wave_direction", "wave_direction"), dtype=np.float64)
     headings = np.asarray(np.round(np.rad2deg(direction), 9), dtype=np.float64)
-    turn = np.argsort(headings)
+    turn = np.argsort(headings)[: len(headings) - int(np.isclose(np.ptp(headings), 360.0))]  # 360 repeats 0
     stiffness = 0.0
     if "hydrostatic_stiffness" in variables:
         stiffness = float(get("hydrostatic_stiffness", "influenced_dof", "radiating_dof")[rows[1], columns[1]])

@@ -25,23 +25,20 @@ def haskind_damping(hydro: Hydrodynamics) -> Floats | None:
     Parameters
     ----------
     hydro : Hydrodynamics
-        A table whose headings cover the circle evenly, or 0 to 180 deg (then a float symmetric to x3 is assumed).
+        A table whose headings cover the circle evenly. Half of it will not do: the inclined float answers waves from
+        the hinge and waves to the hinge differently, by half in short waves.
 
     Returns
     -------
     ndarray (2, n) or None
-        [Nms/rad]; None when the headings cover less than half the circle.
+        [Nms/rad]; None when the headings do not cover the circle.
     """
     power = np.abs(hydro.excitation) ** 2
     headings = hydro.headings
     step = 360.0 / len(headings)
-    if len(headings) > 4 and np.allclose(np.diff(headings), step, atol=1e-6):
-        integral = np.deg2rad(step) * power.sum(axis=1)  # periodic: the trapezoid rule converges geometrically
-    elif len(headings) > 3 and headings[0] <= 1e-6 and headings[-1] >= 180.0 - 1e-6:
-        half = headings <= 180.0 + 1e-6
-        integral = 2.0 * np.trapezoid(power[:, half], np.deg2rad(headings[half]), axis=1)
-    else:
+    if len(headings) < 5 or not np.allclose(np.diff(headings), step, atol=1e-6):
         return None
+    integral = np.deg2rad(step) * power.sum(axis=1)  # periodic: the trapezoid rule converges geometrically
     k = wavenumber(hydro.omega, hydro.depth, hydro.g)
     speed = group_velocity(hydro.omega, hydro.depth, hydro.g)
     return np.asarray(k / (8.0 * np.pi * hydro.rho * hydro.g * speed) * integral, dtype=np.float64)

@@ -296,10 +296,11 @@ def _assembled(
     """Put rows in any order onto one frequency axis, which both kinds of results must share."""
     omega = np.array(sorted(matrices))
     headings = np.array(sorted({beta for _, beta in forces}))
+    headings = headings[: len(headings) - int(len(headings) > 0 and np.isclose(np.ptp(headings), 360.0))]  # repeated
     excitation = np.full((2, len(headings), len(omega)), np.nan + 0j)
     for (w, beta), moment in forces.items():
         near = np.flatnonzero(np.isclose(omega, w, rtol=1e-6))
-        if len(near):
+        if len(near) and beta in headings:
             excitation[:, np.searchsorted(headings, beta), near[0]] = moment
     table = np.array([matrices[w] for w in omega]).reshape(-1, 2, 2, 2)
     own = np.arange(2)

@@ -12,6 +12,7 @@ problem, and nothing has to be sampled or penalised. `passivity.certify` then ju
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -211,17 +212,21 @@ def _spectral_factor(p: Floats, q: Floats) -> Floats:
     if values.min() < 0.0:
         c[-1] -= 1.01 * values.min()
     zeros = np.sqrt(np.roots(c).astype(complex) * -1.0)  # x = -s^2
-    return np.asarray(np.sqrt(c[0]) * np.poly(-np.abs(zeros.real) + 1j * zeros.imag).real, dtype=np.float64)
+    return np.asarray(
+        np.sqrt(c[0]) * np.atleast_1d(np.poly(-np.abs(zeros.real) + 1j * zeros.imag).real), dtype=np.float64
+    )
 
 
-def _poles_from(parameters: Floats) -> Floats:
+def _poles_from(parameters: NDArray[Any]) -> NDArray[Any]:
     """Q without its leading 1 from logarithms of the coefficients of its stable first- and second-order factors."""
-    q: Floats = np.ones(1)
-    rest = np.exp(np.clip(parameters, -30.0, 30.0))
+    q: NDArray[Any] = np.ones(1)
+    rest = np.exp(
+        np.clip(parameters.real, -30.0, 30.0) + (1j * parameters.imag if np.iscomplexobj(parameters) else 0.0)
+    )
     if len(rest) % 2:
         q, rest = np.array([1.0, rest[0]]), rest[1:]
     for a, b in rest.reshape(-1, 2):
-        q = np.polymul(q, [1.0, a, b])
+        q = np.polymul(q, np.array([1.0, a, b]))
     return q[1:]
 
 
@@ -240,23 +245,30 @@ def _poles_to(q: Floats) -> Floats:
     return np.asarray(np.log(out), dtype=np.float64)
 
 
-def _numerator(g: Floats, q: Floats) -> Floats:
+def _numerator(g: NDArray[Any], q: NDArray[Any]) -> NDArray[Any]:
     """P with (P(s) Q(-s) + P(-s) Q(s))/2 = g(s) g(-s): a linear system, regular for stable Q."""
     n = len(q)
-    full = np.concatenate([[1.0], q])
-    mirror = full * (-1.0) ** np.arange(n, -1, -1)
-    matrix = np.zeros((n, n))
+    mirror = np.concatenate([[1.0], q]) * (-1.0) ** np.arange(n, -1, -1)
+    matrix = np.zeros((n, n), dtype=mirror.dtype)
     for k in range(n):  # the numerator s^(n-1-k): even powers 2n-2, .., 0 of s^(n-1-k) Q(-s)
-        product = np.zeros(2 * n)
+        product = np.zeros(2 * n, dtype=mirror.dtype)
         product[k : k + n + 1] = mirror
         matrix[:, k] = product[1::2]
     square = np.polymul(g, g * (-1.0) ** np.arange(n - 1, -1, -1))[::2]
-    square[-1] += _MARGIN * float(np.max(np.abs(square)))
-    return np.asarray(np.linalg.solve(matrix, square), dtype=np.float64)
+    square[[0, -1]] += _MARGIN * float(np.max(np.abs(square)))
+    return np.asarray(np.linalg.solve(matrix, square))
 
 
-#: Relative lift of g(s) g(-s) off zero, so that rounding cannot spoil the certificate of a fit on the brink.
+#: Relative lift of g(s) g(-s) off zero at both ends of the axis, lest rounding spoil the certificate of a fit on the brink.
 _MARGIN = 1e-9
+_COMPLEX_STEP = 1e-30
+
+
+def _coefficients(x: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """(p, q) of the free parameters: n of the poles, n of the spectral factor."""
+    n = len(x) // 2
+    q = _poles_from(x[:n])
+    return _numerator(x[n:], q), q
 
 
 def _descend(omega: Floats, target: Complexes, weight: Floats, n: int) -> tuple[Floats, Floats]:
@@ -265,24 +277,30 @@ def _descend(omega: Floats, target: Complexes, weight: Floats, n: int) -> tuple[
 
     size = float(np.max(np.abs(target)))
     goal = target / size
-
-    def split(x: Floats) -> tuple[Floats, Floats]:
-        q = _poles_from(x[:n])
-        g = x[n:]
-        return _numerator(g, q), q
+    powers = (1j * omega)[:, None] ** np.arange(n - 1, -1, -1)
 
     def residual(x: Floats) -> Floats:
-        p, q = split(x)
-        error = weight * (_evaluate(p, q, omega) - goal)
+        error = weight * (_evaluate(*_coefficients(x), omega) - goal)
         return np.concatenate([error.real, error.imag])
+
+    def jacobian(x: Floats) -> Floats:
+        """Exact: by complex step through the coefficients, in closed form from there."""
+        p, q = _coefficients(x)
+        steps = [_coefficients(x + 1j * _COMPLEX_STEP * e) for e in np.eye(2 * n)]
+        dp, dq = (np.array([step[k].imag for step in steps]).T / _COMPLEX_STEP for k in range(2))
+        scaled = weight[:, None] * powers / np.polyval(np.concatenate([[1.0], q]), 1j * omega)[:, None]
+        slope = scaled @ dp - _evaluate(p, q, omega)[:, None] * (scaled @ dq)
+        return np.concatenate([slope.real, slope.imag])
 
     best: tuple[float, Floats] | None = None
     for exponent in (1.0, 0.0, 0.5, 2.0):
         p, q = _sanathanan_koerner(omega, goal, weight**exponent, n)
         start = np.concatenate([_poles_to(q), _spectral_factor(p, q)])
-        found = least_squares(residual, start, method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15, max_nfev=4000)
+        found = least_squares(
+            residual, start, jacobian, method="lm", x_scale="jac", xtol=1e-13, ftol=1e-13, gtol=1e-13, max_nfev=600
+        )
         if best is None or found.cost < best[0]:
             best = (float(found.cost), found.x)
     assert best is not None
-    p, q = split(best[1])
+    p, q = _coefficients(best[1])
     return p * size, q

@@ -99,22 +99,27 @@ def derivative(x: Any, dx: Any, L: int, l: int, k: Coefficients, cc: Any, cg: An
 
     # generalised forces, everything but the accelerations
     K, J3, J4, N = k.K, k.J3, k.J4, k.N
-    sin2, cos2 = 2.0 * s * c, c * c - s * s
-    spin = 2.0 * N * J3 * w + J4 * W
     generator = cg * W
-    f1 = K * (sin2 * v1 + cos2 * v3) * w + s * spin * w + k.C2 * w * v3  # (22)
-    f1 = f1 - k.k1 * phi1 - k.d1 * v1 - mr1 + me1 + k.reaction * c * generator
-    f3 = K * (cos2 * v1 - sin2 * v3) * w + c * spin * w - k.C2 * w * v1  # (23)
-    f3 = f3 - k.k3 * phi3 - k.d3 * v3 - mr3 + me3 - k.reaction * s * generator
     coupling = cc * slip
+    hinge1, hinge3 = k.d1 * v1, k.d3 * v3
+    reaction = k.reaction * generator
+    lever = k.C2 * w
+    Kw = K * w
+    spin = (2.0 * N * J3 * w + J4 * W) * w
+    # sin 2psi phi1' + cos 2psi phi3' = s u1 + c u3, and cos 2psi phi1' - sin 2psi phi3' = c u1 - s u3
+    f1 = Kw * (s * u1 + c * u3) + s * spin + lever * v3 + c * reaction  # (22)
+    f1 = f1 - k.k1 * phi1 - hinge1 - mr1 + me1
+    f3 = Kw * (c * u1 - s * u3) + c * spin - lever * v1 - s * reaction  # (23)
+    f3 = f3 - k.k3 * phi3 - hinge3 - mr3 + me3
     fp = N * coupling - (K * u1 + J4 * W) * u3  # (24)
     fo = J4 * u3 * w - coupling - generator  # (25)
 
     # the inertia couples (phi1, phi3) to (psi, omega) along e = (c, -s) only: eliminate, then a rank-one update
     held = k.ap * fp + k.ao * fo
     g1, g3 = (f1 - c * held) * k.i1, (f3 + s * held) * k.i3
-    share = k.kappa * (c * g1 - s * g3) / (1.0 + k.kappa * (c * c * k.i1 + s * s * k.i3))
-    a1, a3 = g1 - c * share * k.i1, g3 + s * share * k.i3
+    e1, e3 = c * k.i1, s * k.i3
+    share = k.kappa * (c * g1 - s * g3) / (1.0 + k.kappa * (c * e1 + s * e3))
+    a1, a3 = g1 - e1 * share, g3 + e3 * share
     ae = c * a1 - s * a3
 
     dx[PHI1 * L + l], dx[PHI3 * L + l], dx[PSI * L + l], dx[OMEGA * L + l] = v1, v3, w, W
@@ -129,6 +134,6 @@ def derivative(x: Any, dx: Any, L: int, l: int, k: Coefficients, cc: Any, cg: An
     dx[(end - 1) * L + l] = top3
     dx[end * L + l] = me1 * v1 + me3 * v3
     dx[(end + 1) * L + l] = mr1 * v1 + mr3 * v3
-    dx[(end + 2) * L + l] = k.d1 * v1 * v1 + k.d3 * v3 * v3
+    dx[(end + 2) * L + l] = hinge1 * v1 + hinge3 * v3
     dx[(end + 3) * L + l] = coupling * slip
     dx[(end + 4) * L + l] = generator * W

@@ -23,8 +23,9 @@ LANES = 16
 
 TAPS = 8
 LAGRANGE = tuple(1.0 / math.prod(i - j for j in range(TAPS) if j != i) for i in range(TAPS))
-ACCURATE = 0.5
-"""Largest product of step and slip rate in `steps_for`: keeps the ledger closed to 1e-6 while the coupling switches."""
+ACCURATE = 50.0
+"""Largest product of step and slip rate in `steps_for`, per second of `dt`: 0.5 at dt = 0.01 s, which keeps the ledger
+closed to 1e-6 while the coupling switches. A longer `dt` asks for less accuracy here as well. [1/s]"""
 
 SOURCES = (compiled.__file__, trigonometry.__file__, equations.__file__, __file__)
 
@@ -38,7 +39,7 @@ def slip_rate(k: Coefficients, cc: Any) -> Any:
 @inlined
 def steps_for(hold: float, dt: float, rate: float) -> int:
     """Number of equal steps over `hold` [s]: none longer than `dt` [s], none longer than the slip allows."""
-    return max(int(math.ceil(hold / dt - 1e-9)), int(math.ceil(hold * rate / ACCURATE - 1e-9)), 1)
+    return max(int(math.ceil(hold / dt - 1e-9)), int(math.ceil(hold * rate / (ACCURATE * dt) - 1e-9)), 1)
 
 
 @inlined
@@ -68,7 +69,7 @@ def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: 
 
 @inlined
 def advance(
-    y: Any, x: Any, dx: Any, acc: Any, moments: Any, weight: Any, L: int, k: Coefficients, cc: Any, cg: Any,
+    y: Any, x: Any, slope: Any, moments: Any, weight: Any, L: int, k: Coefficients, cc: Any, cg: Any,
     start: float, hold: float, steps: int, waves: Any, waves_dt: float,
 ) -> None:  # fmt: skip
     """Advance L runs by `hold` seconds in `steps` equal Runge-Kutta steps with constant `cc`, `cg`.
@@ -77,8 +78,10 @@ def advance(
     ----------
     y : (rows * L,) array
         State and ledger, changed in place.
-    x, dx, acc : (rows * L,) arrays
-        Working space: stage state, slope, sum. Apart, so that the compiler may vectorise.
+    x : (rows * L,) array
+        Working space: state at a stage. Apart from `y`, so that the compiler may vectorise.
+    slope : (4, rows * L) array
+        Working space: slopes of the four stages.
     moments : (3 * 2 * L,) array
         Working space: moments at the start, the middle and the end of a step.
     weight : (8,) array
@@ -94,26 +97,27 @@ def advance(
     """
     h = hold / steps
     size = y.size
-    for i in range(size):
+    states = size - len(LEDGER) * L  # nothing depends on the ledger: its rows need no stages
+    for i in range(states):
         x[i] = y[i]
     interpolate(waves, L, start / waves_dt, weight, moments, 0)
     for step in range(steps):
         interpolate(waves, L, (start + (step + 0.5) * h) / waves_dt, weight, moments, 1)
         interpolate(waves, L, (start + (step + 1.0) * h) / waves_dt, weight, moments, 2)
-        for i in range(size):
-            acc[i] = y[i]
         for stage in range(4):
             ahead = 0.5 * h if stage < 2 else h
-            share = h / 6.0 if stage == 0 or stage == 3 else h / 3.0
             point = (stage + 1) // 2 * 2 * L
+            dx = slope[stage]
             for l in range(L):
                 derivative(x, dx, L, l, k, cc[l], cg[l], moments[point + l], moments[point + L + l])
-            for i in range(size):
-                acc[i] = acc[i] + share * dx[i]
-                x[i] = y[i] + ahead * dx[i]
+            if stage < 3:
+                for i in range(states):
+                    x[i] = y[i] + ahead * dx[i]
+        first, second, third, fourth = slope[0], slope[1], slope[2], slope[3]
         for i in range(size):
-            y[i] = acc[i]
-            x[i] = acc[i]
+            y[i] = y[i] + h / 6.0 * (first[i] + 2.0 * (second[i] + third[i]) + fourth[i])
+        for i in range(states):
+            x[i] = y[i]
         for lane in range(2 * L):
             moments[lane] = moments[4 * L + lane]
 
@@ -126,11 +130,10 @@ def _hold_into(stamp: str) -> Any:
         k: Coefficients, controls: NDArray[Any], start: float, hold: float, steps: int, waves: NDArray[np.float64],
         waves_dt: float,
     ) -> None:  # fmt: skip
-        """Advance one run in place. `work` (3, rows), `controls` (2, 1); float or complex alike."""
+        """Advance one run in place. `work` (5, rows), `controls` (2, 1); float or complex alike."""
         assert stamp
         advance(
-            y, work[0], work[1], work[2], moments, weight, 1, k, controls[0], controls[1], start, hold, steps, waves,
-            waves_dt,
+            y, work[0], work[1:], moments, weight, 1, k, controls[0], controls[1], start, hold, steps, waves, waves_dt
         )  # fmt: skip
 
     return entry_point(hold_into)
@@ -146,7 +149,7 @@ def hold_one(
     """Return state and ledger (rows,) after one held interval, see `advance`; float or complex."""
     out = y.copy()
     controls = np.array([[cc], [cg]], y.dtype)
-    work = np.empty((3, y.size), y.dtype)
+    work = np.empty((5, y.size), y.dtype)
     hold_into(out, work, np.empty(6), np.empty(TAPS), k, controls, start, hold, steps, waves, waves_dt)
     return out
 
@@ -161,7 +164,7 @@ def _run_lanes(stamp: str) -> Any:
     ) -> None:  # fmt: skip
         """Run LANES runs with constant controls; see `gyroctl.simulation.ensemble` for the meaning of the outputs."""
         assert stamp
-        x, dx, acc = np.empty(y.size), np.empty(y.size), np.empty(y.size)
+        x, slope = np.empty(y.size), np.empty((4, y.size))
         moments, weight = np.empty(6 * LANES), np.empty(TAPS)
         for i in range(intervals):
             if i == mark:
@@ -173,7 +176,7 @@ def _run_lanes(stamp: str) -> Any:
                 for l in range(LANES):
                     peak[row, i, l] = y[row * LANES + l]
             advance(
-                y, x, dx, acc, moments, weight, LANES, k, cc, cg, i * hold, hold, steps, waves, waves_dt,
+                y, x, slope, moments, weight, LANES, k, cc, cg, i * hold, hold, steps, waves, waves_dt,
             )  # fmt: skip
         for l in range(LANES):
             psi[intervals, l] = y[PSI * LANES + l]

@@ -39,11 +39,11 @@ class Radiation:
             raise InputError("radiation.p", self.p, "numerator order must be below the denominator's",
                              "Give finite coefficients, len(p) <= len(q)")  # fmt: skip
         if np.max(np.roots([1.0, *self.q]).real) >= 0.0:
-            raise InputError("radiation.q", self.q, "the denominator has a root with a real part that is not negative",
+            raise InputError("radiation.q", self.q, "the denominator has a root that is not in the left half plane",
                              "Refit with stable poles")  # fmt: skip
         if not self.is_passive():
             raise InputError("radiation.p", self.p, "the function is not passive: Re H(iw) < 0 at some frequency",
-                             "Refit with the passivity constraint, see gyroctl.hydrodynamics.fit_radiation")  # fmt: skip
+                             "Refit with the passivity constraint, see hydrodynamics.fit_radiation")  # fmt: skip
 
     def response(self, omega: ArrayLike) -> NDArray[np.complex128]:
         """H(i omega) [Nms/rad] at angular frequencies `omega` [rad/s], of the same shape."""

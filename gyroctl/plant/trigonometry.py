@@ -30,36 +30,20 @@ def _polynomial(angle: Any) -> Any:
     turns = (angle * TWO_OVER_PI + TO_INTEGER) - TO_INTEGER  # quarter turns, to nearest
     r = ((angle - turns * PART_1) - turns * PART_2) - turns * PART_3
     z = r * r
-    sine = r + r * z * (
-        -1.66666666666666307295e-1
-        + z
-        * (
-            8.33333333332211858878e-3
-            + z
-            * (
-                -1.98412698295895385996e-4
-                + z * (2.75573136213857245213e-6 + z * (-2.50507477628578072866e-8 + z * 1.58962301576546568060e-10))
-            )
-        )
-    )
-    cosine = (
-        1.0
-        - 0.5 * z
-        + z
-        * z
-        * (
-            4.16666666666665929218e-2
-            + z
-            * (
-                -1.38888888888730564116e-3
-                + z
-                * (
-                    2.48015872888517045348e-5
-                    + z * (-2.75573141792967388112e-7 + z * (2.08757008419747316778e-9 - z * 1.13585365213876817300e-11))
-                )
-            )
-        )
-    )
+    p = 1.58962301576546568060e-10
+    p = p * z - 2.50507477628578072866e-8
+    p = p * z + 2.75573136213857245213e-6
+    p = p * z - 1.98412698295895385996e-4
+    p = p * z + 8.33333333332211858878e-3
+    p = p * z - 1.66666666666666307295e-1
+    sine = r + r * z * p
+    p = -1.13585365213876817300e-11
+    p = p * z + 2.08757008419747316778e-9
+    p = p * z - 2.75573141792967388112e-7
+    p = p * z + 2.48015872888517045348e-5
+    p = p * z - 1.38888888888730564116e-3
+    p = p * z + 4.16666666666665929218e-2
+    cosine = 1.0 - 0.5 * z + z * z * p
     # quadrant of `turns` by arithmetic: odd turns swap, turns 2, 3 (sine) and 1, 2 (cosine) change sign
     half = (turns * 0.5 - 0.25 + TO_INTEGER) - TO_INTEGER  # floor(turns / 2)
     odd = turns - 2.0 * half
@@ -74,7 +58,7 @@ def _library(angle: Any) -> Any:
     return np.cos(angle), np.sin(angle)
 
 
-@overload(cos_sin, jit_options=INLINED)
+@overload(cos_sin, jit_options=INLINED)  # type: ignore[untyped-decorator]
 def _cos_sin_compiled(angle: Any) -> Any:
     if isinstance(angle, types.Float):
         return _polynomial

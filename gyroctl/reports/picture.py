@@ -41,7 +41,7 @@ STYLE: Any = {
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
 }
-WINDOW = 40.0
+WINDOW = 120.0
 """Length of the stretch in time. [s]"""
 
 

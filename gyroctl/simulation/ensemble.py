@@ -6,7 +6,7 @@ of steps per interval is that of the single run.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from itertools import groupby
@@ -67,6 +67,9 @@ class _Job(NamedTuple):
     runs: tuple[tuple[int, int], ...]  # (pair, seed) of each lane
 
 
+_Done = tuple[_Job, NDArray[np.float64]]
+
+
 def run_ensemble(
     plant: Plant, sea: Sea, pairs: Sequence[tuple[float, float]], seeds: Sequence[int], start: NDArray[np.float64],
     duration: float = 2000.0, blend: float = 100.0, dt: float = 0.01, period: float = 0.1, workers: int = 2,
@@ -111,7 +114,7 @@ def run_ensemble(
     jobs = _jobs(plant, pairs, seeds, dt, period)
     results = np.full((8, len(pairs), len(seeds)), np.nan)
 
-    def work(job: _Job) -> tuple[_Job, NDArray[np.float64]]:
+    def work(job: _Job) -> _Done:
         numbers = [seeds[seed] for _, seed in job.runs]
         return job, _run_job(plant, synthesis, sea.wp, job, pairs, numbers, start, duration, blend, period, sense)
 
@@ -175,14 +178,12 @@ def _run_job(
     waves = np.ascontiguousarray(moments.transpose(2, 1, 0)).ravel()
     cc = np.array([pairs[job.runs[lane][0]][0] for lane in lane_of])
     cg = np.array([pairs[job.runs[lane][0]][1] for lane in lane_of])
-    y = np.zeros((rows(k), LANES))
-    y[:n] = start[:, None]
-    y = y.ravel()
+    first_state = np.zeros((rows(k), LANES))
+    first_state[:n] = start[:, None]
+    y = first_state.ravel()
     psi, speed = np.empty((intervals + 1, LANES)), np.empty((intervals + 1, LANES))
     motion, marked = np.empty((2, intervals + 1, LANES)), y.copy()
-    run_lanes(
-        y, k, cc, cg, period, job.steps, intervals, waves, synthesis.grid.dt, psi, speed, motion, first, marked
-    )  # fmt: skip
+    run_lanes(y, k, cc, cg, period, job.steps, intervals, waves, synthesis.grid.dt, psi, speed, motion, first, marked)
     end, mark = y.reshape(-1, LANES), marked.reshape(-1, LANES)
     scored = (intervals - first) * period
     energy = end[n:] - mark[n:]
@@ -205,10 +206,12 @@ def _run_job(
     return out[:, :used]
 
 
-def _bounded(pool: ThreadPoolExecutor, work, jobs: Sequence[_Job], ahead: int) -> Iterator[Future]:  # type: ignore
+def _bounded(
+    pool: ThreadPoolExecutor, work: Callable[[_Job], _Done], jobs: Sequence[_Job], ahead: int
+) -> Iterator[Future[_Done]]:
     """Yield finished futures with at most `ahead` jobs under way, so that memory stays small."""
-    waiting, pending = iter(jobs), set()
-    for job in waiting:
+    pending: set[Future[_Done]] = set()
+    for job in jobs:
         pending.add(pool.submit(work, job))
         if len(pending) >= ahead:
             done, pending = wait(pending, return_when=FIRST_COMPLETED)

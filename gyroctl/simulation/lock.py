@@ -43,7 +43,7 @@ def loss_time(psi: ArrayLike, dt: float, wp: float, sense: int = 1) -> NDArray[n
     if slow.shape[0] == 0:
         return np.full(angle.shape[1:], np.nan)
     first = np.argmax(slow, axis=0)
-    return np.where(np.any(slow, axis=0), (first + span) * dt, np.nan)
+    return np.asarray(np.where(np.any(slow, axis=0), (first + span) * dt, np.nan))
 
 
 def wave_phasor(moment: ArrayLike, dt: float, wp: float) -> NDArray[np.complex128]:
@@ -122,4 +122,4 @@ def load_share(
     ends = np.arange(1, turned.size + 1)
     begins = np.maximum(ends - span, 0)
     V = np.abs(total[ends] - total[begins]) / (ends - begins)
-    return np.asarray(cg) / (capacity * np.maximum(V, 1e-9))
+    return np.asarray(np.asarray(cg) / (capacity * np.maximum(V, 1e-9)))

@@ -1,0 +1,140 @@
+"""Speed as ratios in one run: the compiled kernels against SciPy's DOP853 on the same plant and waves.
+
+Run ``python benchmarks/speed.py``; it prints a table and writes it beside itself as ``speed.json``.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import resource
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+import gyroctl as gy
+from gyroctl.harness.loop import Kernel, compile_law, compiled_loop
+from gyroctl.harness.run import lead_in, run_law
+from gyroctl.harness.start import locked_start
+from gyroctl.plant.equations import derivative
+from gyroctl.plant.kernel import LAGRANGE, TAPS, hold_into, rows
+from gyroctl.simulation.ensemble import run_ensemble
+
+CC, CG = 0.052, 3.5e-4
+DURATION = 2000.0
+SLICE = 40.0  # of the DOP853 run; its cost per simulated second is even
+CHECK = 200.0  # length over which accuracy is compared
+
+
+def best(work: Callable[[], Any], times: int) -> float:
+    """Shortest of several timings [s]: the machine is shared."""
+    spent = []
+    for _ in range(times):
+        begin = time.perf_counter()
+        work()
+        spent.append(time.perf_counter() - begin)
+    return min(spent)
+
+
+def numpy_model(plant: gy.Plant, waves: gy.WaveRealisation) -> Callable[[float, np.ndarray], np.ndarray]:
+    """Right-hand side in NumPy: the same text, the same interpolation of the moments."""
+    k, n = plant.coefficients, len(plant.labels)
+    scale, nodes = np.array(LAGRANGE), np.arange(TAPS)
+    dx = np.empty(rows(k))
+
+    def rhs(t: float, x: np.ndarray) -> np.ndarray:
+        first = min(max(int(t / waves.dt) - 3, 0), waves.moments.shape[1] - TAPS)
+        offset = t / waves.dt - first - nodes
+        offset[offset == 0.0] = 1e-300
+        m1, m3 = waves.moments[:, first : first + TAPS] @ (scale * np.prod(offset) / offset)
+        derivative(x, dx, 1, 0, k, CC, CG, m1, m3)
+        return dx[:n].copy()
+
+    return rhs
+
+
+def main() -> None:
+    """Measure and print."""
+    plant, sea = gy.zhang2017(), gy.SeaState()
+    settings = gy.Settings()
+    waves = lead_in(gy.realise(plant, sea, 1, DURATION), settings)
+    start, _ = locked_start(plant, sea)
+    k, n = plant.coefficients, len(plant.labels)
+    flat = np.ascontiguousarray(waves.moments.T).ravel()
+    rhs = numpy_model(plant, waves)
+
+    def single(duration: float, dt: float) -> np.ndarray:
+        y = np.zeros(rows(k))
+        y[:n] = start
+        controls = np.array([[CC], [CG]])
+        hold_into(y, np.empty((5, y.size)), np.empty(6), np.empty(TAPS), k, controls, 0.0, duration,
+                  round(duration / dt), flat, waves.dt)  # fmt: skip
+        return y[:n]
+
+    def ensemble(seeds: int, dt: float, workers: int) -> Any:
+        return run_ensemble(plant, sea, [(CC, CG)], range(1, seeds + 1), start, DURATION, 100.0, dt,
+                            workers=workers, quiet=True)  # fmt: skip
+
+    single(1.0, 0.01), ensemble(16, 0.05, 1)  # compile
+
+    # accuracy after 200 s in lock, relative to the size of each state
+    tight = solve_ivp(rhs, (0.0, CHECK), start, "DOP853", rtol=1e-11, atol=1e-12, t_eval=[CHECK], max_step=0.05).y[:, -1]
+    loose = solve_ivp(rhs, (0.0, CHECK), start, "DOP853", rtol=1e-6, atol=1e-6, t_eval=[CHECK]).y[:, -1]
+    size = np.maximum(np.abs(tight), 1e-2)
+    error = {"dop853": float(np.max(np.abs(loose - tight) / size))}
+    for dt in (0.01, 0.0125, 0.02, 0.025):
+        error[f"rk4 {dt}"] = float(np.max(np.abs(single(CHECK, dt) - tight) / size))
+
+    reference = best(lambda: solve_ivp(rhs, (0.0, SLICE), start, "DOP853", rtol=1e-6, atol=1e-6), 3) / SLICE * DURATION
+    alone = best(lambda: single(DURATION, 0.01), 5)
+    lanes = {dt: best(lambda dt=dt: ensemble(64, dt, 1), 3) / 64 for dt in (0.01, 0.025)}
+    many = best(lambda: ensemble(1000, 0.01, os.cpu_count() or 1), 1)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+
+    # a compiled law's own cost: the loop with a law against the loop with the constant one, same controls applied
+    record, _ = run_law(plant, gy.law("constant", cc=CC, cg=CG), waves, settings)
+
+    def loop(law: gy.Law) -> float:
+        machine = compile_law(law)
+        assert machine is not None
+        samples = record.commands.shape[0]
+        states, pair = np.zeros_like(record.states), np.zeros((samples, 2))
+        states[0, :n] = start
+        actuators = gy.Actuators(cc_max=CC, cg_max=CG).arrays()
+        errors = settings.sensors.arrays(samples, 1)
+
+        def work() -> None:
+            compiled_loop(machine.entry, machine.p, machine.s.copy(), 1, Kernel(k, flat, waves.dt, 0.01), errors,
+                          actuators, 0.1, states, pair, pair.copy(), np.array([CC, CG]), np.zeros(1, np.int64))  # fmt: skip
+
+        return best(work, 7)
+
+    constant = loop(gy.law("constant", cc=CC, cg=CG))
+    overhead = {name: loop(gy.law(name)) / constant - 1.0 for name in ("load_angle", "coupling")}
+
+    table = {
+        "machine": f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores",
+        "DOP853 rtol 1e-6, NumPy, one run of 2000 s [s]": reference,
+        "single run, dt .01 [s]": alone,
+        "single run against DOP853": reference / alone,
+        "ensemble per run and core, dt .01, waves included [s]": lanes[0.01],
+        "ensemble against DOP853 per core, dt .01": reference / lanes[0.01],
+        "ensemble against DOP853 per core, dt .025": reference / lanes[0.025],
+        "simulated seconds per second and core, dt .01": DURATION / lanes[0.01],
+        "1000 runs of 2000 s at dt .01 on all cores [s]": many,
+        "peak memory [GB]": memory,
+        "error after 200 s, largest relative": error,
+        "cost of a compiled law over a constant one": overhead,
+    }
+    for name, value in table.items():
+        print(f"{name:56} {value}")
+    Path(__file__).with_suffix(".json").write_text(json.dumps(table, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

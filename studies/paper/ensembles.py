@@ -1,0 +1,110 @@
+"""The runs behind the figures: constant pairs on common realisations, computed once and shared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.devices import zhang2017
+from gyroctl.harness.scan import scan
+from gyroctl.plant import Plant
+from gyroctl.waves import SeaState
+
+HS, WP = 0.283, 3.14
+"""Sea of the paper: significant wave height [m] and peak frequency [rad/s]."""
+
+BLEND = 100.0
+"""Lead-in from the regular wave; scoring begins after it. [s]"""
+
+VARIANTS = ("corrected", "paper")
+
+Pair = tuple[float, float]
+
+COUPLINGS = (0.052, 0.104, 0.156)
+"""The paper's magnetic couplings cc. [Nms]"""
+
+GAINS: dict[float, tuple[float, ...]] = {
+    5.0: (1e-4, 2e-4, 3.5e-4, 5e-4, 7.5e-4, 1e-3, 1.5e-3),
+    50.0: (2e-4, 3.5e-4, 5e-4, 7.5e-4, 1e-3, 1.25e-3, 1.5e-3),
+    1.0: (5e-5, 1e-4, 1.5e-4, 2.5e-4, 3.5e-4, 5e-4, 7.5e-4),
+}
+"""Generator gains cg by the peak enhancement gamma of the sea: they contain every value the paper speaks of. [Nms]"""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """How the ensembles are made.
+
+    Parameters
+    ----------
+    seeds : tuple of int
+        One realisation each, the same for every case.
+    duration : float
+        Length of a run. [s]
+    examples : int
+        Runs of which the whole time series is kept, for the figures that show them.
+    workers : int or None
+        Threads; None for all cores.
+    quiet : bool
+        No progress bar.
+    """
+
+    seeds: tuple[int, ...] = tuple(range(1, 65))
+    duration: float = 2000.0
+    examples: int = 32
+    workers: int | None = None
+    quiet: bool = False
+
+
+class Case(NamedTuple):
+    """One constant pair on all realisations; arrays of shape (seeds,)."""
+
+    cc: float  # [Nms]
+    cg: float  # [Nms]
+    loss_time: NDArray[np.float64]  # NaN where lock was kept [s]
+    power: NDArray[np.float64]  # mean electrical power [W]
+    wave_input: NDArray[np.float64]  # mean power from the waves [W]
+    slip_loss: NDArray[np.float64]  # [W]
+    phi1_p98: NDArray[np.float64]  # [rad]
+    phi3_p98: NDArray[np.float64]  # [rad]
+
+    @property
+    def locked(self) -> NDArray[np.bool_]:
+        """Whether lock was kept to the end."""
+        return np.isnan(self.loss_time)
+
+    def time_in_lock(self, duration: float) -> NDArray[np.float64]:
+        """Time to the loss, or the length of the run where there was none. [s]"""
+        return np.where(self.locked, duration, self.loss_time)
+
+
+def sea(gamma: float) -> SeaState:
+    """Sea state of the paper with peak enhancement `gamma`."""
+    return SeaState(HS, WP, gamma)
+
+
+def ensemble(setup: Setup, plant: Plant, gamma: float, pairs: Sequence[Pair], title: str) -> dict[Pair, Case]:
+    """Run every pair (cc, cg) on every realisation of the sea with peak enhancement `gamma`."""
+    run = scan(
+        plant, sea(gamma), pairs, setup.seeds, setup.duration, BLEND, workers=setup.workers, title=title,
+        quiet=setup.quiet,
+    )  # fmt: skip
+    return {
+        pair: Case(
+            *pair, run.loss_time[i], run.mean_power[i], run.wave_input_w[i], run.slip_loss_w[i], run.phi1_p98[i],
+            run.phi3_p98[i],
+        )
+        for i, pair in enumerate(pairs)
+    }  # fmt: skip
+
+
+@lru_cache(maxsize=16)
+def lock_grid(setup: Setup, variant: str, gamma: float) -> dict[Pair, Case]:
+    """All pairs of `COUPLINGS` and `GAINS` in one sea: the figures and the statements look at the same runs."""
+    pairs = [(cc, cg) for cc in COUPLINGS for cg in GAINS[gamma]]
+    return ensemble(setup, zhang2017(variant), gamma, pairs, f"{variant}, gamma {gamma:g}")

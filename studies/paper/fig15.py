@@ -1,0 +1,106 @@
+"""Figure 15: what the sea gives, where it goes, and what each sea allows.
+
+The paper's captions were not available: the content follows its statement on the mean wave input of about 16.7 W, and sets
+the powers that it states for the three seas (1.6 to 2.0 W, 3.5 W, 0.62 W) beside the best pair of our grid that holds.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gyroctl.reports.statistics import bootstrap_mean, lock_probability
+from gyroctl.studies.paper.ensembles import VARIANTS, Case, Setup, lock_grid
+from gyroctl.studies.paper.style import (
+    GAMMA_COLOURS,
+    INK,
+    MUTED,
+    PAPER_COLOUR,
+    Drawing,
+    label,
+    runs_note,
+    sea_name,
+    sheet,
+)
+
+PAPER_INPUT = 16.7
+"""Mean wave input that the paper states. [W]"""
+
+PAPER_POWER = {1.0: (0.62, 0.62), 5.0: (1.6, 2.0), 50.0: (3.5, 3.5)}
+"""Power that the paper states by gamma, lowest and highest. [W]"""
+
+ENOUGH = 0.9
+"""Share of realisations that must keep lock for a pair to count as one that holds."""
+
+WORDS = {"corrected": "corrected", "paper": "as printed"}
+
+
+def best_pair(grid: dict[tuple[float, float], Case]) -> Case | None:
+    """Pair of highest mean power among those that keep lock in 90 % of the realisations; None where there is none."""
+    holding = [case for case in grid.values() if case.locked.mean() >= ENOUGH]
+    return max(holding, key=lambda case: float(case.power.mean()), default=None)
+
+
+def draw(setup: Setup) -> Drawing:
+    """Draw the figure."""
+    note = runs_note(len(setup.seeds), setup.duration, "constant cc and cg")
+    figure, axes = sheet(1, 3, (12.0, 4.3), "Figure 15: wave input, and the best pair of each sea", note)
+    label(axes[0], "Wave input by realisation", "", "mean wave input [W]")
+    label(axes[1], "Power of the best pair that holds", "", "mean power [W]")
+    label(axes[2], "Highest share that kept lock, any pair", "", "")
+    rows: dict[str, list[float | str]] = {name: [] for name in COLUMNS}
+    rng = np.random.default_rng(0)
+    for place, (gamma, colour) in enumerate(GAMMA_COLOURS.items()):
+        for offset, variant in zip((-0.17, 0.17), VARIANTS, strict=True):
+            grid, x = lock_grid(setup, variant, gamma), place + offset
+            reference = grid[REFERENCE[gamma]]
+            solid = variant == "corrected"
+            face = colour if solid else "white"
+            axes[0].plot(x + rng.uniform(-0.07, 0.07, reference.wave_input.size), reference.wave_input, "o", ms=2.6,
+                         color=colour, mfc=face, mew=0.5, alpha=0.5)  # fmt: skip
+            given = bootstrap_mean(reference.wave_input)
+            axes[0].plot([x - 0.12, x + 0.12], [given.value] * 2, color=INK, lw=1.8)
+            most = max(grid.values(), key=lambda case: float(case.locked.mean()))
+            share = lock_probability(most.locked)
+            axes[2].errorbar(x, share.value, [[share.value - share.low], [share.high - share.value]], fmt="o", ms=6,
+                             color=colour, mfc=face)  # fmt: skip
+            best = best_pair(grid)
+            if best is None:
+                power = (np.nan, np.nan, np.nan)
+                axes[1].text(x, 0.12, "none\nholds", color=MUTED, ha="center", va="bottom", fontsize=8.5)
+            else:
+                power = bootstrap_mean(best.power)[:3]
+                axes[1].bar(x, power[0], 0.3, color=colour if solid else "white", edgecolor=colour)
+                words = f"cc {best.cc:g}\ncg {best.cg:.3g}"
+                axes[1].text(x, power[0] + 0.08, words, ha="center", fontsize=7.5, color=MUTED)
+            row = (variant, gamma, *given[:3], *(REFERENCE[gamma]), *power, best.cc if best else np.nan,
+                   best.cg if best else np.nan, most.cc, most.cg, *share[:3])  # fmt: skip
+            for name, value in zip(COLUMNS, row, strict=True):
+                rows[name].append(value)
+        low, high = PAPER_POWER[gamma]
+        axes[1].plot([place - 0.36, place + 0.36], [low, low], color=PAPER_COLOUR, lw=1.2, ls="--")
+        if high > low:
+            axes[1].plot([place - 0.36, place + 0.36], [high, high], color=PAPER_COLOUR, lw=1.2, ls="--")
+    axes[0].axhline(PAPER_INPUT, color=PAPER_COLOUR, lw=1.2, ls="--")
+    axes[0].text(0.98, 0.03, "dashed: stated by the paper; bar: mean", color=PAPER_COLOUR, fontsize=8.5, ha="right",
+                 transform=axes[0].transAxes)  # fmt: skip
+    axes[0].set_ylim(bottom=0.0)
+    axes[2].set_ylim(0.0, 1.04)
+    axes[2].set_yticks([0.0, 0.25, 0.5, 0.75, 1.0], ["0 %", "25 %", "50 %", "75 %", "100 %"])
+    for panel in axes:
+        panel.set_xticks(range(3), [sea_name(gamma) for gamma in GAMMA_COLOURS])
+        panel.grid(False, axis="x")
+        panel.set_xlim(-0.5, 2.5)
+    axes[1].set_ylim(0.0, axes[1].get_ylim()[1] * 1.08)
+    axes[1].text(0.02, 0.97, "filled: corrected plant\nopen: as printed", color=INK, fontsize=8.5, va="top",
+                 transform=axes[1].transAxes)  # fmt: skip
+    return Drawing(figure, {"": rows})
+
+
+REFERENCE = {1.0: (0.104, 1.5e-4), 5.0: (0.052, 3.5e-4), 50.0: (0.052, 7.5e-4)}
+"""Pair whose wave input is shown: the one that the paper says to hold. [Nms]"""
+
+COLUMNS = (
+    "variant", "gamma", "wave_input_w", "wave_input_low_w", "wave_input_high_w", "reference_cc_nms", "reference_cg_nms",
+    "best_power_w", "best_power_low_w", "best_power_high_w", "best_cc_nms", "best_cg_nms", "surest_cc_nms",
+    "surest_cg_nms", "lock_share", "lock_low", "lock_high",
+)  # fmt: skip

@@ -1,0 +1,76 @@
+"""Figure 8: hydrodynamics of the float and the rational approximation of its radiation.
+
+The paper's captions were not available: the content follows the statements of its numerical example. Here:
+added moment of inertia, radiation damping, excitation, and how well P(s)/Q(s) of order (2,3) follows the radiation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gyroctl.hydrodynamics import shipped, shipped_fit
+from gyroctl.hydrodynamics.radiation import LOW_FREQUENCY
+from gyroctl.studies.paper.ensembles import Setup
+from gyroctl.studies.paper.style import INK, MUTED, Drawing, label, sheet
+
+UPPER = 10.0
+"""Highest frequency shown. [rad/s]"""
+
+LOW = (0.7, 2.2)
+"""Range of the detail around the free horizontal mode. [rad/s]"""
+
+ROTATIONS = ("φ1, horizontal", "φ3, vertical")
+COLOURS = ("#0072B2", "#D55E00")
+
+
+def draw(setup: Setup) -> Drawing:
+    """Draw the figure; it needs no runs."""
+    hydro = shipped()
+    omega = np.linspace(hydro.omega[0], UPPER, 400)
+    shown = hydro.omega <= UPPER
+    fits = {name: shipped_fit(name) for name in ("accurate", "paper")}
+    note = "Capytaine with the geometry that reproduces Table 1; dots: tabulated, lines: passive fits of order (2,3)"
+    figure, axes = sheet(2, 2, (10.5, 7.2), "Figure 8: hydrodynamics of the float and the radiation fit", note)
+
+    label(axes[0], "Added moment of inertia", "ω [rad/s]", "A [kg m²]")
+    label(axes[1], "Radiation damping", "ω [rad/s]", "B [Nms/rad]")
+    label(axes[2], "Damping of the free horizontal mode", "ω [rad/s]", "B1 [Nms/rad]")
+    label(axes[3], "Excitation", "ω [rad/s]", "|He| [Nm per m]")
+    table: dict[str, np.ndarray] = {"omega_rad_s": omega}
+    for j, colour in enumerate(COLOURS):
+        axes[0].plot(hydro.omega[shown], hydro.added_mass[j, shown], "o", ms=3, color=colour, label=ROTATIONS[j])
+        axes[1].plot(hydro.omega[shown], hydro.damping[j, shown], "o", ms=3, color=colour)
+        axes[0].axhline(hydro.added_mass_inf[j], color=colour, lw=0.8, ls=(0, (1, 2)))
+        for name, dash in (("accurate", "-"), ("paper", "--")):
+            h = fits[name][j](omega)
+            axes[0].plot(omega, hydro.added_mass_inf[j] + h.imag / omega, dash, color=colour, lw=1.3)
+            axes[1].plot(omega, h.real, dash, color=colour, lw=1.3)
+            table[f"added_inertia_{j * 2 + 1}_{name}_kg_m2"] = hydro.added_mass_inf[j] + h.imag / omega
+            table[f"damping_{j * 2 + 1}_{name}_nms"] = h.real
+        heading = int(np.argmin(np.abs(hydro.headings)))
+        force = hydro.excitation[j, heading]
+        axes[3].plot(hydro.omega[shown], np.abs(force[shown]), "-", color=colour)
+        table[f"excitation_{j * 2 + 1}_nm_per_m"] = np.interp(omega, hydro.omega, np.abs(force))
+        phase = np.unwrap(np.angle(force))
+        table[f"excitation_{j * 2 + 1}_phase_deg"] = np.interp(omega, hydro.omega, np.rad2deg(phase))
+        gap = np.interp(3.14, hydro.omega, np.rad2deg(phase))
+        axes[3].annotate(
+            f"{ROTATIONS[j].split(',')[0]}: phase {gap:.0f}° at 3.14 rad/s",
+            (3.14, np.interp(3.14, hydro.omega, np.abs(force))), xytext=(5.2, (650, 2150)[j]), color=colour,
+            arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.7},
+        )  # fmt: skip
+    axes[0].legend(loc="upper right")
+    axes[0].text(UPPER, hydro.added_mass_inf[1] + 1.0, "A∞", ha="right", color=COLOURS[1], fontsize=9)
+    axes[0].text(UPPER, hydro.added_mass_inf[0] - 3.2, "A∞", ha="right", color=COLOURS[0], fontsize=9)
+
+    near = (omega >= LOW[0]) & (omega <= LOW[1])
+    known = (hydro.omega >= LOW[0]) & (hydro.omega <= LOW[1])
+    axes[2].plot(hydro.omega[known], hydro.damping[0, known], "o", ms=4, color=COLOURS[0], label="tabulated")
+    axes[2].plot(
+        omega[near], fits["accurate"][0](omega[near]).real, "-", color=COLOURS[0], label="fit, low end weighted"
+    )
+    axes[2].plot(omega[near], fits["paper"][0](omega[near]).real, "--", color=COLOURS[0], label="fit, unweighted")
+    axes[2].axvline(LOW_FREQUENCY, color=MUTED, lw=0.8)
+    axes[2].text(LOW_FREQUENCY + 0.02, axes[2].get_ylim()[1] * 0.62, "free horizontal mode", color=INK, fontsize=9)
+    axes[2].legend(loc="upper left")
+    return Drawing(figure, {"": table})

@@ -1,0 +1,133 @@
+"""Entry of the study: figures by name, each as picture and data, and the statement table."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Callable, Sequence
+from importlib import import_module
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+import gyroctl
+from gyroctl.errors import InputError
+from gyroctl.studies.paper.ensembles import Setup
+from gyroctl.studies.paper.style import Drawing, Table, styled
+
+FIGURES = ("fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "fig14", "fig15")
+"""Figures of the paper's numerical example."""
+
+EXTRAS = ("hinge_damping", "choices", "statements")
+"""What the paper does not have: two studies of our own, and the table of its statements."""
+
+
+def reproduce(figures: Sequence[str], out: Path, quiet: bool = False, setup: Setup | None = None) -> list[Path]:
+    """Make figures of the paper.
+
+    Parameters
+    ----------
+    figures : sequence of str
+        Any of "fig8" to "fig15", "hinge_damping", "choices", "statements", or "all".
+    out : Path
+        Directory for NAME.png, NAME.csv, statements.md and statements.json; made where it is missing.
+    quiet : bool
+        Print nothing.
+    setup : Setup, optional
+        Realisations; 64 of 2000 s by default.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        For an unknown figure or an empty list, before anything is computed; or where `out` is a file.
+    """
+    names = chosen(figures)
+    setup = setup or Setup(quiet=quiet)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise InputError("out", str(out), "is not a directory", "Give the name of a directory") from None
+    written: list[Path] = []
+    for name in names:
+        files = _statements(setup, out, quiet) if name == "statements" else _figure(name, setup, out)
+        written += files
+        if not quiet:
+            _say(f"{name}: {', '.join(path.name for path in files)}")
+    record = {"gyroctl_version": gyroctl.__version__, "seeds": list(setup.seeds), "duration_s": setup.duration,
+              "made": list(names)}  # fmt: skip
+    return [*written, _write(out / "reproduce.json", json.dumps(record, indent=2) + "\n")]
+
+
+def chosen(figures: Sequence[str]) -> tuple[str, ...]:
+    """Names in the order in which they are made, each once; "all" stands for everything."""
+    known = (*FIGURES, *EXTRAS)
+    asked = [figures] if isinstance(figures, str) else list(figures)
+    mend = f"Choose from {', '.join(known)}, or all"
+    if not asked:
+        raise InputError("figures", asked, "no figure is named", mend)
+    for name in asked:
+        if name not in (*known, "all"):
+            raise InputError("figures", name, "unknown figure", mend)
+    return tuple(name for name in known if name in asked or "all" in asked)
+
+
+def _figure(name: str, setup: Setup, out: Path) -> list[Path]:
+    draw = cast(Callable[[Setup], Drawing], import_module(f"gyroctl.studies.paper.{name}").draw)
+    with styled():
+        drawing = draw(setup)
+        picture = out / f"{name}.png"
+        partial = picture.with_suffix(".part")
+        drawing.figure.savefig(partial, format="png", metadata={"Software": f"gyroctl {gyroctl.__version__}"})
+    os.replace(partial, picture)
+    return [picture, *(_csv(out / f"{name}{f'_{s}' if s else ''}.csv", table) for s, table in drawing.tables.items())]
+
+
+def _statements(setup: Setup, out: Path, quiet: bool) -> list[Path]:
+    from gyroctl.studies.paper.statement_table import as_json, markdown, terminal
+    from gyroctl.studies.paper.statements import evaluate
+
+    findings = evaluate(setup)
+    if not quiet:
+        from rich.console import Console
+
+        console = Console()
+        # a pipe has no width of its own: give the table the room it needs
+        Console(width=None if console.is_terminal else 170).print(terminal(findings, setup))
+    return [
+        _write(out / "statements.md", markdown(findings, setup)),
+        _write(out / "statements.json", as_json(findings, setup)),
+    ]
+
+
+def _csv(path: Path, table: Table) -> Path:
+    columns = {name: np.asarray(values) for name, values in table.items()}
+    if len({len(values) for values in columns.values()}) > 1:
+        raise ValueError(f"columns of {path.name} differ in length")
+    partial = path.with_suffix(".part")
+    with partial.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.writer(stream)
+        writer.writerow(columns)
+        for row in zip(*columns.values(), strict=True):
+            writer.writerow([f"{value:.8g}" if isinstance(value, float | np.floating) else value for value in row])
+    os.replace(partial, path)
+    return path
+
+
+def _write(path: Path, text: str) -> Path:
+    partial = path.with_suffix(".part")
+    partial.write_text(text, encoding="utf-8")
+    os.replace(partial, path)
+    return path
+
+
+def _say(text: str) -> None:
+    from rich.console import Console
+
+    Console(stderr=True).print(text, highlight=False)
