@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics import excitation_table, shipped, shipped_fit
+from gyroctl.hydrodynamics import Hydrodynamics, excitation_table, load, shipped
 from gyroctl.plant import Parameters, Plant, Radiation
 
 VARIANTS: dict[str, dict[str, Any]] = {
@@ -28,7 +29,9 @@ VARIANTS: dict[str, dict[str, Any]] = {
 sign of (28), with which radiation would feed the motion, and power as cg omega' instead of cg omega'^2."""
 
 
-def zhang2017(variant: str = "corrected", **changes: Any) -> Plant:
+def zhang2017(
+    variant: str = "corrected", hydrodynamics: Hydrodynamics | Path | str | None = None, **changes: Any
+) -> Plant:
     """Build the plant of the paper.
 
     Parameters
@@ -36,6 +39,8 @@ def zhang2017(variant: str = "corrected", **changes: Any) -> Plant:
     variant : {"corrected", "paper"}
         "corrected": complex excitation, no double generator reaction, lever term on, hinge damping d1 = 2 Nms/rad,
         radiation fit that is right at the frequency of the horizontal mode. "paper": everything as printed.
+    hydrodynamics : Hydrodynamics or path, optional
+        A database of one's own, see ``gyroctl hydro import``; k3, Jh1 and Jh3 are then taken from it.
     **changes
         Any single choice: a field of `Parameters`, ``radiation`` ("accurate", "paper", "fine", or a pair of
         `Radiation`) or ``excitation_phase`` ("complex", "magnitude").
@@ -51,18 +56,24 @@ def zhang2017(variant: str = "corrected", **changes: Any) -> Plant:
     """
     if variant not in VARIANTS:
         raise InputError("plant.variant", variant, "unknown variant", f"Choose one of {', '.join(VARIANTS)}")
-    choices = {**VARIANTS[variant], **changes}
+    table = shipped()
+    own: dict[str, Any] = {}
+    if hydrodynamics is not None:
+        table = hydrodynamics if isinstance(hydrodynamics, Hydrodynamics) else load(hydrodynamics)
+        own = {"Jh1": float(table.added_mass_inf[0]), "Jh3": float(table.added_mass_inf[1])}
+        if table.stiffness > 0.0:
+            own["k3"] = float(table.stiffness)
+    choices = {**VARIANTS[variant], **own, **changes}
     radiation = choices.pop("radiation")
     phase = choices.pop("excitation_phase")
     if isinstance(radiation, str):
-        if radiation not in ("accurate", "paper", "fine"):
+        if radiation not in table.fits:
             raise InputError("plant.radiation", radiation, "unknown radiation fit",
-                             "Choose accurate, paper or fine, or give a pair of Radiation")  # fmt: skip
-        first, third = shipped_fit(radiation)
-        radiation = (Radiation(tuple(first.p), tuple(first.q)), Radiation(tuple(third.p), tuple(third.q)))
+                             f"Choose one of {', '.join(table.fits)}, or give a pair of Radiation")  # fmt: skip
+        first, third = (Radiation(tuple(p), tuple(q)) for p, q in table.fits[radiation])
+        radiation = (first, third)
     if phase not in ("complex", "magnitude"):
         raise InputError("plant.excitation_phase", phase, "unknown form", "Choose complex or magnitude")
-    hydrodynamics = shipped()
-    excitation = excitation_table(hydrodynamics, phase=phase)
-    plant = Plant(Parameters(), radiation, excitation, f"zhang2017 {variant}", hydrodynamics.depth)
+    excitation = excitation_table(table, phase=phase)
+    plant = Plant(Parameters(), radiation, excitation, f"zhang2017 {variant}", table.depth)
     return plant.replace(**choices)

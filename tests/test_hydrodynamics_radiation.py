@@ -95,7 +95,8 @@ def test_errors_and_low_frequency_damping_of_the_fits() -> None:
     assert fine[0].relative_rms < 0.002 and fine[1].relative_rms < 0.007
     table = accurate[0].damping_low_table
     assert table == pytest.approx(0.27, abs=0.01)
-    assert accurate[0].damping_low == pytest.approx(table, rel=0.10)
+    assert accurate[0].damping_low == pytest.approx(table, abs=0.05)  # beside d1 = 2 Nms/rad
+    assert accurate[1].damping_low == pytest.approx(accurate[1].damping_low_table, rel=0.02)
     assert paper[0].damping_low / table == pytest.approx(4.5, abs=0.3)  # the paper's order over-damps phi1
 
 

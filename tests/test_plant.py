@@ -530,6 +530,20 @@ def test_radiation_that_gives_energy_is_refused(p: tuple[float, ...], q: tuple[f
     assert caught.value.mend
 
 
+def test_a_fit_on_the_boundary_of_passivity_is_accepted() -> None:
+    """Where the constraint binds, p0 q1 = p1 but for rounding; such a fit came out of the deep-water database."""
+    from gyroctl.hydrodynamics.passivity import certify
+
+    p = (568.2501898362123, 12775.80214857314, 8.247167822143346e-05)
+    q = (22.48270634, 147.10695184, 485.998964)
+    p = (p[0], p[0] * q[0], p[2])
+    for exact in (p, (p[0], np.nextafter(p[1], 0.0), p[2]), (p[0], p[1], 0.0)):
+        assert certify((*exact[:1], exact[1] * (1 - 1e-15), exact[2]), q).passive
+        assert gy.Radiation(exact, q).p == exact
+    with pytest.raises(gy.InputError, match="not passive"):
+        gy.Radiation((p[0], p[1] * (1 + 1e-9), p[2]), q)
+
+
 def test_radiation_of_first_order_and_of_none() -> None:
     assert gy.Radiation((2.0,), (3.0,)).response(0.0) == pytest.approx(2.0 / 3.0)
     still = gy.Radiation((0.0,), (1.0,))

@@ -7,6 +7,7 @@ import inspect
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from gyroctl.harness.laws import law, registered
 from gyroctl.harness.run import Settings
 from gyroctl.harness.sensing import CHANNELS, Channel, Sensors
 from gyroctl.plant import Parameters, Plant
-from gyroctl.waves import Bichromatic, Regular, Sea, SeaState, read_record, read_spectrum
+from gyroctl.waves import Bichromatic, ElevationRecord, Regular, Sea, SeaState, read_record, read_spectrum
 
 TABLES = ("sea", "run", "plant", "laws", "sensors", "actuators")
 
@@ -141,17 +142,19 @@ def build_experiment(tables: Mapping[str, Any], quick: bool = False, folder: Pat
     for name in tables:
         if not isinstance(tables[name], Mapping):
             raise InputError(name, tables[name], "must be a table", f"Write [{name}] and its entries below")
+    sea = _sea(dict(tables.get("sea", {})), folder)
     run = _run(dict(tables.get("run", {})))
+    if isinstance(sea, Regular | ElevationRecord) and "seeds" not in tables.get("run", {}):
+        run = dataclasses.replace(run, seeds=(1,))  # such a sea is the same for every seed
     if quick:
         run = dataclasses.replace(run, seeds=run.seeds[:4], duration=max(600.0, run.blend))
     if not run.duration > run.blend:
         raise InputError("run.duration", run.duration, f"is not longer than the blend of {run.blend:g} s",
                          "Give a longer duration, or a shorter run.blend")  # fmt: skip
-    sea = _sea(dict(tables.get("sea", {})), folder)
     return Experiment(
         sea=sea,
         run=run,
-        plant=_plant(dict(tables.get("plant", {}))),
+        plant=_plant(dict(tables.get("plant", {})), folder),
         laws=_laws(dict(tables.get("laws", {})), sea, folder),
         sensors=_sensors(dict(tables.get("sensors", {}))),
         actuators=_from_fields(Actuators, "actuators", dict(tables.get("actuators", {}))),
@@ -164,8 +167,7 @@ def all_tuning_seeds() -> tuple[int, ...]:
     seeds: set[int] = set()
     for point in registered().values():
         package = inspect.getmodule(point.load())
-        home = __import__(point.module, fromlist=["tuning_seeds"])
-        for module in (package, home):
+        for module in (package, import_module(point.module)):
             tell = getattr(module, "tuning_seeds", None)
             if callable(tell):
                 seeds |= set(tell())
@@ -212,9 +214,11 @@ def _sea(table: dict[str, Any], folder: Path) -> Sea:
     return SEAS[kind](**table)
 
 
-def _plant(table: dict[str, Any]) -> Plant:
+def _plant(table: dict[str, Any], folder: Path) -> Plant:
     own = [f.name for f in fields(Parameters)]
-    _known("plant", table, ["variant", "radiation", "excitation_phase", *own])
+    _known("plant", table, ["variant", "hydrodynamics", "radiation", "excitation_phase", *own])
+    if "hydrodynamics" in table:
+        table["hydrodynamics"] = folder / str(table["hydrodynamics"])
     variant = table.pop("variant", "corrected")
     if not isinstance(variant, str) or variant not in VARIANTS:
         raise InputError("plant.variant", variant, "unknown variant", f"Choose one of {', '.join(VARIANTS)}")

@@ -7,7 +7,6 @@ is part of the realisation, not of the law.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,27 +30,19 @@ def locked_start(plant: Plant, sea: Sea) -> tuple[NDArray[np.float64], tuple[flo
     """
     wave = Regular(height=sea.hs / math.sqrt(2.0), wp=sea.wp, heading=sea.heading)
     key = (plant.coefficients, plant.excitation.sha256, wave.height, wave.wp, wave.heading)
-    return _found(key, _Hidden(plant, wave))
+    if key not in _found:
+        _found[key] = _search(plant, wave)
+    return _found[key]
 
 
-class _Hidden:
-    """Carries what the cache key stands for past the cache."""
-
-    def __init__(self, plant: Plant, wave: Regular) -> None:
-        self.plant, self.wave = plant, wave
-
-    def __hash__(self) -> int:
-        return 0
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Hidden)
+_found: dict[tuple[object, ...], tuple[NDArray[np.float64], tuple[float, float]]] = {}
+"""Starts by plant and wave: every run of a comparison asks for the same one."""
 
 
-@lru_cache(maxsize=64)
-def _found(key: object, hidden: _Hidden) -> tuple[NDArray[np.float64], tuple[float, float]]:
+def _search(plant: Plant, wave: Regular) -> tuple[NDArray[np.float64], tuple[float, float]]:
     unstable = None
     for cc, cg in REFERENCE:
-        orbit = lock_orbit(hidden.plant, hidden.wave, cc, cg)
+        orbit = lock_orbit(plant, wave, cc, cg)
         if orbit.status == "stable":
             return orbit.x, (cc, cg)
         # an orbit on which an oscillation grows slowly is still where a lock would begin; a saddle is not
@@ -60,7 +51,7 @@ def _found(key: object, hidden: _Hidden) -> tuple[NDArray[np.float64], tuple[flo
     if unstable is not None:
         return unstable
     raise InputError(
-        "sea.hs", hidden.wave.height * math.sqrt(2.0),
+        "sea.hs", wave.height * math.sqrt(2.0),
         "the equivalent regular wave is too small, or too far off the device's frequency, for a locked orbit",
         "Raise Hs, or bring wp nearer to 3.14 rad/s",
     )  # fmt: skip

@@ -133,9 +133,15 @@ def fit_radiation(
         raise InputError("low_weight", low_weight, "must be positive", "Use 1 for no weighting, 10 as the default")
     omega, target = radiation_function(hydro, direction)
     weight = np.where(omega < LOW_BAND, np.sqrt(low_weight), 1.0)
-    p, q = _descend(omega / _FREQUENCY_SCALE, target, weight, n)
+    size = float(np.max(np.abs(target)))
+    best = _descend(omega / _FREQUENCY_SCALE, target / size, weight, n)
     scale = _FREQUENCY_SCALE ** np.arange(1, n + 1)
-    return assess(hydro, direction, p * scale, q * scale)
+    for lift in _LIFTS:
+        p, q = _coefficients(best, lift)
+        p, q = p * scale * size, q * scale
+        if certify(p, q).passive:
+            break
+    return assess(hydro, direction, p, q)
 
 
 def fit_all(hydro: Hydrodynamics) -> dict[str, tuple[Coefficients, Coefficients]]:
@@ -245,8 +251,8 @@ def _poles_to(q: Floats) -> Floats:
     return np.asarray(np.log(out), dtype=np.float64)
 
 
-def _numerator(g: NDArray[Any], q: NDArray[Any]) -> NDArray[Any]:
-    """P with (P(s) Q(-s) + P(-s) Q(s))/2 = g(s) g(-s): a linear system, regular for stable Q."""
+def _numerator(g: NDArray[Any], q: NDArray[Any], lift: float = 0.0) -> NDArray[Any]:
+    """P with (P(s) Q(-s) + P(-s) Q(s))/2 = g(s) g(-s), lifted at both ends: a linear system, regular for stable Q."""
     n = len(q)
     mirror = np.concatenate([[1.0], q]) * (-1.0) ** np.arange(n, -1, -1)
     matrix = np.zeros((n, n), dtype=mirror.dtype)
@@ -255,28 +261,27 @@ def _numerator(g: NDArray[Any], q: NDArray[Any]) -> NDArray[Any]:
         product[k : k + n + 1] = mirror
         matrix[:, k] = product[1::2]
     square = np.polymul(g, g * (-1.0) ** np.arange(n - 1, -1, -1))[::2]
-    square[[0, -1]] += _MARGIN * float(np.max(np.abs(square)))
+    square[[0, -1]] += lift * float(np.max(np.abs(square)))
     return np.asarray(np.linalg.solve(matrix, square))
 
 
-#: Relative lift of g(s) g(-s) off zero at both ends of the axis, lest rounding spoil the certificate of a fit on the brink.
-_MARGIN = 1e-9
+#: The optimum often has a zero of g at w = 0 or at infinity, where rounding decides the sign of Re H. Then g(s) g(-s) is
+#: lifted there, relative to its largest coefficient, by the least of these that earns the certificate.
+_LIFTS = (0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
 _COMPLEX_STEP = 1e-30
 
 
-def _coefficients(x: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+def _coefficients(x: NDArray[Any], lift: float = 0.0) -> tuple[NDArray[Any], NDArray[Any]]:
     """(p, q) of the free parameters: n of the poles, n of the spectral factor."""
     n = len(x) // 2
     q = _poles_from(x[:n])
-    return _numerator(x[n:], q), q
+    return _numerator(x[n:], q, lift), q
 
 
-def _descend(omega: Floats, target: Complexes, weight: Floats, n: int) -> tuple[Floats, Floats]:
-    """Best passive (p, q) over starts from several weightings of the Sanathanan-Koerner iteration."""
+def _descend(omega: Floats, goal: Complexes, weight: Floats, n: int) -> Floats:
+    """Best free parameters (2n,) over starts from several weightings of the Sanathanan-Koerner iteration."""
     from scipy.optimize import least_squares
 
-    size = float(np.max(np.abs(target)))
-    goal = target / size
     powers = (1j * omega)[:, None] ** np.arange(n - 1, -1, -1)
 
     def residual(x: Floats) -> Floats:
@@ -302,5 +307,4 @@ def _descend(omega: Floats, target: Complexes, weight: Floats, n: int) -> tuple[
         if best is None or found.cost < best[0]:
             best = (float(found.cost), found.x)
     assert best is not None
-    p, q = _coefficients(best[1])
-    return p * size, q
+    return best[1]

@@ -52,7 +52,10 @@ class Radiation:
 
     def is_passive(self) -> bool:
         """Whether Re H(iw) >= 0 on the whole axis: by the roots of Re P(iw)Q(-iw), a polynomial in x = w^2."""
-        product = np.polymul(self.p, [1.0, *self.q] * (-1.0) ** np.arange(len(self.q), -1, -1))
+        full = np.array([1.0, *self.q])
+        product = np.polymul(self.p, full * (-1.0) ** np.arange(len(self.q), -1, -1))
+        # a passive fit often ends on the boundary, where a coefficient is nothing but the rounding of its terms
+        product[np.abs(product) <= 1e-14 * len(full) * np.polymul(np.abs(self.p), np.abs(full))] = 0.0
         powers = np.arange(len(product))[::-1]
         even = powers % 2 == 0
         x = product[even] * np.real(1j ** powers[even])  # coefficients in x, highest first

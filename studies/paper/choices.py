@@ -10,7 +10,7 @@ import numpy as np
 from gyroctl.devices import zhang2017
 from gyroctl.reports.statistics import lock_probability
 from gyroctl.studies.paper.ensembles import Case, Pair, Setup, ensemble
-from gyroctl.studies.paper.style import GAMMA_COLOURS, INK, MUTED, Drawing, label, runs_note, sea_name, sheet
+from gyroctl.studies.paper.style import GAMMA_COLOURS, INK, MUTED, Drawing, gain, label, runs_note, sea_name, sheet
 
 DEVICES: dict[str, dict[str, Any]] = {
     "as printed": {"variant": "paper"},
@@ -54,9 +54,9 @@ def draw(setup: Setup) -> Drawing:
     note = runs_note(len(setup.seeds), setup.duration, "constant cc and cg")
     figure, axes = sheet(1, len(CASES), (12.0, 4.6), "Which choice decides over lock?", note, sharey=True)
     place = np.arange(len(DEVICES))[::-1]
-    table: dict[str, list[float | str]] = {name: [] for name in COLUMNS}
+    table: dict[str, list[Any]] = {name: [] for name in COLUMNS}
     for panel, (gamma, (cc, cg)) in zip(axes, CASES, strict=True):
-        label(panel, f"{sea_name(gamma)}, cc {cc}, cg {cg:g}", "realisations that kept lock", "")
+        label(panel, f"{sea_name(gamma)}, cc {cc}, cg {gain(cg)}", "realisations that kept lock", "")
         for y, name in zip(place, DEVICES, strict=True):
             case = runs[name, gamma, (cc, cg)]
             share = lock_probability(case.locked)

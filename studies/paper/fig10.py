@@ -16,6 +16,7 @@ from gyroctl.studies.paper.style import (
     RING_SPEED,
     Drawing,
     band,
+    gain,
     label,
     sea_name,
     sheet,
@@ -39,7 +40,7 @@ def draw(setup: Setup) -> Drawing:
         f"corrected plant; line: realisation {setup.seeds[one]}; bands: 5 to 95 % of {len(runs.phi1)} realisations at "
         f"each instant; histogram: {int(case.locked.sum())} of {case.locked.size} realisations that kept lock"
     )
-    title = f"Figure 10: in lock, {sea_name(GAMMA)}, cc = {CC} Nms, cg = {CG:g} Nms"
+    title = f"Figure 10: in lock, {sea_name(GAMMA)}, cc = {CC} Nms, cg = {gain(CG)} Nms"
     figure, axes = sheet(2, 2, (10.5, 6.6), title, note, width_ratios=(1.5, 1.0))
 
     label(axes[0], "Electrical power", "time [s]", "power [W]")
@@ -48,27 +49,31 @@ def draw(setup: Setup) -> Drawing:
     band(axes[0], runs.time[thin], low[thin], high[thin])
     axes[0].plot(runs.time[thin], runs.power[one, thin], color=BAND_COLOUR, lw=0.9)
     axes[0].set_ylim(0.0, 1.15 * float(np.max(high)))
-    axes[0].axhspan(*PAPER_POWER, facecolor="none", edgecolor=PAPER_COLOUR, lw=0.9, ls="--")
+    for edge in PAPER_POWER:
+        axes[0].axhline(edge, color=PAPER_COLOUR, lw=0.9, ls="--")
     axes[0].text(0.985, 0.06, "dashed: range stated by the paper", color=PAPER_COLOUR, ha="right",
                  transform=axes[0].transAxes)  # fmt: skip
 
     label(axes[1], "Mean power of the realisations that kept lock", "mean power [W]", "realisations")
     held = case.power[case.locked]
     if held.size:
-        edges = np.linspace(min(1.55, held.min()), max(2.05, held.max()), 31)
+        edges = [*np.linspace(min(1.55, held.min()), max(2.05, held.max()), 31)]
         axes[1].hist(held, edges, color=BAND_COLOUR, alpha=0.75, edgecolor="white", lw=0.6)
     axes[1].axvspan(*PAPER_POWER, color=PAPER_COLOUR, alpha=0.08, lw=0)
     for edge in PAPER_POWER:
         axes[1].axvline(edge, color=PAPER_COLOUR, lw=0.9, ls="--")
+
+    axes[1].locator_params(axis="y", integer=True)
 
     label(axes[2], "Ring speed, mean of the past 10 s", "time [s]", RING_SPEED)
     shown = runs.time >= 10.0
     low_speed, _, high_speed = np.nanquantile(runs.ring_speed_10s[:, shown], (0.05, 0.5, 0.95), axis=0)
     band(axes[2], runs.time[shown][thin], low_speed[thin], high_speed[thin])
     axes[2].plot(runs.time[shown][thin], runs.ring_speed_10s[one, shown][thin], color=BAND_COLOUR, lw=0.9)
-    for level, words in ((WP, "peak frequency"), (0.5 * WP, "loss of lock")):
+    for level in (WP, 0.5 * WP):
         axes[2].axhline(level, color=MUTED, lw=0.8, ls="--")
-        axes[2].text(runs.time[-1], level - 0.09, words, color=MUTED, ha="right", va="top", fontsize=9)
+    axes[2].text(0.985, 0.06, "dashed: peak frequency, and half of it, where lock counts as lost", color=MUTED,
+                 ha="right", transform=axes[2].transAxes)  # fmt: skip
     axes[2].set_ylim(0.0, 1.35 * WP)
 
     label(axes[3], "Motion of the float", "time [s]", "[rad]")

@@ -16,6 +16,7 @@ from gyroctl.studies.paper.style import (
     PAPER_COLOUR,
     RING_SPEED,
     Drawing,
+    gain,
     label,
     percent,
     sea_name,
@@ -39,7 +40,7 @@ def draw(setup: Setup) -> Drawing:
         f"corrected plant where not said otherwise; strong line: realisation {setup.seeds[one]}; thin lines: the first "
         f"{len(runs.phi1)}; survival: Kaplan-Meier of {len(setup.seeds)} realisations with 95 % intervals"
     )
-    title = f"Figure 11: loss of lock, {sea_name(GAMMA)}, cc = {CC} Nms, cg = {CG:g} Nms"
+    title = f"Figure 11: loss of lock, {sea_name(GAMMA)}, cc = {CC} Nms, cg = {gain(CG)} Nms"
     figure, axes = sheet(1, 3, (12.0, 4.1), title, note, width_ratios=(1.25, 1.25, 1.0))
 
     label(axes[0], "Ring speed, mean of the past 10 s", "time [s]", RING_SPEED)
@@ -67,8 +68,7 @@ def draw(setup: Setup) -> Drawing:
         tables[f"survival_{variant}"] = {
             "time_s": curve.time, "still_in_lock": curve.probability, "low": curve.low, "high": curve.high,
         }  # fmt: skip
-    axes[2].axvline(PAPER_LOSS, color=PAPER_COLOUR, lw=1.0, ls="--")
-    axes[2].text(PAPER_LOSS + 25, 0.03, "paper: lost after\nabout 400 s", color=PAPER_COLOUR, fontsize=9, va="bottom")
+    axes[2].axvline(PAPER_LOSS, color=PAPER_COLOUR, lw=1.0, ls="--", label="paper: lost after about 400 s")
     axes[2].set_xlim(0.0, setup.duration)
     axes[2].legend(loc="upper right")
     percent(axes[2])

@@ -13,4 +13,4 @@ from gyroctl.studies.paper.style import Drawing
 
 def draw(setup: Setup) -> Drawing:
     """Draw the figure."""
-    return lock_curves(setup, 12, 5.0, {3.5e-4: "paper: cc 0.052 holds", 1e-3: "paper: cc 0.052 lost"})
+    return lock_curves(setup, 12, 5.0, {3.5e-4: "cc 0.052 holds", 1e-3: "cc 0.052 is lost"})

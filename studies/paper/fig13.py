@@ -13,4 +13,4 @@ from gyroctl.studies.paper.style import Drawing
 
 def draw(setup: Setup) -> Drawing:
     """Draw the figure."""
-    return lock_curves(setup, 13, 50.0, {7.5e-4: "paper: best pair"})
+    return lock_curves(setup, 13, 50.0, {7.5e-4: "the best pair, cc 0.052,"})

@@ -13,4 +13,4 @@ from gyroctl.studies.paper.style import Drawing
 
 def draw(setup: Setup) -> Drawing:
     """Draw the figure."""
-    return lock_curves(setup, 14, 1.0, {1.5e-4: "paper: holds up to here"})
+    return lock_curves(setup, 14, 1.0, {1.5e-4: "cc 0.104 and 0.156 hold up to the line"})

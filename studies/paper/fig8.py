@@ -10,7 +10,7 @@ import numpy as np
 
 from gyroctl.hydrodynamics import shipped, shipped_fit
 from gyroctl.hydrodynamics.radiation import LOW_FREQUENCY
-from gyroctl.studies.paper.ensembles import Setup
+from gyroctl.studies.paper.ensembles import WP, Setup
 from gyroctl.studies.paper.style import INK, MUTED, Drawing, label, sheet
 
 UPPER = 10.0
@@ -53,15 +53,13 @@ def draw(setup: Setup) -> Drawing:
         table[f"excitation_{j * 2 + 1}_nm_per_m"] = np.interp(omega, hydro.omega, np.abs(force))
         phase = np.unwrap(np.angle(force))
         table[f"excitation_{j * 2 + 1}_phase_deg"] = np.interp(omega, hydro.omega, np.rad2deg(phase))
-        gap = np.interp(3.14, hydro.omega, np.rad2deg(phase))
-        axes[3].annotate(
-            f"{ROTATIONS[j].split(',')[0]}: phase {gap:.0f}° at 3.14 rad/s",
-            (3.14, np.interp(3.14, hydro.omega, np.abs(force))), xytext=(5.2, (650, 2150)[j]), color=colour,
-            arrowprops={"arrowstyle": "-", "color": colour, "lw": 0.7},
-        )  # fmt: skip
+        gap, at = (np.interp(WP, hydro.omega, values) for values in (np.rad2deg(phase), np.abs(force)))
+        axes[3].plot(WP, at, "o", ms=4, color=colour)
+        words = f"{ROTATIONS[j].split(',')[0]}: phase {gap:.0f}° at {WP} rad/s"
+        axes[3].text(*((5.3, 1510.0), (3.5, 2050.0))[j], words, color=colour)
     axes[0].legend(loc="upper right")
-    axes[0].text(UPPER, hydro.added_mass_inf[1] + 1.0, "A∞", ha="right", color=COLOURS[1], fontsize=9)
-    axes[0].text(UPPER, hydro.added_mass_inf[0] - 3.2, "A∞", ha="right", color=COLOURS[0], fontsize=9)
+    axes[0].text(UPPER, hydro.added_mass_inf[1] + 1.2, "A∞", ha="right", color=COLOURS[1], fontsize=9)
+    axes[0].text(0.0, hydro.added_mass_inf[0] + 1.2, "A∞", ha="left", color=COLOURS[0], fontsize=9)
 
     near = (omega >= LOW[0]) & (omega <= LOW[1])
     known = (hydro.omega >= LOW[0]) & (hydro.omega <= LOW[1])
@@ -71,6 +69,7 @@ def draw(setup: Setup) -> Drawing:
     )
     axes[2].plot(omega[near], fits["paper"][0](omega[near]).real, "--", color=COLOURS[0], label="fit, unweighted")
     axes[2].axvline(LOW_FREQUENCY, color=MUTED, lw=0.8)
-    axes[2].text(LOW_FREQUENCY + 0.02, axes[2].get_ylim()[1] * 0.62, "free horizontal mode", color=INK, fontsize=9)
+    axes[2].text(LOW_FREQUENCY + 0.02, 0.03, "free horizontal mode", color=INK, fontsize=9)
+    axes[2].set_ylim(0.0, 2.6)
     axes[2].legend(loc="upper left")
     return Drawing(figure, {"": table})

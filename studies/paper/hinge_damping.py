@@ -19,6 +19,7 @@ from gyroctl.studies.paper.style import (
     MUTED,
     Drawing,
     band,
+    gain,
     label,
     percent,
     runs_note,
@@ -70,7 +71,7 @@ def draw(setup: Setup) -> Drawing:
         dash = "-" if cc == 0.052 or gamma == 1.0 else "--"
         share = np.array([lock_probability(runs[d, gamma, (cc, cg)].locked)[:3] for d in DAMPING])
         axes[0].plot(d1, share[:, 0], dash, marker="o", ms=4, color=GAMMA_COLOURS[gamma],
-                     label=f"{sea_name(gamma)}, cc {cc}, cg {cg:g}")  # fmt: skip
+                     label=f"{sea_name(gamma)}, cc {cc}, cg {gain(cg)}")  # fmt: skip
         band(axes[0], d1, share[:, 1], share[:, 2], GAMMA_COLOURS[gamma], 0.12)
         orbits = [lock_orbit(zhang2017(d1=d), wave, cc, cg) for d in DAMPING]
         growth = [1000.0 * float(np.log(np.abs(o.multipliers[0]))) / o.period for o in orbits]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from gyroctl.plant import Parameters
@@ -14,6 +16,7 @@ from gyroctl.studies.paper.style import (
     PAPER_COLOUR,
     Drawing,
     band,
+    gain,
     label,
     percent,
     runs_note,
@@ -39,11 +42,15 @@ def lock_curves(setup: Setup, number: int, gamma: float, marked: dict[float, str
         Generator gains that the paper speaks of [Nms], each with a word on what it says.
     """
     title = f"Figure {number}: generator gain and magnetic coupling, {sea_name(gamma)}"
-    note = runs_note(len(setup.seeds), setup.duration, "constant cc and cg")
+    said = "; ".join(f"{words} at {gain(cg)}" for cg, words in marked.items())
+    note = (
+        f"{runs_note(len(setup.seeds), setup.duration, 'constant cc and cg')}\n"
+        f"grey dashes: lock without slip, cg (N ωp)²; red dashes, the paper: {said}"
+    )
     figure, axes = sheet(1, 3, (12.0, 4.3), title, note)
     gains = np.array(GAINS[gamma])
     scale = 1e4
-    table: dict[str, list[float | str]] = {name: [] for name in COLUMNS}
+    table: dict[str, list[Any]] = {name: [] for name in COLUMNS}
     for variant, panel in zip(VARIANTS, axes[1:], strict=True):
         label(panel, HEADINGS[variant], "cg [$10^{-4}$ Nms]", "")
         grid = lock_grid(setup, variant, gamma)
@@ -51,7 +58,7 @@ def lock_curves(setup: Setup, number: int, gamma: float, marked: dict[float, str
             cases = [grid[cc, cg] for cg in GAINS[gamma]]
             share = np.array([lock_probability(case.locked)[:3] for case in cases])
             power = np.array([bootstrap_mean(case.power)[:3] for case in cases])
-            look = {"color": COUPLING_COLOURS[cc], "marker": MARKERS[cc], "ms": 4.5}
+            look: dict[str, Any] = {"color": COUPLING_COLOURS[cc], "marker": MARKERS[cc], "ms": 4.5}
             panel.plot(scale * gains, share[:, 0], label=f"cc = {cc}", **look)
             band(panel, scale * gains, share[:, 1], share[:, 2], COUPLING_COLOURS[cc], 0.13)
             if variant == "corrected":
@@ -68,22 +75,13 @@ def lock_curves(setup: Setup, number: int, gamma: float, marked: dict[float, str
             panel.axvline(scale * cg, color=PAPER_COLOUR, lw=0.9, ls="--")
         panel.axhline(0.5, color=MUTED, lw=0.7, ls=(0, (1, 2)))
         percent(panel)
-    for i, (cg, words) in enumerate(marked.items()):
-        axes[1].annotate(
-            words,
-            (scale * cg, 0.03 + 0.09 * i),
-            xytext=(4, 0),
-            textcoords="offset points",
-            color=PAPER_COLOUR,
-            fontsize=8.5,
-        )
     label(axes[0], "Mean power over all realisations", "cg [$10^{-4}$ Nms]", "power [W]")
     fine = np.linspace(0.0, gains[-1], 50)
     top = axes[0].get_ylim()[1]
     axes[0].plot(scale * fine, fine * (Parameters().N * WP) ** 2, color=MUTED, lw=0.9, ls="--")
     axes[0].set_ylim(0.0, 1.2 * top)
-    axes[0].text(0.03, 0.95, "dashed: locked without slip, cg (N ωp)²", color=MUTED, fontsize=8.5, va="top",
-                 transform=axes[0].transAxes)  # fmt: skip
+    for panel in axes:
+        panel.set_xlim(0.0, 1.04 * scale * gains[-1])
     axes[2].legend(loc="upper right")
     return Drawing(figure, {"": table})
 

@@ -59,9 +59,9 @@ def markdown(findings: Sequence[Finding], setup: Setup) -> str:
         "# Statements of the paper beside ours",
         "",
         f"{len(setup.seeds)} realisations of {setup.duration:g} s for each case, where the paper has one; intervals "
-        "are 95 %. A statement on one realisation agrees where its outcome is the likelier one (the interval of the share "
-        "lies on its side of one half) or its number lies within the central 95 % of our realisations; open means that "
-        "the interval does not decide, or that too few runs kept lock.",
+        "are 95 %. A statement on one realisation agrees where its outcome is the likelier one (the interval of the "
+        "share lies on its side of one half) or its number lies within the central 95 % of our realisations; open "
+        "means that the interval does not decide, or that too few runs kept lock.",
         "",
         summary_line(findings) + ".",
     ]

@@ -194,7 +194,8 @@ def _coupling_helps(setup: Setup, variant: str) -> Result:
 
 
 _HYDRO, _WAVE, _G5, _G50, _G1 = (
-    "Hydrodynamics", "Regular wave of equal energy", *(f"Irregular sea, {sea_name(gamma)}" for gamma in (5.0, 50.0, 1.0)),
+    "Hydrodynamics", "Regular wave of equal energy",
+    *(f"Irregular sea, {sea_name(gamma)}" for gamma in (5.0, 50.0, 1.0)),
 )  # fmt: skip
 
 _KEPT = "share that kept lock 2000 s"

@@ -29,7 +29,7 @@ PAPER_COLOUR = "#CF3F35"
 BAND_COLOUR = "#0072B2"
 MARKERS = {0.052: "o", 0.104: "s", 0.156: "D"}
 
-_STYLE: dict[str, Any] = {
+_STYLE: Any = {
     "font.family": "sans-serif",
     "font.sans-serif": ["Liberation Sans", "Arial", "Helvetica", "DejaVu Sans"],
     "font.size": 9.5,
@@ -85,6 +85,12 @@ def sea_name(gamma: float) -> str:
     return f"\N{GREEK SMALL LETTER GAMMA} = {gamma:g}"
 
 
+def gain(value: float) -> str:
+    """Write a generator gain as the paper does: 3.5e-4."""
+    mantissa, exponent = f"{value:.3e}".split("e")
+    return f"{float(mantissa):g}e{int(exponent)}"
+
+
 @contextmanager
 def styled() -> Iterator[None]:
     """Draw and save with the style of the study; the user's own settings stay as they are."""
@@ -112,12 +118,13 @@ def sheet(
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-    figure = Figure(figsize=size, layout="constrained")  # no pyplot: no global state, no display
+    spacing = ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1, wspace=0.02, hspace=0.03)
+    figure = Figure(figsize=size, layout=spacing)  # no pyplot: no global state, no display
     FigureCanvasAgg(figure)
     figure.suptitle(title, x=0.008, ha="left", fontsize=13, fontweight="bold", color=INK)
     figure.supxlabel(note, x=0.008, ha="left", fontsize=8.5, color=MUTED)
-    figure.get_layout_engine().set(w_pad=0.1, h_pad=0.1, wspace=0.02, hspace=0.03)  # type: ignore[union-attr]
     axes = figure.subplots(rows, columns, squeeze=False, **grid)
     return figure, list(axes.ravel())
 
