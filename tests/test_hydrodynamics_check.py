@@ -9,8 +9,9 @@ import pytest
 
 from gyroctl.hydrodynamics import shipped
 from gyroctl.hydrodynamics.check import check
-from gyroctl.hydrodynamics.database import SHIPPED, Hydrodynamics
+from gyroctl.hydrodynamics.database import SHIPPED
 from gyroctl.hydrodynamics.haskind import haskind_damping, haskind_error
+from gyroctl.hydrodynamics.table import Hydrodynamics
 
 
 def failing(hydro: Hydrodynamics) -> set[str]:

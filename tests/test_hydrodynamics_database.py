@@ -13,7 +13,8 @@ import xarray as xr
 
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics import Hydrodynamics, load, netcdf_classic, save, shipped
-from gyroctl.hydrodynamics.database import SHIPPED, to_dataset
+from gyroctl.hydrodynamics.capytaine_layout import to_dataset
+from gyroctl.hydrodynamics.database import SHIPPED
 from gyroctl.hydrodynamics.geometry import Geometry, statics
 from gyroctl.hydrodynamics.mesh import lid
 

@@ -128,7 +128,7 @@ def test_interpolated_moments_are_the_sum_of_cosines(device: gy.Plant) -> None:
     """DESIGN: 1.6e-7 of the standard deviation between the samples of a JONSWAP sea on the 0.05 s grid."""
     from gyroctl.waves import prepare
 
-    synthesis = prepare(device, gy.SeaState(gamma=1.0), 400.0, 0.05)
+    synthesis = prepare(device, SEA, 400.0, 0.05)
     moments = synthesis.moments(3)
     waves = np.ascontiguousarray(moments.T).ravel()
     rng = np.random.default_rng(1)
@@ -142,7 +142,7 @@ def test_interpolated_moments_are_the_sum_of_cosines(device: gy.Plant) -> None:
     omega = synthesis.waves.omega
     exact = np.array([np.real(turned @ np.exp(1j * omega * at * 0.05)) for at in position]).T
     error = np.abs(found - exact) / np.std(moments, axis=1, keepdims=True)
-    assert np.max(error) < 1e-6
+    assert np.max(error) < 2e-6
     assert np.sqrt(np.mean(error**2)) < 3e-7
 
 
@@ -266,9 +266,10 @@ class Switching(NamedTuple):
         return (cc, self.cg_max * other / 2147483647.0), Dice(other)
 
 
-@pytest.mark.parametrize(
-    "law", [gy.law("constant"), gy.law("load_angle"), gy.law("coupling"), Switching()], ids=lambda law: type(law).__name__
-)
+LAWS = [*(gy.law(name) for name in ("constant", "load_angle", "coupling")), Switching()]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 def test_energy_ledger_closes_over_2000_s(device: gy.Plant, law: Any) -> None:
     """To 1e-6 of the wave input, also while the coupling switches between 0 and its limit ten times a second."""
     waves = gy.realise(device, SEA, 2, 2000.0).blended(100.0)
@@ -281,19 +282,20 @@ def test_energy_ledger_closes_over_2000_s(device: gy.Plant, law: Any) -> None:
         assert np.count_nonzero(np.diff(record.controls[:, 0])) > 8000
 
 
-def test_ledger_of_the_paper_shows_the_excess_work_of_the_brackets(printed: gy.Plant) -> None:
+def test_ledger_shows_the_excess_work_of_the_printed_reaction(device: gy.Plant) -> None:
     """Trap 3: what the ledger lacks is cg omega' u1 integrated over the run, here by a trapezoid of 0.02 s."""
-    waves = gy.realise(printed, SEA, 4, 300.0).blended(50.0)
+    plant = device.replace(generator_reaction=True)
+    waves = gy.realise(plant, SEA, 4, 300.0).blended(50.0)
     settings = gy.Settings(actuators=gy.Actuators(period=0.02))
-    record, _ = run_law(printed, gy.law("constant", period=0.02), waves, settings)
+    record, _ = run_law(plant, gy.law("constant", period=0.02), waves, settings)
     x = record.states[:, :14]
     u1 = np.cos(x[:, 2]) * x[:, 4] - np.sin(x[:, 2]) * x[:, 5]
     excess = np.trapezoid(3.5e-4 * x[:, 7] * u1, dx=0.02)
     energy = record.states[-1, 14:]
-    stored = printed.stored_energy(x[-1]) - printed.stored_energy(x[0])
+    stored = plant.stored_energy(x[-1]) - plant.stored_energy(x[0])
     gained = stored - energy[0] + np.sum(energy[1:])
-    assert gained == pytest.approx(excess, rel=1e-3)
-    assert abs(excess) > 1e-5 * energy[0]  # tenfold above the bar: the ledger does see it
+    assert gained == pytest.approx(excess, abs=2e-7 * energy[0])
+    assert abs(excess) > 2e-5 * energy[0]  # a hundred times the tolerance, though it swings about zero in this sea
 
 
 # --- cache -------------------------------------------------------------------------------------------------------

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any, Literal, NamedTuple
+
+from gyroctl.controllers.rule_based.shipped import shipped
 
 
 class Constant(NamedTuple):
@@ -27,5 +30,20 @@ class Constant(NamedTuple):
 
 
 def best_constant(gamma: float = 5.0) -> Constant:
-    """Return the best constant pair found on the tuning seeds."""
-    return Constant(cc=0.052, cg=5.0e-4)
+    """Return the best constant pair found on the tuning seeds.
+
+    Parameters
+    ----------
+    gamma : float
+        Peak enhancement of the sea; the pair is that of the nearest tuned gamma (1, 5, 50) on a logarithmic scale. [-]
+
+    Raises
+    ------
+    ValueError
+        For a gamma that is not a positive number.
+    """
+    if not (math.isfinite(gamma) and gamma > 0.0):
+        raise ValueError(f"gamma = {gamma} must be a positive number: give the peak enhancement of the sea")
+    pairs = shipped()["best_constant"]
+    nearest = min(pairs, key=lambda tuned: abs(math.log(float(tuned) / gamma)))
+    return Constant(**pairs[nearest]["parameters"])

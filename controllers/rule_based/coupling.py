@@ -10,39 +10,44 @@ The torque wanted against the ring, with ``u1 + i u3 = exp(i psi)(phi1' + i phi3
 which the float drives the ring in (24):
 
 - most of that driving torque, as it comes: what the float gives within the cycle goes straight through the coupling
-  into the flywheel instead of swinging the ring;
+  into the flywheel instead of swinging the ring. With a part in u1 beside it, it is the drive of a ring that stands a
+  little behind the true one, which holds the true one back from pull-out;
 - a share of the lock capacity J4 omega' V and of the synchronising torque J4 omega' U1 that is left;
 - damping of the ring speed about the peak frequency.
+
+Shares and generator ease off when the float swings far in phi1, the direction that only a light damping holds.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 
 class CouplingState(NamedTuple):
-    """Slow parts of u1, u3, faster part of u1 [rad/s], integral part of the power [W], 1 after the first sample."""
+    """Slow parts of u1, u3 [rad/s], phi1 amplitude squared [rad^2], integral part of the power [W], 1 once begun."""
 
     U1: float
     U3: float
-    V1: float
+    swing: float
     power: float
-    started: float
+    begun: float
 
 
 class Coupling(NamedTuple):
     """Torque on the ring by clipped coupling; generator power by a slow PI on the flywheel speed."""
 
-    through: float = 0.802  # part of the driving torque handed on [-]
-    share: float = 0.057  # of the lock capacity [-]
-    margin: float = 0.301  # of the synchronising torque left [-]
-    damping: float = 15.2  # torque on the ring per deviation of its speed [Nms]
-    slow: float = 9.5  # time constant of V [s]
-    brisk: float = 2.3  # time constant of the synchronising torque [s]
-    speed_ratio: float = 0.921  # flywheel speed wanted, as a part of N wp [-]
-    proportional: float = 0.25  # generator power per deviation of the flywheel speed [W/(rad/s)]
-    integral: float = 4.4e-4  # and per its integral [W/rad]
+    through: float = 0.84  # part of the driving torque handed on [-]
+    direct: float = 0.59  # of the torque a quarter turn from it, in u1 [-]
+    share: float = 0.2  # of the lock capacity [-]
+    margin: float = 0.5  # of the synchronising torque left [-]
+    damping: float = 21.2  # torque on the ring per deviation of its speed [Nms]
+    slow: float = 1.7  # time constant of V and of the synchronising torque [s]
+    motion: float = 0.27  # amplitude of phi1 at which shares and generator are halved [rad]
+    recall: float = 4.0  # time constant of that amplitude [s]
+    speed_ratio: float = 0.93  # flywheel speed wanted, as a part of N wp [-]
+    proportional: float = 0.195  # generator power per deviation of the flywheel speed [W/(rad/s)]
+    integral: float = 4.9e-4  # and per its integral [W/rad]
     power: float = 3.0  # integral part at the start [W]
     cc_max: float = 0.12  # [Nms]
     cg_max: float = 0.02  # [Nms]
@@ -51,7 +56,10 @@ class Coupling(NamedTuple):
     J4: float = 0.3671  # inertia of the flywheel [kg m^2]
     period: float = 0.1  # [s]
 
-    information = "sensors"
+    @property
+    def information(self) -> Literal["sensors"]:
+        """What the law looks at."""
+        return "sensors"
 
     def init(self) -> CouplingState:
         """Filters are filled by the first sample."""
@@ -62,14 +70,14 @@ class Coupling(NamedTuple):
         c, s = math.cos(y.psi), math.sin(y.psi)
         u1 = c * y.phi1_rate - s * y.phi3_rate
         u3 = s * y.phi1_rate + c * y.phi3_rate
-        first = state.started == 0.0
-        slow = 1.0 if first else 1.0 - math.exp(-self.period / self.slow)
-        brisk = 1.0 if first else 1.0 - math.exp(-self.period / self.brisk)
+        slow = 1.0 if state.begun == 0.0 else 1.0 - math.exp(-self.period / self.slow)
         U1 = state.U1 + slow * (u1 - state.U1)
         U3 = state.U3 + slow * (u3 - state.U3)
-        V1 = state.V1 + brisk * (u1 - state.V1)
+        swing = state.swing + (1.0 - math.exp(-self.period / self.recall)) * (2.0 * y.phi1 * y.phi1 - state.swing)
+        ease = 1.0 / (1.0 + (swing / (self.motion * self.motion)) ** 2)
 
-        pull = self.share * math.sqrt(U1 * U1 + U3 * U3) + self.margin * max(V1, 0.0) - self.through * u3
+        pull = ease * (self.share * math.sqrt(U1 * U1 + U3 * U3) + self.margin * max(U1, 0.0))
+        pull += self.direct * u1 - self.through * u3
         torque = self.J4 * y.omega_rate * pull + self.damping * (y.psi_rate - self.wp)  # against the ring [Nm]
         slip = self.N * y.psi_rate - y.omega_rate
         cc = 0.0
@@ -79,5 +87,5 @@ class Coupling(NamedTuple):
         error = y.omega_rate - self.speed_ratio * self.N * self.wp
         power = max(state.power + self.integral * self.period * error, 0.0)
         # the square is kept off zero: a flywheel at rest must not ask for an infinite gain
-        cg = (power + self.proportional * error) / max(y.omega_rate * y.omega_rate, 400.0)
-        return (cc, min(max(cg, 0.0), self.cg_max)), CouplingState(U1, U3, V1, power, 1.0)
+        cg = ease * (power + self.proportional * error) / max(y.omega_rate * y.omega_rate, 400.0)
+        return (cc, min(max(cg, 0.0), self.cg_max)), CouplingState(U1, U3, swing, power, 1.0)

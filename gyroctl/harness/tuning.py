@@ -70,7 +70,7 @@ def judge(plant: Plant, law: Law, waves: Sequence[WaveRealisation], settings: Se
 
 
 def evolve(
-    score: Callable[[NDArray[np.float64]], float], start: NDArray[np.float64], spread: float, evaluations: int,
+    score: Callable[[NDArray[np.float64], int], float], start: NDArray[np.float64], spread: float, evaluations: int,
     population: int, seed: int,
 ) -> list[NDArray[np.float64]]:  # fmt: skip
     """Maximise `score` by covariance matrix adaptation.
@@ -78,7 +78,8 @@ def evolve(
     Parameters
     ----------
     score : callable
-        Score of a point (n,); the higher the better.
+        Score of a point (n,) in a generation, counted from 0; the higher the better. The generation lets a score
+        change its realisations, alike for all points that are compared.
     start : (n,) array
         First mean, in coordinates in which a change of 1 is large for every parameter.
     spread : float
@@ -111,7 +112,7 @@ def evolve(
         values, axes = np.linalg.eigh(covariance)
         scales = np.sqrt(np.maximum(values, 1e-20))
         steps = (rng.standard_normal((population, n)) * scales) @ axes.T
-        scores = np.array([score(mean + spread * step) for step in steps])
+        scores = np.array([score(mean + spread * step, generation - 1) for step in steps])
         best = steps[np.argsort(-scores, kind="stable")[:parents]]
         move = weights @ best
         mean = mean + spread * move

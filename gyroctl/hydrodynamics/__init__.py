@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from gyroctl.hydrodynamics.database import Hydrodynamics, load, save, shipped
+from gyroctl.hydrodynamics.database import load, save, shipped
 from gyroctl.hydrodynamics.excitation import ExcitationTable, excitation_table
 from gyroctl.hydrodynamics.radiation import RadiationFit, fit_radiation, shipped_fit
+from gyroctl.hydrodynamics.table import Hydrodynamics
 
 __all__ = [
     "ExcitationTable",

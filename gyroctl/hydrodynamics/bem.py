@@ -16,18 +16,18 @@ from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics import mesh
-from gyroctl.hydrodynamics.database import DOFS, Hydrodynamics, coupling, save
+from gyroctl.hydrodynamics.database import save
 from gyroctl.hydrodynamics.geometry import VARIANTS, Geometry, Statics, statics
-from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf, dispersion
+from gyroctl.hydrodynamics.joining import JOINT, SHALLOWEST, Table, joined
 from gyroctl.hydrodynamics.radiation import PAPER_FIT, fit_all
-from gyroctl.hydrodynamics.waves import wavenumber
+from gyroctl.hydrodynamics.table import DOFS, Hydrodynamics, coupling
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -45,20 +45,6 @@ Panels = tuple[int, int, int]
 #: many move nothing below 8 rad/s by more than 0.3 %; 1920 in infinite depth, where they are cheap and the waves short
 #: (at 16 rad/s Haskind's relation for phi3 is off by 2 % with them, by 5 % with 952).
 PANELS: tuple[Panels, Panels] = ((28, 17, 7), (40, 24, 10))
-_JOINT = 12.0  # [rad/s]
-_SHALLOWEST = 0.17  # kh below which the added mass comes from Kramers-Kronig
-
-
-class Table(NamedTuple):
-    """Raw results at some frequencies, time factor exp(+i w t)."""
-
-    omega: Floats
-    added_mass: Floats
-    """(n, 2, 2) [kg m^2]"""
-    damping: Floats
-    """(n, 2, 2) [Nms/rad]"""
-    excitation: Complexes
-    """(n, n_heading, 2) [Nm/m]"""
 
 
 def build(
@@ -119,10 +105,10 @@ def solve(
     if np.any(omega <= 0.0) or np.any(np.diff(omega) <= 0.0):
         raise InputError("omega", len(omega), "must be increasing positive frequencies", "Sort them, in rad/s")
     shallow = np.isfinite(geometry.depth)
-    finite = omega[omega <= _JOINT] if shallow else np.empty(0)
-    if len(finite) and finite[-1] < omega[-1] and finite[-1] < _JOINT:
-        raise InputError("omega", omega[-1], f"the table must contain the joint at {_JOINT:g} rad/s", "Add it")
-    infinite = omega[omega >= _JOINT] if shallow else omega
+    finite = omega[omega <= JOINT] if shallow else np.empty(0)
+    if len(finite) and finite[-1] < omega[-1] and finite[-1] < JOINT:
+        raise InputError("omega", omega[-1], f"the table must contain the joint at {JOINT:g} rad/s", "Add it")
+    infinite = omega[omega >= JOINT] if shallow else omega
     total, done = len(finite) + len(infinite), 0
 
     def advance() -> None:
@@ -137,7 +123,7 @@ def solve(
         deep = _solve(cpt, fine, geometry, float("inf"), infinite, headings, advance)
         deep_inf = _infinite_frequency(cpt, fine, geometry) if len(deep.omega) else None
     raw = near if len(near.omega) else deep
-    table, a_inf = _joined(near, deep, deep_inf, geometry)
+    table, a_inf = joined(near, deep, deep_inf, geometry)
     diagonal = np.diagonal(table.added_mass, axis1=1, axis2=2).T, np.diagonal(table.damping, axis1=1, axis2=2).T
     return Hydrodynamics(
         omega=table.omega,
@@ -224,44 +210,6 @@ def _infinite_frequency(cpt: Any, body: Any, geometry: Geometry) -> Floats:
     return np.array([solver.solve(p, keep_details=False).added_masses[p.radiating_dof] for p in problems])
 
 
-def _joined(near: Table, deep: Table, deep_inf: Floats | None, geometry: Geometry) -> tuple[Table, Floats]:
-    """One table from finite depth up to the joint and infinite depth beyond, and its added mass at infinite frequency.
-
-    At the joint the waves no longer feel the bottom but the near field does: the damping differs by a factor near one,
-    the added mass by an amount that tends to its own limit like w^-2 (as Kramers-Kronig has it at high frequency).
-    """
-    if not len(near.omega):
-        a_inf = [added_mass_inf(deep.omega, deep.added_mass[:, j, j], deep.damping[:, j, j])[0] for j in range(2)]
-        return deep, np.array(a_inf)
-    if len(deep.omega) < 2 or deep_inf is None:
-        a_inf = [added_mass_inf(near.omega, near.added_mass[:, j, j], near.damping[:, j, j])[0] for j in range(2)]
-        return near, np.array(a_inf)
-    omega = np.concatenate([near.omega, deep.omega[1:]])
-    diagonal = np.arange(2)
-    factor = near.damping[-1, diagonal, diagonal] / deep.damping[0, diagonal, diagonal]
-    damping = np.concatenate([near.damping, np.zeros((len(deep.omega) - 1, 2, 2))])
-    added = np.concatenate([near.added_mass, np.zeros((len(deep.omega) - 1, 2, 2))])
-    count = len(near.omega)
-    fade = (deep.omega[0] / deep.omega[1:]) ** 2
-    shallow = wavenumber(near.omega, geometry.depth, geometry.g) * geometry.depth < _SHALLOWEST
-    a_inf = []
-    for j in range(2):
-        damping[count:, j, j] = factor[j] * deep.damping[1:, j, j]
-        trusted = ~shallow
-        spread = dispersion(omega, damping[:, j, j])
-        estimates = (near.added_mass[:, j, j] - spread[:count])[trusted]
-        a_inf.append(float(np.median(estimates)))
-        limit = a_inf[j] - deep_inf[j]
-        step = near.added_mass[-1, j, j] - deep.added_mass[0, j, j]
-        added[count:, j, j] = deep.added_mass[1:, j, j] + limit + (step - limit) * fade
-        added[:count, j, j][shallow] = a_inf[j] + spread[:count][shallow]
-    # one complex factor for all headings (some moments vanish by symmetry), and what it leaves over fades out
-    here, there = deep.excitation[0], near.excitation[-1]
-    turn = np.sum(np.conj(here) * there, axis=0) / np.sum(np.abs(here) ** 2, axis=0)
-    beyond = deep.excitation[1:] * turn + (there - here * turn) * fade[:, None, None]
-    return Table(omega, added, damping, np.concatenate([near.excitation, beyond])), np.array(a_inf)
-
-
 def _provenance(geometry: Geometry, rest: Statics, panels: list[int], deep_inf: Floats | None) -> dict[str, Any]:
     """Return what was computed, with what, when."""
     return {
@@ -269,8 +217,8 @@ def _provenance(geometry: Geometry, rest: Statics, panels: list[int], deep_inf: 
         "bem_solver": f"capytaine {version('capytaine')}, direct method, Fortran Prony decomposition",
         "created": datetime.now(UTC).strftime("%Y-%m-%d"),
         "wetted_panels": panels,
-        "depth_rule": f"infinite depth above {_JOINT:g} rad/s, joined continuously; added mass from Kramers-Kronig "
-        f"where kh < {_SHALLOWEST:g}"
+        "depth_rule": f"infinite depth above {JOINT:g} rad/s, joined continuously; added mass from Kramers-Kronig "
+        f"where kh < {SHALLOWEST:g}"
         if np.isfinite(geometry.depth)
         else "infinite depth throughout",
         "geometry": {k: float(v) for k, v in asdict(geometry).items()},

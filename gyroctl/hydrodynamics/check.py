@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from gyroctl.hydrodynamics.database import Hydrodynamics, load, shipped
+from gyroctl.hydrodynamics.database import load, shipped
 from gyroctl.hydrodynamics.haskind import haskind_error
 from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf
 from gyroctl.hydrodynamics.radiation import assess
+from gyroctl.hydrodynamics.table import Hydrodynamics
 
 #: k3, Jh1 and Jh3 of Table 1 of the paper. [Nm/rad], [kg m^2], [kg m^2]
 TABLE_1 = {"k3": 2945.0, "Jh1": 14.39, "Jh3": 32.16}

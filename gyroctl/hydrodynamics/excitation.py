@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics.database import Hydrodynamics
 from gyroctl.hydrodynamics.interpolation import spline
+from gyroctl.hydrodynamics.table import Hydrodynamics
 
 Phase = Literal["complex", "magnitude"]
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.hydrodynamics.database import Hydrodynamics
+from gyroctl.hydrodynamics.table import Hydrodynamics
 from gyroctl.hydrodynamics.waves import group_velocity, wavenumber
 
 Floats = NDArray[np.float64]

@@ -118,7 +118,7 @@ def lock_orbit(
     Raises
     ------
     InputError
-        If height, frequency or a control is out of range.
+        If height, frequency or a control is out of range, or the excitation is not known at the frequency.
     """
     if not wave.height > 0.0:
         raise InputError("height", wave.height, "must be positive", "Give the wave height in metres, for example 0.2")
@@ -130,6 +130,10 @@ def lock_orbit(
         if not (np.isfinite(value) and value >= 0.0):
             raise InputError(name, value, "must be zero or positive", f"Give {name} in Nms")
     he = plant.excitation(np.array([wave.wp]), wave.heading)[:, 0]
+    if not np.any(he):
+        low, high = plant.excitation.omega[[0, -1]]
+        raise InputError("wp", wave.wp, "the excitation is not known at this frequency",
+                         f"Give a frequency in the tabulated band, {low:g} to {high:g} rad/s")  # fmt: skip
     forcing = Forcing(0.5 * wave.height * he, wave.wp)
     guesses = [guess] if guess is not None else harmonic_balance(plant, forcing, cc, cg, sense)
     found: list[PeriodicOrbit] = []

@@ -25,7 +25,8 @@ TAPS = 8
 LAGRANGE = tuple(1.0 / math.prod(i - j for j in range(TAPS) if j != i) for i in range(TAPS))
 ACCURATE = 50.0
 """Largest product of step and slip rate in `steps_for`, per second of `dt`: 0.5 at dt = 0.01 s, which keeps the ledger
-closed to 1e-6 while the coupling switches. A longer `dt` asks for less accuracy here as well. [1/s]"""
+closed to 1e-6 under a steady coupling; where it switches the closed loop asks for more. A longer `dt` asks for less
+accuracy here as well. [1/s]"""
 
 SOURCES = (compiled.__file__, trigonometry.__file__, equations.__file__, __file__)
 

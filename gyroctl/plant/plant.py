@@ -128,10 +128,10 @@ class Plant:
         return stored_energy(self.coefficients, np.asarray(x))
 
     def casadi(self) -> Any:
-        """Return the casadi function (x, u, moments) -> (derivative, powers), built from the same text."""
-        from gyroctl.plant.symbolic import casadi_function
+        """Return the casadi function (x, u, moments) -> derivative, built from the same text."""
+        from gyroctl.plant.symbolic import casadi_derivative
 
-        return casadi_function(self)
+        return casadi_derivative(self)
 
     def jacobians(self, x: ArrayLike, u: Any, moments: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Exact Jacobians of `derivative` by complex step.

@@ -72,21 +72,26 @@ def cycle_slips(psi: ArrayLike, phasor: ArrayLike, dt: float, sense: int = 1) ->
     Returns
     -------
     int
-        Jumps by 2 pi of the angle between ring and waves, taken as that of the 10 s mean of
-        ``exp(i psi) conj(phasor)``: so weighted by the waves' height, since in a lull the phase of an irregular sea
-        jumps by itself and pulls at nothing. A jump is counted once the angle is three quarters of a turn off its
-        level, so that swinging about a half turn does not count again and again.
+        Jumps by 2 pi of the ring angle against the phase of the waves. That phase is taken from the 10 s mean of the
+        waves' envelope, so weighted by their height, since in a lull the phase of an irregular sea jumps by itself
+        and pulls at nothing. The ring is not averaged: it slips within two or three waves, and a mean over the angle
+        between both would close such a turn up. A jump is counted once the angle is three quarters of a turn off
+        its level, so that swinging about a half turn does not count again and again.
     """
-    angle = sense * np.asarray(psi, float)
-    turned = np.exp(1j * angle) * np.conj(np.asarray(phasor))
-    finite = np.isfinite(turned)
+    angle, waves = sense * np.asarray(psi, float), np.asarray(phasor)
+    finite = np.isfinite(angle) & np.isfinite(waves)
     if not np.all(finite):
-        turned = turned[: int(np.argmin(finite))]
-    span = max(round(WINDOW / dt), 1)
-    if turned.size <= span:
+        end = int(np.argmin(finite))
+        angle, waves = angle[:end], waves[:end]
+    half = round(0.5 * WINDOW / dt)
+    if angle.size <= 2 * half:
         return 0
-    total = np.concatenate([[0.0], np.cumsum(turned)])
-    turns = np.unwrap(np.angle(total[span:] - total[:-span])) / (2.0 * np.pi)
+    # the envelope on the waves' own mean frequency, weighted by their power
+    carrier = np.angle(np.sum(waves[1:] * np.conj(waves[:-1]))) * np.arange(angle.size)
+    total = np.concatenate([[0.0], np.cumsum(waves * np.exp(-1j * carrier))])
+    centre = np.arange(angle.size)
+    envelope = total[np.minimum(centre + half + 1, angle.size)] - total[np.maximum(centre - half, 0)]
+    turns = (angle - carrier - np.unwrap(np.angle(envelope))) / (2.0 * np.pi)
     level, count = turns[0], 0
     for turn in turns[:: max(round(0.5 / dt), 1)]:
         jumps = int(abs(turn - level) + 0.25)

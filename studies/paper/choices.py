@@ -71,7 +71,9 @@ def draw(setup: Setup) -> Drawing:
         panel.set_xticks([0.0, 0.5, 1.0], ["0 %", "50 %", "100 %"])
         panel.grid(False, axis="y")
     axes[0].set_yticks(place, list(DEVICES), ha="left")
-    axes[0].tick_params(axis="y", pad=188, length=0, labelcolor=INK)
+    axes[0].tick_params(axis="y", pad=188, labelcolor=INK)
+    for panel in axes:
+        panel.tick_params(axis="y", length=0)
     return Drawing(figure, {"": table})
 
 

@@ -68,7 +68,7 @@ def draw(setup: Setup) -> Drawing:
         tables[f"survival_{variant}"] = {
             "time_s": curve.time, "still_in_lock": curve.probability, "low": curve.low, "high": curve.high,
         }  # fmt: skip
-    axes[2].axvline(PAPER_LOSS, color=PAPER_COLOUR, lw=1.0, ls="--", label="paper: lost after about 400 s")
+    axes[2].axvline(PAPER_LOSS, color=PAPER_COLOUR, lw=1.0, ls="--", label="paper: about 400 s")
     axes[2].set_xlim(0.0, setup.duration)
     axes[2].legend(loc="upper right")
     percent(axes[2])

@@ -20,6 +20,7 @@ from gyroctl.studies.paper.style import (
     Drawing,
     gain,
     label,
+    percent,
     runs_note,
     sea_name,
     sheet,
@@ -33,6 +34,9 @@ PAPER_POWER = {1.0: (0.62, 0.62), 5.0: (1.6, 2.0), 50.0: (3.5, 3.5)}
 
 REFERENCE = {1.0: (0.104, 1.5e-4), 5.0: (0.052, 3.5e-4), 50.0: (0.052, 7.5e-4)}
 """Pair whose wave input is shown: the one that the paper says to hold. [Nms]"""
+
+BEHIND = {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.8}
+"""Keeps words legible on a line."""
 
 ENOUGH = 0.9
 """Share of realisations that must keep lock for a pair to count as one that holds."""
@@ -78,7 +82,7 @@ def draw(setup: Setup) -> Drawing:
                 power = bootstrap_mean(best.power)[:3]
                 axes[1].bar(x, power[0], 0.3, color=colour if solid else "white", edgecolor=colour)
                 words = f"cc {best.cc:g}\ncg {gain(best.cg)}"
-                axes[1].text(x, power[0] + 0.08, words, ha="center", fontsize=7.5, color=MUTED)
+                axes[1].text(x, power[0] + 0.08, words, ha="center", fontsize=7.5, color=MUTED, bbox=BEHIND)
             row = (variant, gamma, *given[:3], *(REFERENCE[gamma]), *power, best.cc if best else np.nan,
                    best.cg if best else np.nan, *share[:3])  # fmt: skip
             for name, value in zip(COLUMNS, row, strict=True):
@@ -91,8 +95,7 @@ def draw(setup: Setup) -> Drawing:
     axes[0].text(0.98, 0.03, "dashed: stated by the paper; bar: mean", color=PAPER_COLOUR, fontsize=8.5, ha="right",
                  transform=axes[0].transAxes)  # fmt: skip
     axes[0].set_ylim(bottom=0.0)
-    axes[2].set_ylim(0.0, 1.04)
-    axes[2].set_yticks([0.0, 0.25, 0.5, 0.75, 1.0], ["0 %", "25 %", "50 %", "75 %", "100 %"])
+    percent(axes[2])
     for panel in axes:
         panel.set_xticks(range(3), [sea_name(gamma) for gamma in GAMMA_COLOURS])
         panel.grid(False, axis="x")

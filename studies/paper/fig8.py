@@ -71,5 +71,5 @@ def draw(setup: Setup) -> Drawing:
     axes[2].axvline(LOW_FREQUENCY, color=MUTED, lw=0.8)
     axes[2].text(LOW_FREQUENCY + 0.02, 0.03, "free horizontal mode", color=INK, fontsize=9)
     axes[2].set_ylim(0.0, 2.6)
-    axes[2].legend(loc="upper left")
+    axes[2].legend(loc="upper left", bbox_to_anchor=(0.36, 1.0))
     return Drawing(figure, {"": table})

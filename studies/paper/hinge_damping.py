@@ -82,13 +82,12 @@ def draw(setup: Setup) -> Drawing:
             for name, value in zip(COLUMNS, row, strict=True):
                 table[name].append(value)
     axes[1].axhline(0.0, color=INK, lw=0.9)
-    axes[1].text(0.98, 0.97, "above zero: unstable, φ1 grows at about 1.2 rad/s", ha="right", va="top", color=MUTED,
-                 transform=axes[1].transAxes, fontsize=9)  # fmt: skip
+    axes[1].text(DAMPING[-1], 0.3, "above zero: φ1 grows", ha="right", color=MUTED, fontsize=9)
     for panel in axes:
         panel.axvline(DEFAULT, color=MUTED, lw=0.8, ls="--")
     axes[0].text(DEFAULT + 0.03, 0.02, "default", color=MUTED, fontsize=9)
     percent(axes[0])
-    axes[0].legend(loc="center right", bbox_to_anchor=(1.0, 0.36))
+    axes[1].legend(*axes[0].get_legend_handles_labels(), loc="lower left")
     return Drawing(figure, {"": table})
 
 

@@ -1,0 +1,190 @@
+"""The layout of Capytaine's NetCDF files, to and from the table."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.hydrodynamics import netcdf_classic
+from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf as kramers_kronig_inf
+from gyroctl.hydrodynamics.table import DOFS, LAYOUT, Coefficients, Complexes, Floats, Hydrodynamics, coupling
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def from_capytaine(
+    variables: Mapping[str, netcdf_classic.Variable], attributes: Mapping[str, Any], source: str
+) -> Hydrodynamics:
+    """Build the dataclass from variables named and shaped as in Capytaine's files.
+
+    Parameters
+    ----------
+    variables : mapping of str to Variable
+        `added_mass`, `radiation_damping`, `excitation_force` (or its two parts) and their coordinates.
+    attributes : mapping
+        Global attributes, kept as provenance.
+    source : str
+        Name of the file, for error messages.
+
+    Returns
+    -------
+    Hydrodynamics
+
+    Raises
+    ------
+    InputError
+        When a variable or a degree of freedom is missing.
+    """
+
+    def get(name: str, *dims: str) -> NDArray[Any]:
+        if name not in variables:
+            raise InputError(f"{source}: {name}", "missing", "the file has no such variable", LAYOUT)
+        variable = variables[name]
+        extra = [d for d in variable.dimensions if d not in dims]
+        keep = variable.values
+        for d in extra:  # Capytaine keeps dimensions such as water_depth when several were solved
+            axis = [*variable.dimensions].index(d)
+            if variable.values.shape[axis] != 1:
+                raise InputError(
+                    f"{source}: {name}", d, "has a dimension with several values", f"Select one value of {d} first"
+                )
+        left = [d for d in variable.dimensions if d in dims]
+        keep = keep.reshape([s for d, s in zip(variable.dimensions, keep.shape, strict=True) if d in dims])
+        if set(left) != set(dims):
+            raise InputError(f"{source}: {name}", variable.dimensions, f"must have the dimensions {dims}", LAYOUT)
+        return np.transpose(keep, [left.index(d) for d in dims])
+
+    def scalar(name: str, default: float) -> float:
+        return float(np.ravel(variables[name].values)[0]) if name in variables else default
+
+    def pick(dimension: str) -> list[int]:
+        labels = [str(v) for v in get(dimension, dimension)]
+        missing = [d for d in DOFS if d not in labels]
+        if missing:
+            raise InputError(f"{source}: {dimension}", labels, f"lacks {' and '.join(missing)}", LAYOUT)
+        return [labels.index(d) for d in DOFS]
+
+    every = np.asarray(get("omega", "omega"), dtype=np.float64)
+    order = np.argsort(every)
+    order = order[np.isfinite(every[order]) & (every[order] > 0.0)]
+    rows, columns = pick("influenced_dof"), pick("radiating_dof")
+
+    def matrix(name: str) -> Floats:
+        full = np.asarray(get(name, "omega", "influenced_dof", "radiating_dof"), dtype=np.float64)
+        return full[:, rows, :][:, :, columns]
+
+    added, damping = matrix("added_mass"), matrix("radiation_damping")
+    omega = every[order]
+    if "added_mass_inf" in variables:
+        infinite = np.asarray(get("added_mass_inf", "influenced_dof"), dtype=np.float64)[rows]
+    else:
+        infinite = np.array([kramers_kronig_inf(omega, added[order, j, j], damping[order, j, j])[0] for j in range(2)])
+    force = _excitation(variables, get)[:, :, rows]
+    direction = np.asarray(get("wave_direction", "wave_direction"), dtype=np.float64)
+    headings = np.asarray(np.round(np.rad2deg(direction), 9), dtype=np.float64)
+    turn = np.argsort(headings)[: len(headings) - int(np.isclose(np.ptp(headings), 360.0))]  # 360 repeats 0
+    stiffness = 0.0
+    if "hydrostatic_stiffness" in variables:
+        stiffness = float(get("hydrostatic_stiffness", "influenced_dof", "radiating_dof")[rows[1], columns[1]])
+    return Hydrodynamics(
+        omega=omega,
+        added_mass=_diagonal(added[order]),
+        damping=_diagonal(damping[order]),
+        added_mass_inf=infinite,
+        # Capytaine writes exp(-i w t); everything here is exp(+i w t)
+        excitation=np.ascontiguousarray(np.conj(np.transpose(force[order][:, turn], (2, 1, 0)))),
+        headings=headings[turn],
+        stiffness=stiffness,
+        depth=scalar("water_depth", float("inf")),
+        rho=scalar("rho", 1000.0),
+        g=scalar("g", 9.81),
+        coupling=max(scalar("coupling", 0.0), coupling(added[order], damping[order])),
+        fits=_fits(variables, rows),
+        provenance=dict(attributes),
+    )
+
+
+def _diagonal(matrices: Floats) -> Floats:
+    """(n, 2, 2) to (2, n)."""
+    return np.ascontiguousarray(np.diagonal(matrices, axis1=1, axis2=2).T)
+
+
+def _excitation(variables: Mapping[str, netcdf_classic.Variable], get: Any) -> Complexes:
+    """Excitation as complex (omega, wave_direction, influenced_dof), stored as such or as real and imaginary parts."""
+    names = ["excitation_force"]
+    if "excitation_force" not in variables and "diffraction_force" in variables:
+        names = ["diffraction_force", "Froude_Krylov_force"]
+    dims = ("omega", "wave_direction", "influenced_dof")
+    total: Any = 0.0
+    for name in names:
+        if name in variables and "complex" in variables[name].dimensions:
+            labels = [str(v) for v in get("complex", "complex")]
+            parts = get(name, "complex", *dims)
+            total = total + parts[labels.index("re")] + 1j * parts[labels.index("im")]
+        else:
+            total = total + get(name, *dims)
+    return np.asarray(total, dtype=np.complex128)
+
+
+def _fits(
+    variables: Mapping[str, netcdf_classic.Variable], rows: list[int]
+) -> dict[str, tuple[Coefficients, Coefficients]]:
+    """Radiation fits kept as fit_NAME_p and fit_NAME_q, (influenced_dof, coefficient)."""
+    found: dict[str, tuple[Coefficients, Coefficients]] = {}
+    for key in variables:
+        if key.startswith("fit_") and key.endswith("_p"):
+            p, q = variables[key].values, variables[key[:-1] + "q"].values
+            found[key[4:-2]] = ((p[rows[0]], q[rows[0]]), (p[rows[1]], q[rows[1]]))
+    return found
+
+
+def to_dataset(hydro: Hydrodynamics) -> xr.Dataset:
+    """Return the database as a dataset in Capytaine's layout, complex values as real and imaginary parts."""
+    import xarray as xr
+
+    def diagonal(values: Floats) -> Floats:
+        out = np.zeros((values.shape[1], 2, 2))
+        out[:, 0, 0], out[:, 1, 1] = values
+        return out
+
+    force = np.conj(np.transpose(hydro.excitation, (2, 1, 0)))
+    square = ("omega", "influenced_dof", "radiating_dof")
+    stiffness = np.diag([0.0, hydro.stiffness])
+    data: dict[str, Any] = {
+        "added_mass": (square, diagonal(hydro.added_mass), {"units": "kg m^2"}),
+        "radiation_damping": (square, diagonal(hydro.damping), {"units": "Nms/rad"}),
+        "excitation_force": (
+            ("complex", "omega", "wave_direction", "influenced_dof"),
+            np.stack([force.real, force.imag]),
+            {"units": "Nm/m", "long_name": "wave moment about the hinge, time factor exp(-i w t)"},
+        ),
+        "added_mass_inf": ("influenced_dof", hydro.added_mass_inf, {"units": "kg m^2"}),
+        "hydrostatic_stiffness": (
+            ("influenced_dof", "radiating_dof"),
+            stiffness,
+            {"units": "Nm/rad", "long_name": "buoyancy only, without the gravity term"},
+        ),
+        "coupling": ((), hydro.coupling, {"units": "1"}),
+    }
+    for name, pair in hydro.fits.items():
+        for k, letter in enumerate("pq"):
+            values = np.stack([pair[0][k], pair[1][k]])
+            data[f"fit_{name}_{letter}"] = (("influenced_dof", f"fit_{name}_{letter}_index"), values)
+    coords: dict[str, Any] = {
+        "omega": ("omega", hydro.omega, {"units": "rad/s"}),
+        "wave_direction": ("wave_direction", np.deg2rad(hydro.headings), {"units": "rad"}),
+        "influenced_dof": list(DOFS),
+        "radiating_dof": list(DOFS),
+        "complex": ["re", "im"],
+        "water_depth": hydro.depth,
+        "rho": hydro.rho,
+        "g": hydro.g,
+    }
+    attributes = {k: v if isinstance(v, str | int | float) else json.dumps(v) for k, v in hydro.provenance.items()}
+    return xr.Dataset(data, coords=coords, attrs=attributes)

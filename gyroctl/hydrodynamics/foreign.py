@@ -1,0 +1,96 @@
+"""What all foreign text formats share: what they leave out, and how scattered rows become a table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf
+from gyroctl.hydrodynamics.table import Hydrodynamics, coupling
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Site:
+    """What the text formats leave out.
+
+    Parameters
+    ----------
+    rho, g : float
+        Density of the water [kg/m^3] and gravity [m/s^2], as in the foreign run.
+    depth : float
+        Water depth, ``inf`` for deep water. [m]
+    length : float
+        WAMIT's length ULEN. [m]
+    stiffness : float
+        Buoyancy stiffness k3 of phi3. [Nm/rad]
+    modes : tuple of int
+        Mode numbers of phi1 and phi3; negative where the mode turns against ours.
+    """
+
+    rho: float = 1000.0
+    g: float = 9.81
+    depth: float = float("inf")
+    length: float = 1.0
+    stiffness: float = 0.0
+    modes: tuple[int, int] = (-6, 4)
+
+
+def existing(path: Path) -> Path:
+    """Return the path of a file that exists."""
+    if not path.is_file():
+        raise InputError("path", str(path), "there is no such file", "Check the path of the results")
+    return path
+
+
+def assembled(
+    matrices: dict[float, Floats],
+    forces: dict[tuple[float, float], Complexes],
+    infinite: Floats,
+    site: Site,
+    source: str,
+) -> Hydrodynamics:
+    """Put rows in any order onto one frequency axis, which both kinds of results must share."""
+    omega = np.array(sorted(matrices))
+    headings = np.array(sorted({beta for _, beta in forces}))
+    headings = headings[: len(headings) - int(len(headings) > 0 and np.isclose(np.ptp(headings), 360.0))]  # repeated
+    excitation = np.full((2, len(headings), len(omega)), np.nan + 0j)
+    for (w, beta), moment in forces.items():
+        near = np.flatnonzero(np.isclose(omega, w, rtol=1e-6))
+        if len(near) and beta in headings:
+            excitation[:, np.searchsorted(headings, beta), near[0]] = moment
+    table = np.array([matrices[w] for w in omega]).reshape(-1, 2, 2, 2)
+    own = np.arange(2)
+    complete = np.isfinite(table[:, :, own, own]).all() and np.isfinite(excitation).all()
+    if not len(omega) or not len(headings) or not complete:
+        raise InputError(
+            source,
+            site.modes,
+            "lacks values of these modes at some frequency or heading",
+            "Compute radiation and excitation at the same frequencies, or set the two modes",
+        )
+    table = np.nan_to_num(table)  # an absent coupling term is zero
+    added, damping = table[:, 0], table[:, 1]
+    at_infinity = np.diagonal(infinite)
+    if not np.isfinite(at_infinity).all():
+        at_infinity = np.array([added_mass_inf(omega, added[:, j, j], damping[:, j, j])[0] for j in range(2)])
+    return Hydrodynamics(
+        omega=omega,
+        added_mass=np.ascontiguousarray(added[:, own, own].T),
+        damping=np.ascontiguousarray(damping[:, own, own].T),
+        added_mass_inf=np.array(at_infinity),
+        excitation=excitation,
+        headings=headings,
+        stiffness=site.stiffness,
+        depth=site.depth,
+        rho=site.rho,
+        g=site.g,
+        coupling=coupling(added, damping),
+        provenance={"source": source},
+    )

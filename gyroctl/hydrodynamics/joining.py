@@ -1,0 +1,68 @@
+"""One table from finite depth at low frequencies and infinite depth at high ones."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.hydrodynamics.geometry import Geometry
+from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf, dispersion
+from gyroctl.hydrodynamics.waves import wavenumber
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+
+JOINT = 12.0  # [rad/s]
+SHALLOWEST = 0.17  # kh below which the added mass comes from Kramers-Kronig
+
+
+class Table(NamedTuple):
+    """Raw results at some frequencies, time factor exp(+i w t)."""
+
+    omega: Floats
+    added_mass: Floats
+    """(n, 2, 2) [kg m^2]"""
+    damping: Floats
+    """(n, 2, 2) [Nms/rad]"""
+    excitation: Complexes
+    """(n, n_heading, 2) [Nm/m]"""
+
+
+def joined(near: Table, deep: Table, deep_inf: Floats | None, geometry: Geometry) -> tuple[Table, Floats]:
+    """One table from finite depth up to the joint and infinite depth beyond, and its added mass at infinite frequency.
+
+    At the joint the waves no longer feel the bottom but the near field does: the damping differs by a factor near one,
+    the added mass by an amount that tends to its own limit like w^-2 (as Kramers-Kronig has it at high frequency).
+    """
+    if not len(near.omega):
+        a_inf = [added_mass_inf(deep.omega, deep.added_mass[:, j, j], deep.damping[:, j, j])[0] for j in range(2)]
+        return deep, np.array(a_inf)
+    if len(deep.omega) < 2 or deep_inf is None:
+        a_inf = [added_mass_inf(near.omega, near.added_mass[:, j, j], near.damping[:, j, j])[0] for j in range(2)]
+        return near, np.array(a_inf)
+    omega = np.concatenate([near.omega, deep.omega[1:]])
+    diagonal = np.arange(2)
+    factor = near.damping[-1, diagonal, diagonal] / deep.damping[0, diagonal, diagonal]
+    damping = np.concatenate([near.damping, np.zeros((len(deep.omega) - 1, 2, 2))])
+    added = np.concatenate([near.added_mass, np.zeros((len(deep.omega) - 1, 2, 2))])
+    count = len(near.omega)
+    fade = (deep.omega[0] / deep.omega[1:]) ** 2
+    shallow = wavenumber(near.omega, geometry.depth, geometry.g) * geometry.depth < SHALLOWEST
+    a_inf = []
+    for j in range(2):
+        damping[count:, j, j] = factor[j] * deep.damping[1:, j, j]
+        trusted = ~shallow
+        spread = dispersion(omega, damping[:, j, j])
+        estimates = (near.added_mass[:, j, j] - spread[:count])[trusted]
+        a_inf.append(float(np.median(estimates)))
+        limit = a_inf[j] - deep_inf[j]
+        step = near.added_mass[-1, j, j] - deep.added_mass[0, j, j]
+        added[count:, j, j] = deep.added_mass[1:, j, j] + limit + (step - limit) * fade
+        added[:count, j, j][shallow] = a_inf[j] + spread[:count][shallow]
+    # one complex factor for all headings (some moments vanish by symmetry), and what it leaves over fades out
+    here, there = deep.excitation[0], near.excitation[-1]
+    turn = np.sum(np.conj(here) * there, axis=0) / np.sum(np.abs(here) ** 2, axis=0)
+    beyond = deep.excitation[1:] * turn + (there - here * turn) * fade[:, None, None]
+    return Table(omega, added, damping, np.concatenate([near.excitation, beyond])), np.array(a_inf)

@@ -1,0 +1,118 @@
+"""NEMOH's Tecplot output: RadiationCoefficients.tec and ExcitationForce.tec."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from gyroctl.errors import InputError
+from gyroctl.hydrodynamics.foreign import Complexes, Floats, Site, assembled, existing
+from gyroctl.hydrodynamics.table import Hydrodynamics
+
+
+def read_nemoh(path: Path | str, site: Site | None = None) -> Hydrodynamics:
+    """Read RadiationCoefficients.tec and ExcitationForce.tec of a NEMOH project (frequencies in rad/s).
+
+    Parameters
+    ----------
+    path : Path or str
+        The project's folder or its Results folder.
+    site : Site, optional
+        Modes; density, gravity and depth are taken from Nemoh.cal where the project has it.
+
+    Returns
+    -------
+    Hydrodynamics
+        Conjugated from NEMOH's exp(-i w t). Phases are in degrees in version 3, in radians in version 2; a file whose
+        phases all lie within pi is read as radians.
+
+    Raises
+    ------
+    InputError
+        When a file is missing or of another layout.
+    """
+    folder = Path(path)
+    results = next((folder / n for n in ("Results", "results") if (folder / n).is_dir()), folder)
+    site = _nemoh_site(site or Site(), [folder / "Nemoh.cal", results.parent / "Nemoh.cal"])
+    radiation = _zones(existing(results / "RadiationCoefficients.tec"))
+    excitation = _zones(existing(results / "ExcitationForce.tec"))
+    matrices: dict[float, Floats] = {}
+    order = [abs(m) for m in site.modes]
+    for j, mode in enumerate(order):
+        if not 1 <= mode <= len(radiation):
+            raise InputError(
+                str(results), site.modes, f"needs mode {mode}, the file has {len(radiation)}", "Set the two modes"
+            )
+        for row in radiation[mode - 1][1]:
+            entry = matrices.setdefault(float(row[0]), np.full((2, 2, 2), np.nan))
+            for i, other in enumerate(order):
+                sign = np.sign(site.modes[i]) * np.sign(site.modes[j])
+                entry[:, i, j] = sign * _columns(row, other, results)
+    largest = max((float(np.max(np.abs(zone[:, 2::2]))) for _, zone in excitation), default=0.0)
+    unit = 1.0 if largest <= np.pi + 1e-3 else np.pi / 180.0
+    forces: dict[tuple[float, float], Complexes] = {}
+    for title, zone in excitation:
+        found = re.search(r"beta\s*=\s*([-+.\deE]+)", title)
+        if found is None:
+            raise InputError(str(results), title, "names no heading beta", "Use ExcitationForce.tec as NEMOH writes it")
+        for row in zone:
+            moment = forces.setdefault((float(row[0]), float(found.group(1))), np.full(2, np.nan + 0j))
+            for i, mode in enumerate(order):
+                size, angle = _columns(row, mode, results)
+                moment[i] = np.sign(site.modes[i]) * size * np.exp(-1j * unit * angle)
+    return assembled(matrices, forces, np.full((2, 2), np.nan), site, f"NEMOH results {results}")
+
+
+def _zones(path: Path) -> list[tuple[str, Floats]]:
+    """Blocks of numeric rows with the text line that precedes each."""
+    zones: list[tuple[str, list[list[float]]]] = []
+    title, fresh = "", True
+    for line in path.read_text(errors="replace").splitlines():
+        try:
+            row = [float(v) for v in line.split()]
+        except ValueError:
+            title, fresh = line.strip(), True
+            continue
+        if row:
+            if fresh:
+                zones.append((title, []))
+                fresh = False
+            zones[-1][1].append(row)
+    widths = {len(row) for _, rows in zones for row in rows}
+    if not zones or len(widths) != 1 or widths.pop() % 2 == 0:
+        raise InputError(
+            "path",
+            str(path),
+            "is not made of zones of one frequency and pairs of values",
+            "Use the files of NEMOH's postProc",
+        )
+    return [(title, np.array(rows)) for title, rows in zones]
+
+
+def _columns(row: Floats, mode: int, where: Path) -> Floats:
+    """Pair of values of one mode in a row of a zone."""
+    pair = row[2 * mode - 1 : 2 * mode + 1]
+    if len(pair) != 2:
+        raise InputError(str(where), mode, "is a mode the file does not have", "Set the two modes")
+    return pair
+
+
+def _nemoh_site(site: Site, candidates: list[Path]) -> Site:
+    """Density, gravity and depth from the first three values of Nemoh.cal."""
+    for path in candidates:
+        if path.is_file():
+            values = []
+            for line in path.read_text(errors="replace").splitlines():
+                try:
+                    values.append(float(line.split()[0]))
+                except (ValueError, IndexError):
+                    continue
+            if len(values) < 3:
+                raise InputError(
+                    "path", str(path), "lacks density, gravity and depth", "Use Nemoh.cal as NEMOH reads it"
+                )
+            return replace(site, rho=values[0], g=values[1], depth=values[2] if values[2] > 0.0 else float("inf"))
+    return site

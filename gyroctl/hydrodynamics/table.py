@@ -1,0 +1,130 @@
+"""The hydrodynamic table of a device, as every other module sees it."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+
+Floats = NDArray[np.float64]
+Complexes = NDArray[np.complex128]
+Coefficients = tuple[Floats, Floats]
+
+#: The two rotations, in the order of the arrays.
+DOFS = ("phi1", "phi3")
+LAYOUT = "Use a NetCDF file as Capytaine writes it, with the rotations phi1 and phi3 as degrees of freedom"
+
+
+@dataclass(frozen=True)
+class Hydrodynamics:
+    """Linear hydrodynamics of the float for its two rotations phi1 and phi3 about the hinge.
+
+    The time factor is exp(+i w t), the elevation is referred to the centre of the float, moments are about the hinge.
+
+    Parameters
+    ----------
+    omega : ndarray (n,)
+        Frequencies. [rad/s]
+    added_mass : ndarray (2, n)
+        Added moments of inertia. [kg m^2]
+    damping : ndarray (2, n)
+        Radiation damping. [Nms/rad]
+    added_mass_inf : ndarray (2,)
+        Added moments of inertia at infinite frequency, consistent with Kramers-Kronig. [kg m^2]
+    excitation : complex ndarray (2, n_heading, n)
+        Wave moments per wave amplitude. [Nm/m]
+    headings : ndarray (n_heading,)
+        Directions the waves travel to, from the axis x3 (0) towards the axis from the hinge to the float (90). [deg]
+    stiffness : float
+        Buoyancy stiffness k3. [Nm/rad]
+    depth : float
+        Water depth. [m]
+    rho, g : float
+        Density of the water [kg/m^3] and gravity [m/s^2].
+    coupling : float
+        Largest radiation coupling between the two rotations, relative to the geometric mean of their own values. [-]
+    fits : mapping of str to pair of (p, q)
+        Coefficients of the radiation fits kept with the table, one (p, q) for each rotation.
+    provenance : mapping
+        Where the table comes from.
+    """
+
+    omega: Floats
+    added_mass: Floats
+    damping: Floats
+    added_mass_inf: Floats
+    excitation: Complexes
+    headings: Floats
+    stiffness: float
+    depth: float
+    rho: float = 1000.0
+    g: float = 9.81
+    coupling: float = 0.0
+    fits: Mapping[str, tuple[Coefficients, Coefficients]] = field(default_factory=dict)
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Refuse a table that no calculation could have produced."""
+        n, m = len(self.omega), len(self.headings)
+        shapes = {
+            "added_mass": (2, n),
+            "damping": (2, n),
+            "added_mass_inf": (2,),
+            "excitation": (2, m, n),
+        }
+        for name, shape in shapes.items():
+            values = getattr(self, name)
+            if values.shape != shape:
+                raise InputError(f"hydrodynamics.{name}", values.shape, f"must have shape {shape}", LAYOUT)
+            if not np.all(np.isfinite(values)):
+                raise InputError(
+                    f"hydrodynamics.{name}",
+                    "nan",
+                    "holds values that are not finite",
+                    "Compute those frequencies again or leave them out",
+                )
+        if n < 8 or np.any(self.omega <= 0.0) or np.any(np.diff(self.omega) <= 0.0):
+            raise InputError(
+                "hydrodynamics.omega",
+                n,
+                "must be at least 8 increasing positive frequencies",
+                "Tabulate more frequencies, in rad/s",
+            )
+        if m < 1 or np.any(np.diff(self.headings) <= 0.0):
+            raise InputError(
+                "hydrodynamics.headings", m, "must be increasing, one at least", "Sort the headings of the table"
+            )
+
+    @cached_property
+    def sha256(self) -> str:
+        """Hash of the numbers (not of the provenance), for the fairness contract of comparisons."""
+        digest = hashlib.sha256()
+        scalars = np.array([self.stiffness, self.depth, self.rho, self.g])
+        for values in (
+            self.omega,
+            self.added_mass,
+            self.damping,
+            self.added_mass_inf,
+            self.excitation,
+            self.headings,
+            scalars,
+        ):
+            digest.update(np.ascontiguousarray(values).tobytes())
+        return digest.hexdigest()
+
+
+def coupling(added: Floats, damping: Floats) -> float:
+    """Return the largest coupling in (n, 2, 2) matrices, relative to the geometric mean of the diagonal."""
+    worst = 0.0
+    for values in (added, damping):
+        own = float(np.max(np.sqrt(np.abs(values[:, 0, 0] * values[:, 1, 1]))))
+        cross = float(np.max(np.abs(values[:, [0, 1], [1, 0]])))
+        worst = max(worst, cross / own if own > 0.0 else 0.0)
+    return worst

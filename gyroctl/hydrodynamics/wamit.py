@@ -1,0 +1,93 @@
+"""WAMIT's numeric output: NAME.1 (added mass and damping) and NAME.3 (excitation)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from gyroctl.errors import InputError
+from gyroctl.hydrodynamics.foreign import Complexes, Floats, Site, assembled, existing
+from gyroctl.hydrodynamics.table import Hydrodynamics
+
+
+def read_wamit(path: Path | str, site: Site | None = None) -> Hydrodynamics:
+    """Read WAMIT's NAME.1 and NAME.3 (or NAME.2).
+
+    Parameters
+    ----------
+    path : Path or str
+        Either file, or NAME without suffix.
+    site : Site, optional
+        Density, gravity, depth, length and modes of the run.
+
+    Returns
+    -------
+    Hydrodynamics
+        WAMIT's time factor is exp(+i w t) as here. A row of period 0 (infinite frequency) gives the added mass at
+        infinite frequency; without it Kramers-Kronig does.
+
+    Raises
+    ------
+    InputError
+        When a file is missing or of another layout.
+    """
+    site = site or Site()
+    base = Path(path)
+    base = base.with_suffix("") if base.suffix in (".1", ".2", ".3") else base
+    first = existing(base.with_name(base.name + ".1"))
+    third = base.with_name(base.name + ".3")
+    third = existing(
+        third if third.is_file() or not base.with_name(base.name + ".2").is_file() else third.with_suffix(".2")
+    )
+    scale = site.rho * site.length**5  # rotation with rotation
+    matrices: dict[float, Floats] = {}
+    infinite = np.full((2, 2), np.nan)
+    for row in _rows(first, (4, 5)):
+        period, i, j = row[0], _index(row[1], site.modes), _index(row[2], site.modes)
+        if i is None or j is None or period < 0.0:
+            continue
+        sign = np.sign(site.modes[i]) * np.sign(site.modes[j])
+        if period == 0.0:
+            infinite[i, j] = sign * scale * row[3]
+        elif len(row) == 5:
+            omega = 2.0 * np.pi / period
+            entry = matrices.setdefault(omega, np.full((2, 2, 2), np.nan))
+            entry[:, i, j] = sign * scale * np.array([row[3], row[4] * omega])
+    forces: dict[tuple[float, float], Complexes] = {}
+    for row in _rows(third, (7,)):
+        i = _index(row[2], site.modes)
+        if i is None or row[0] <= 0.0:
+            continue
+        key = (2.0 * np.pi / row[0], row[1])
+        moment = np.sign(site.modes[i]) * site.rho * site.g * site.length**3 * (row[5] + 1j * row[6])
+        forces.setdefault(key, np.full(2, np.nan + 0j))[i] = moment
+    return assembled(matrices, forces, infinite, site, f"WAMIT files {first.name} and {third.name}")
+
+
+def _rows(path: Path, lengths: tuple[int, ...]) -> list[list[float]]:
+    """Rows of numbers of one of the given lengths; a heading line before the first of them is skipped."""
+    rows: list[list[float]] = []
+    for number, line in enumerate(path.read_text(errors="replace").splitlines(), 1):
+        try:
+            row = [float(v.replace("D", "E")) for v in line.split()]
+        except ValueError:
+            row = []
+        if len(row) in lengths:
+            rows.append(row)
+        elif line.strip() and rows:
+            raise InputError(
+                f"{path.name}, line {number}",
+                line.strip()[:60],
+                f"is not a row of {lengths} numbers",
+                "Use WAMIT's numeric output files",
+            )
+    if not rows:
+        raise InputError("path", str(path), f"has no row of {lengths} numbers", "Use WAMIT's numeric output files")
+    return rows
+
+
+def _index(mode: float, modes: tuple[int, int]) -> int | None:
+    """Position of a mode number among ours."""
+    order = [abs(m) for m in modes]
+    return order.index(int(mode)) if int(mode) in order else None
