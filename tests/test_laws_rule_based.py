@@ -37,7 +37,7 @@ def locked(t: float, V: float, delta: float, omega_rate: float = 65.0) -> Measur
 
 @pytest.mark.parametrize("delta", [-0.3, -1.2, 2.0])
 def test_load_angle_takes_its_share_of_the_capacity(delta: float) -> None:
-    law, V = LoadAngle(margin=0.0, direct=0.0, share=0.4), 0.3
+    law, V = LoadAngle(margin=0.0, share=0.4), 0.3
     state = law.init()
     for i in range(50):
         (_, cg), state = law.step(0.1 * i, locked(0.1 * i, V, delta), state)
@@ -46,7 +46,7 @@ def test_load_angle_takes_its_share_of_the_capacity(delta: float) -> None:
 
 @pytest.mark.parametrize(("delta", "kept"), [(-0.3, math.cos(0.3)), (-1.5, math.cos(1.5)), (-2.0, 0.0)])
 def test_load_angle_margin_vanishes_at_pull_out(delta: float, kept: float) -> None:
-    law, V = LoadAngle(share=0.0, direct=0.0, margin=0.6), 0.3
+    law, V = LoadAngle(share=0.0, margin=0.6), 0.3
     state = law.init()
     for i in range(50):
         (_, cg), state = law.step(0.1 * i, locked(0.1 * i, V, delta), state)
@@ -55,7 +55,7 @@ def test_load_angle_margin_vanishes_at_pull_out(delta: float, kept: float) -> No
 
 def test_load_angle_keeps_the_lock_balance_on_the_plant(device: gy.Plant) -> None:
     """In a regular wave <u3> = -N cg/J4 (24)-(25): the share that the law takes is what the load takes of V."""
-    law = LoadAngle(share=0.2, margin=0.0, direct=0.0, damping=0.0, slow=20.0, motion=1e3)
+    law = LoadAngle(share=0.2, margin=0.0, damping=0.0, slow=20.0, motion=1e3)
     waves = gy.realise(device, gy.Regular(height=0.2, wp=WP), 1, duration=600.0)
     record, _ = run_law(device, law, waves, Settings(sensors=Sensors.ideal(), blend=0.0))
     states = record.states[-1571:-1]  # 157 s: 78 waves and a half, so the mean holds within a percent
@@ -67,7 +67,7 @@ def test_load_angle_keeps_the_lock_balance_on_the_plant(device: gy.Plant) -> Non
 
 
 def test_load_angle_damps_the_ring_speed() -> None:
-    law = LoadAngle(share=0.0, margin=0.0, direct=0.0, damping=0.004)
+    law = LoadAngle(share=0.0, margin=0.0, damping=0.004)
     fast = locked(0.0, 0.3, -0.5)._replace(psi_rate=WP + 0.5)
     slow = locked(0.0, 0.3, -0.5)._replace(psi_rate=WP - 0.5)
     assert law.step(0.0, fast, law.init())[0][1] == pytest.approx(0.002)
@@ -78,7 +78,7 @@ def test_load_angle_damps_the_ring_speed() -> None:
 def test_shares_ease_with_the_swing_of_the_float(law: LoadAngle | Coupling) -> None:
     """A sine of amplitude `motion` in phi1 halves the generator, where nothing else asks for it."""
     if isinstance(law, LoadAngle):
-        law = law._replace(damping=0.0, direct=0.0, recall=20.0)
+        law = law._replace(damping=0.0, recall=20.0)
     else:
         law = law._replace(integral=0.0, proportional=0.0, recall=20.0)
     powers = {}
@@ -100,7 +100,11 @@ def test_coupling_gives_the_wanted_torque_where_the_slip_allows(y: Measurement) 
     u = complex(math.cos(y.psi), math.sin(y.psi)) * complex(y.phi1_rate, y.phi3_rate)
     ease = 1.0 / (1.0 + ((1.0 - math.exp(-0.1 / law.recall)) * 2.0 * y.phi1**2 / law.motion**2) ** 2)
     shares = ease * (law.share * abs(u) + law.margin * max(u.real, 0.0))
-    wanted = J4 * y.omega_rate * (shares + law.direct * u.real - law.through * u.imag) + law.damping * (y.psi_rate - WP)
+    turn = complex(math.cos(y.psi), math.sin(y.psi))
+    from1, from3 = turn * y.phi1_rate, turn * 1j * y.phi3_rate  # u1 + i u3, from each direction of the float
+    drive = law.through1 * from1.imag + law.through3 * from3.imag
+    across = law.direct1 * from1.real + law.direct3 * from3.real
+    wanted = J4 * y.omega_rate * (shares + across - drive) + law.damping * (y.psi_rate - WP)
     slip = N * y.psi_rate - y.omega_rate
     given_torque = N * cc * slip  # against the ring, right-hand side of (24) with its sign turned
     assert 0.0 <= cc <= law.cc_max

@@ -11,7 +11,8 @@ which the float drives the ring in (24):
 
 - most of that driving torque, as it comes: what the float gives within the cycle goes straight through the coupling
   into the flywheel instead of swinging the ring. With a part in u1 beside it, it is the drive of a ring that stands a
-  little behind the true one, which holds the true one back from pull-out;
+  little behind the true one, which holds the true one back from pull-out. The two directions of the float have each
+  their part: one drives the ring, the other swings in a mode of its own that is lightly damped;
 - a share of the lock capacity J4 omega' V and of the synchronising torque J4 omega' U1 that is left;
 - damping of the ring speed about the peak frequency.
 
@@ -37,8 +38,10 @@ class CouplingState(NamedTuple):
 class Coupling(NamedTuple):
     """Torque on the ring by clipped coupling; generator power by a slow PI on the flywheel speed."""
 
-    through: float = 0.84  # part of the driving torque handed on [-]
-    direct: float = 0.59  # of the torque a quarter turn from it, in u1 [-]
+    through1: float = 0.8748  # part of the driving torque handed on, as far as it comes from phi1' [-]
+    through3: float = 0.8748  # and from phi3' [-]
+    direct1: float = 0.7409  # of the torque a quarter turn from it, in u1, as far as it comes from phi1' [-]
+    direct3: float = 0.7409  # and from phi3' [-]
     share: float = 0.2  # of the lock capacity [-]
     margin: float = 0.5  # of the synchronising torque left [-]
     damping: float = 21.2  # torque on the ring per deviation of its speed [Nms]
@@ -77,7 +80,8 @@ class Coupling(NamedTuple):
         ease = 1.0 / (1.0 + (swing / (self.motion * self.motion)) ** 2)
 
         pull = ease * (self.share * math.sqrt(U1 * U1 + U3 * U3) + self.margin * max(U1, 0.0))
-        pull += self.direct * u1 - self.through * u3
+        pull += (self.direct1 * c - self.through1 * s) * y.phi1_rate
+        pull -= (self.direct3 * s + self.through3 * c) * y.phi3_rate
         torque = self.J4 * y.omega_rate * pull + self.damping * (y.psi_rate - self.wp)  # against the ring [Nm]
         slip = self.N * y.psi_rate - y.omega_rate
         cc = 0.0

@@ -3,12 +3,11 @@
 A locked ring is a synchronous machine. The float's rate, turned into the frame of the ring,
 ``u1 + i u3 = exp(i psi)(phi1' + i phi3')``, has the slow part ``U = V exp(i delta)``: V is the co-rotating rate that
 can drive the ring and N cg/(J4 V) the used share of its pull-out torque (lock balance: <u3> = -N cg/J4). The law loads
-the ring in four parts:
+the ring in three parts:
 
 - a share of V, so that the load eases in a lull before the lock is lost;
 - a share of U1 = V cos delta, the synchronising torque left: near pull-out it falls to zero and takes its load off, so
   that the angle at which the ring settles is stable wherever it is, tan(-delta) = margin for this part alone;
-- a little of u1 as it comes, which shapes the load within the cycle;
 - the deviation of the ring speed, as a power-system stabiliser does on a synchronous machine.
 
 All but the last ease off when the float swings far in phi1, the direction that only a light damping holds.
@@ -35,15 +34,14 @@ class LoadAngle(NamedTuple):
     """Generator gain from the share of lock capacity, its margin and the ring speed; coupling constant."""
 
     share: float = 0.587  # of the lock capacity [-]
-    margin: float = 0.619  # of the synchronising torque left [-]
-    direct: float = 0.136  # of u1 as it comes [-]
-    damping: float = 0.00779  # generator gain per deviation of the ring speed [Nms/(rad/s)]
-    cc: float = 0.0637  # [Nms]
-    slow: float = 4.14  # time constant of V [s]
-    brisk: float = 0.866  # time constant of the synchronising torque [s]
-    fast: float = 0.226  # time constant of the ring speed [s]
-    motion: float = 0.568  # amplitude of phi1 at which the shares are halved [rad]
-    recall: float = 10.0  # time constant of that amplitude [s]
+    margin: float = 0.705  # of the synchronising torque left [-]
+    damping: float = 0.00449  # generator gain per deviation of the ring speed [Nms/(rad/s)]
+    cc: float = 0.0643  # [Nms]
+    slow: float = 12.4  # time constant of V [s]
+    brisk: float = 1.28  # time constant of the synchronising torque [s]
+    fast: float = 0.7  # time constant of the ring speed [s]
+    motion: float = 0.647  # amplitude of phi1 at which the shares are halved [rad]
+    recall: float = 2.11  # time constant of that amplitude [s]
     cg_max: float = 0.02  # [Nms]
     wp: float = 3.14  # peak frequency, the speed that the ring is to keep [rad/s]
     N: float = 22.555555555555557  # gear ratio [-]
@@ -75,6 +73,6 @@ class LoadAngle(NamedTuple):
         swing = state.swing + (1.0 - math.exp(-self.period / self.recall)) * (2.0 * y.phi1 * y.phi1 - state.swing)
 
         ease = 1.0 / (1.0 + (swing / (self.motion * self.motion)) ** 2)
-        pull = self.share * math.sqrt(U1 * U1 + U3 * U3) + self.margin * max(V1, 0.0) + self.direct * u1
+        pull = self.share * math.sqrt(U1 * U1 + U3 * U3) + self.margin * max(V1, 0.0)
         cg = self.J4 / self.N * ease * pull + self.damping * (speed - self.wp)
         return (self.cc, min(max(cg, 0.0), self.cg_max)), LoadAngleState(U1, U3, V1, speed, swing, 1.0)

@@ -34,7 +34,7 @@ SEEDS = range(100000, 100064)
 BUDGET = 9.0e6  # simulated time for each law, and for the constant pair at each gamma [s]
 WEIGHTS = {5.0: 0.5, 1.0: 0.3, 50.0: 0.2}  # of the seas in a law's score
 POWER = {5.0: 2.1, 1.0: 1.2, 50.0: 3.9}  # what the best constant pair gives: unit of the power in the score [W]
-PER_GENERATION = {5.0: 8, 1.0: 6, 50.0: 2}  # realisations of each sea, other ones in each generation
+PER_GENERATION = {5.0: 7, 1.0: 7, 50.0: 2}  # realisations of each sea, other ones in each generation
 POPULATION, SHORT, FULL = 14, 1000.0, 2000.0
 SCANNING = Settings(dt=0.025, actuators=Actuators(cc_max=0.12))  # coarse step: statistics, not verdicts
 VERDICT = Settings()
@@ -76,18 +76,18 @@ TASKS = {
     "load_angle": Task(
         LoadAngle,
         (
-            Knob("share", 0.587, 0.2, log=False), Knob("margin", 0.619, 0.2, log=False),
-            Knob("direct", 0.136, 0.2, log=False), Knob("damping", 0.00779, 0.5), Knob("cc", 0.0637, 0.2),
-            Knob("slow", 4.14, 1.0), Knob("brisk", 0.866, 1.0), Knob("fast", 0.226, 0.7), Knob("motion", 0.5, 0.5),
-            Knob("recall", 10.0, 1.0),
+            Knob("share", 0.587, 0.2, log=False), Knob("margin", 0.705, 0.2, log=False), Knob("damping", 0.00449, 0.5),
+            Knob("cc", 0.0643, 0.2), Knob("slow", 6.0, 1.0), Knob("brisk", 1.28, 1.0), Knob("fast", 0.5, 0.7),
+            Knob("motion", 0.6, 0.5), Knob("recall", 4.0, 1.0),
         ),
         {1.0: 2.0, 5.0: 1.4, 50.0: 1.4},
     ),
     "coupling": Task(
         Coupling,
         (
-            Knob("through", 0.84, 0.2, log=False), Knob("direct", 0.59, 0.2, log=False),
-            Knob("share", 0.2, 0.1, log=False), Knob("margin", 0.5, 0.2, log=False), Knob("damping", 21.2, 0.5),
+            Knob("through1", 0.87, 0.3, log=False), Knob("through3", 0.87, 0.2, log=False),
+            Knob("direct1", 0.74, 0.3, log=False), Knob("direct3", 0.74, 0.2, log=False),
+            Knob("share", 0.12, 0.1, log=False), Knob("margin", 0.45, 0.2, log=False), Knob("damping", 27.0, 0.5),
             Knob("slow", 1.7, 1.0), Knob("motion", 0.3, 0.5), Knob("recall", 4.0, 1.0),
             Knob("speed_ratio", 0.93, 0.03, log=False), Knob("proportional", 0.195, 1.0), Knob("integral", 4.9e-4, 1.0),
         ),

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import datetime
 import hashlib
-import inspect
 import json
 import os
 import pickle
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,11 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.harness import loop, store
+from gyroctl.harness import actuation, loop, sensing, start, store
 from gyroctl.harness.controller import Law
 from gyroctl.harness.laws import describe
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.start import locked_start
+from gyroctl.linearisation import flow, orbit
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import source_stamp
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
@@ -208,7 +208,8 @@ def _items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings:
     locked_start(plant, waves.sea)
     width = plant.parameters.d + plant.parameters.c  # crests run along the lever, and so does the capsule
     available = wave_power(synthesis, plant.depth) * width
-    stamp = source_stamp((*SOURCES, loop.__file__, metrics.__file__, lock.__file__))
+    sources = (loop, sensing, actuation, start, flow, orbit, metrics, lock)
+    stamp = source_stamp((*SOURCES, *(source.__file__ for source in sources)))
     items = []
     for name, law in laws.items():
         for seed in waves.seeds:
@@ -222,17 +223,25 @@ def _items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings:
 
 def _key(item: Item, waves: str, stamp: str) -> str:
     """Hash of all that can change a bit of the result; empty where the law cannot be hashed: it is not stored."""
-    try:
-        law = pickle.dumps(describe(item.law)) + inspect.getsource(type(item.law)).encode()
-    except (OSError, TypeError, pickle.PicklingError):
-        return ""
-    if not describe(item.law):
+    law = _law_content(item.law)
+    if not law:
         return ""
     text = json.dumps([
         item.plant.coefficients, asdict(item.plant.parameters), waves, item.duration, asdict(item.settings), stamp,
         repr(item.available), item.example,
     ])  # fmt: skip
     return hashlib.sha256(text.encode() + law).hexdigest()
+
+
+def _law_content(law: Law) -> bytes:
+    """Every field of a law and the whole file that defines it, helpers included; empty where they cannot be had."""
+    try:
+        names = law._asdict() if isinstance(law, tuple) else [f.name for f in fields(law)]  # type: ignore[attr-defined,arg-type]
+        values = [(name, getattr(law, name)) for name in names]
+        source = Path(type(law).step.__code__.co_filename).read_bytes()
+        return pickle.dumps((type(law).__qualname__, values)) + source
+    except (AttributeError, OSError, TypeError, pickle.PicklingError):
+        return b""  # a law with hidden state, or one that was typed in by hand
 
 
 def _execute(

@@ -42,6 +42,8 @@ def law(name: str, **parameters: Any) -> Law:
         no law.
     """
     factory = _from_file(name) if ".py:" in name else _from_name(name)
+    if not callable(factory):
+        raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")
     known = inspect.signature(factory).parameters
     for key, value in parameters.items():
         if key not in known:
@@ -58,8 +60,10 @@ def law(name: str, **parameters: Any) -> Law:
                              f"Give {key} >= 0 in Nms")  # fmt: skip
     try:
         built = factory(**parameters)
-    except TypeError as error:
-        raise InputError(f"laws.{name}", parameters, f"could not be built: {error}", "Check its parameters") from None
+    except InputError:
+        raise
+    except (TypeError, ValueError, ArithmeticError) as error:
+        raise InputError(f"laws.{name}", parameters, f"could not be built: {error}", "Check its parameters") from error
     for member in ("period", "information", "init", "step"):
         if not hasattr(built, member):
             raise InputError("law", name, f"has no `{member}`",

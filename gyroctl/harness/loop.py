@@ -8,6 +8,7 @@ for all laws and kept on disk, and a new law costs a tenth of a second.
 from __future__ import annotations
 
 import math
+import traceback
 from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple, cast
@@ -29,8 +30,8 @@ from gyroctl.plant.kernel import SOURCES, hold_into, slip_rate, steps_for
 Entry = Callable[[float, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]], None]
 
 SWITCHED = 5.0
-"""How much finer the slip is resolved after its coupling has changed: its transient carries energy, and with the step of
-a steady coupling the ledger would be off by 3e-4 under random switching (3e-7 with this)."""
+"""How much finer the slip is resolved after its coupling has changed: its transient carries energy, and with the step
+of a steady coupling the ledger would be off by 3e-4 under random switching (4e-7 with this)."""
 
 _SIGNATURE = void(float64, float64[::1], float64[::1], float64[::1], float64[::1])
 
@@ -191,7 +192,13 @@ class PythonLaw:
     def __call__(self, t: float, y: NDArray[np.float64], p: object, s: object, u: NDArray[np.float64]) -> None:
         """Take one sample."""
         begin = self.timer() if self.timer else 0.0
-        answer = self.law.step(float(t), Measurement(*y.tolist()), self.state)
+        try:
+            answer = self.law.step(float(t), Measurement(*y.tolist()), self.state)
+        except Exception as error:
+            raise LawError(
+                f"law {self.name!r} failed at t = {t:.1f} s: {type(error).__name__}: {error}. Correct its step, "
+                f"{_line_of(error)}"
+            ) from error
         if self.timer:
             self.seconds.append(self.timer() - begin)
         try:
@@ -202,3 +209,9 @@ class PythonLaw:
                 f"law {self.name!r} returned {answer!r} at t = {t:.1f} s: expected ((cc, cg), state) with two numbers. "
                 "Return the command and the new state, in this order."
             ) from None
+
+
+def _line_of(error: BaseException) -> str:
+    """Where an exception arose: file and line of its innermost frame."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{last.filename}:{last.lineno}"

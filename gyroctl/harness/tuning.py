@@ -49,12 +49,12 @@ class Goal:
     def score(self, means: Mapping[str, float], power: float) -> float:
         """Mean power over `power` [W], less penalties: smooth, so that a search finds back from outside the limits.
 
-        Every realisation lost counts, also within the limit: 4 for all of them. 30 per rad of motion and 8 per unit of
+        Every realisation lost counts, also within the limit: 8 for all of them. 30 per rad of motion and 8 per unit of
         power CV beyond the limits.
         """
         motion = sum(max(0.0, means[name] - self.motion) for name in ("phi1_p98", "phi3_p98"))
         rough = 8.0 * max(0.0, means["power_cv"] - self.power_cv)
-        return means["mean_power"] / power - 4.0 * (1.0 - means["locked"]) - 30.0 * motion - rough
+        return means["mean_power"] / power - 8.0 * (1.0 - means["locked"]) - 30.0 * motion - rough
 
 
 def judge(plant: Plant, law: Law, waves: Sequence[WaveRealisation], settings: Settings) -> dict[str, float]:

@@ -14,8 +14,10 @@ from gyroctl.hydrodynamics.waves import wavenumber
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 
-JOINT = 12.0  # [rad/s]
-SHALLOWEST = 0.17  # kh below which the added mass comes from Kramers-Kronig
+#: Finite depth up to here, infinite depth beyond. [rad/s]
+JOINT = 12.0
+#: Value of kh below which the added mass comes from Kramers-Kronig.
+SHALLOWEST = 0.17
 
 
 class Table(NamedTuple):
@@ -35,6 +37,20 @@ def joined(near: Table, deep: Table, deep_inf: Floats | None, geometry: Geometry
 
     At the joint the waves no longer feel the bottom but the near field does: the damping differs by a factor near one,
     the added mass by an amount that tends to its own limit like w^-2 (as Kramers-Kronig has it at high frequency).
+
+    Parameters
+    ----------
+    near, deep : Table
+        Results at finite and at infinite depth, both with the joint; either may be empty.
+    deep_inf : ndarray (2,) or None
+        Added mass at infinite frequency in infinite depth. [kg m^2]
+    geometry : Geometry
+        Depth and gravity of the site.
+
+    Returns
+    -------
+    tuple of Table and ndarray (2,)
+        The whole table and its added mass at infinite frequency. [kg m^2]
     """
     if not len(near.omega):
         a_inf = [added_mass_inf(deep.omega, deep.added_mass[:, j, j], deep.damping[:, j, j])[0] for j in range(2)]
@@ -53,9 +69,8 @@ def joined(near: Table, deep: Table, deep_inf: Floats | None, geometry: Geometry
     a_inf = []
     for j in range(2):
         damping[count:, j, j] = factor[j] * deep.damping[1:, j, j]
-        trusted = ~shallow
         spread = dispersion(omega, damping[:, j, j])
-        estimates = (near.added_mass[:, j, j] - spread[:count])[trusted]
+        estimates = (near.added_mass[:, j, j] - spread[:count])[~shallow]
         a_inf.append(float(np.median(estimates)))
         limit = a_inf[j] - deep_inf[j]
         step = near.added_mass[-1, j, j] - deep.added_mass[0, j, j]

@@ -1,8 +1,8 @@
 """Least squares among passive rational functions: the parameters, the starts and the descent.
 
 Every strictly proper passive H of order n has H(s) + H(-s) = 2 g(s) g(-s) / (Q(s) Q(-s)) with a real g of degree
-n - 1, the spectral factor of the positive-real lemma; conversely a stable Q and any g give P by a linear system. So Q, as
-a product of stable factors, and g are free parameters of an unconstrained problem, and nothing has to be sampled or
+n - 1, the spectral factor of the positive-real lemma; conversely a stable Q and any g give P by a linear system. So Q,
+as a product of stable factors, and g are free parameters of an unconstrained problem, and nothing has to be sampled or
 penalised.
 The start is Sanathanan and Koerner's iteration (IEEE Trans. Automatic Control 8, 1963).
 """

@@ -101,11 +101,19 @@ def flow_jacobian(
     """End state (n,) of `flow` and its exact derivative (n, n) with respect to the start."""
     n = x.size
     columns = []
-    for i in range(n):
-        start = x.astype(complex)
-        start[i] += 1j * STEP
-        if i == PSI_RATE and plant.parameters.connection == "rigid":  # the flywheel turns along
-            start[OMEGA_RATE] += 1j * STEP * plant.parameters.N
+    for start in complex_steps(x, plant.parameters.N if plant.parameters.connection == "rigid" else None):
         columns.append(flow(plant, start, cc, cg, forcing, periods, dt)[:n])
     stacked = np.stack(columns, axis=1)
     return stacked[:, 0].real.copy(), stacked.imag / STEP
+
+
+def complex_steps(x: NDArray[np.float64], gear: float | None) -> list[NDArray[np.complex128]]:
+    """Return a start (n,) with a complex step for each state in turn; `gear` is N where the flywheel is geared."""
+    starts = []
+    for i in range(x.size):
+        start = x.astype(complex)
+        start[i] += 1j * STEP
+        if i == PSI_RATE and gear is not None:  # the flywheel turns along
+            start[OMEGA_RATE] += 1j * STEP * gear
+        starts.append(start)
+    return starts

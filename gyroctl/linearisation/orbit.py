@@ -7,21 +7,32 @@ the square of the half map's Jacobian against the full map's is a free check of 
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass, field
-from typing import Literal, Protocol
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.linearisation.flow import Forcing, flow, flow_jacobian
+from gyroctl.linearisation.guess import estimated_share, harmonic_balance
+from gyroctl.linearisation.orbit_map import Wave
+from gyroctl.linearisation.symmetry import free_rows, reflect, signs
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import OMEGA, OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
+from gyroctl.plant.equations import OMEGA, OMEGA_RATE, PHI1_RATE, PHI3_RATE, PSI, PSI_RATE
+
+if TYPE_CHECKING:
+    from gyroctl.linearisation.modes import Mode
 
 Status = Literal["stable", "unstable", "no orbit"]
 
 TOLERANCE = 1e-11
 ITERATIONS = 30
+PIECES = 16
+"""Instants of half a period for the mean of the co-rotating rate."""
+
 SETTLING = 40
 """Periods of plain simulation that bring a poor first guess nearer, where Newton's method fails from the guess."""
 
@@ -70,7 +81,16 @@ class PeriodicOrbit:
     status : {"stable", "unstable", "no orbit"}
         "no orbit": the other fields hold the last iterate and are not to be used.
     advice : str
-        What to do about it.
+        What to do about it; where there is no orbit, the nearest wave height that has one.
+    plant, cc, cg, sense, dt
+        As asked for.
+    wave : Wave
+        Height [m], angular frequency [rad/s] and heading [deg].
+    half_multipliers : (n - 1,) complex array
+        Eigenvalues of the reflected half map, in the order of `multipliers`, which are their squares: they know the
+        frequency of a mode up to twice that of the period.
+    nearest_height : float
+        The nearest wave height with an orbit where there is none at this; NaN where none was found. [m]
     """
 
     x: NDArray[np.float64]
@@ -87,11 +107,61 @@ class PeriodicOrbit:
     cc: float = 0.0
     cg: float = 0.0
     sense: int = 1
+    dt: float = 0.01
+    wave: Wave = field(default_factory=lambda: Wave(np.nan, np.nan))
+    half_multipliers: NDArray[np.complex128] = field(default_factory=lambda: np.empty(0, complex), repr=False)
+    nearest_height: float = np.nan
+
+    @property
+    def forcing(self) -> Forcing:
+        """Moments of the wave."""
+        he = self.plant.excitation(np.array([self.wave.wp]), self.wave.heading)[:, 0]
+        return Forcing(0.5 * self.wave.height * he, self.wave.wp)
+
+    @property
+    def lock_reserve(self) -> float:
+        """Part of the lock capacity that is not used, 1 - `lock_share`."""
+        return 1.0 - self.lock_share
+
+    def states(self, count: int) -> NDArray[np.float64]:
+        """States (count, n) at `count` even instants of a period, from phase zero on."""
+        n, forcing = self.x.size, self.forcing
+        later = [flow(self.plant, self.x, self.cc, self.cg, forcing, i / count, self.dt)[:n] for i in range(1, count)]
+        return np.array([self.x, *later])
+
+    @cached_property
+    def modes(self) -> tuple[Mode, ...]:
+        """Modes by name, slowest decay first: libration, horizontal, vertical, slip, radiation."""
+        from gyroctl.linearisation.modes import find_modes
+
+        return find_modes(self)
+
+    def mode(self, name: str) -> Mode:
+        """Return the slowest mode of that name.
+
+        Raises
+        ------
+        InputError
+            If the orbit has no mode of that name.
+        """
+        for mode in self.modes:
+            if mode.name == name:
+                return mode
+        have = ", ".join(dict.fromkeys(mode.name for mode in self.modes))
+        raise InputError("mode", name, "this orbit has no mode of that name", f"Choose one of {have}")
+
+    def linearise(self, outputs: tuple[str, ...] | None = None, period: float = 0.1) -> Any:
+        """Periodic linear model about the orbit, see `gyroctl.linearisation.periodic.linearise`."""
+        from importlib import import_module
+
+        periodic = import_module("gyroctl.linearisation.periodic")
+        chosen = {} if outputs is None else {"outputs": outputs}
+        return periodic.linearise(self, period=period, **chosen)
 
 
 def lock_orbit(
     plant: Plant, wave: RegularWave, cc: float, cg: float, sense: int = 1, dt: float = 0.01,
-    guess: NDArray[np.float64] | None = None,
+    guess: NDArray[np.float64] | None = None, nearest: bool = True,
 ) -> PeriodicOrbit:  # fmt: skip
     """Find the locked orbit.
 
@@ -109,6 +179,8 @@ def lock_orbit(
         Longest step. [s]
     guess : (n,) array, optional
         State at phase zero; by default from harmonic balance.
+    nearest : bool
+        Where there is no orbit, look for the nearest wave height that has one (some 0.2 s).
 
     Returns
     -------
@@ -134,7 +206,20 @@ def lock_orbit(
         low, high = plant.excitation.omega[[0, -1]]
         raise InputError("wp", wave.wp, "the excitation is not known at this frequency",
                          f"Give a frequency in the tabulated band, {low:g} to {high:g} rad/s")  # fmt: skip
-    forcing = Forcing(0.5 * wave.height * he, wave.wp)
+    at = Wave(float(wave.height), float(wave.wp), float(wave.heading))
+    orbit = _search(plant, at, Forcing(0.5 * at.height * he, at.wp), float(cc), float(cg), sense, dt, guess)
+    if orbit.status != "no orbit" or not nearest:
+        return orbit
+    from gyroctl.linearisation.nearest import nearest_height
+
+    height = nearest_height(plant, at, cc, cg, sense, dt, orbit.lock_share)
+    return dataclasses.replace(orbit, nearest_height=height, advice=_way_out(at.height, height))
+
+
+def _search(
+    plant: Plant, wave: Wave, forcing: Forcing, cc: float, cg: float, sense: int, dt: float,
+    guess: NDArray[np.float64] | None,
+) -> PeriodicOrbit:  # fmt: skip
     guesses = [guess] if guess is not None else harmonic_balance(plant, forcing, cc, cg, sense)
     found: list[PeriodicOrbit] = []
     for first in guesses:
@@ -146,108 +231,45 @@ def lock_orbit(
                 start[OMEGA] = 0.0
             x, residual = _newton(plant, np.real(start), cc, cg, forcing, sense, dt)
             if residual < 1e-8:
-                found.append(_describe(plant, x, residual, cc, cg, forcing, sense, dt))
+                found.append(describe(plant, x, residual, cc, cg, wave, forcing, sense, dt))
                 break
         if found and found[-1].status == "stable":
             return found[-1]
     if found:
         return min(found, key=lambda orbit: float(np.abs(orbit.multipliers[0])))
     nothing = np.full(len(plant.labels), np.nan)
-    share = _capacity(plant, forcing, cg, sense)
+    unknown = np.full(free_rows(plant).size, np.nan, complex)
     return PeriodicOrbit(
-        nothing, forcing.period, np.full(nothing.size - 1, np.nan, complex), np.nan, np.nan, np.nan, np.nan, share,
-        "no orbit", "Lower cg or raise the wave height: the load asks for more than the wave can pull", plant, cc, cg,
-        sense,
+        nothing, forcing.period, unknown, np.nan, np.nan, np.nan, np.nan, estimated_share(plant, forcing, cg, sense),
+        "no orbit", _way_out(wave.height, np.nan), plant, cc, cg, sense, dt, wave, unknown,
     )  # fmt: skip
 
 
-def harmonic_balance(
-    plant: Plant, forcing: Forcing, cc: float, cg: float, sense: int
-) -> list[NDArray[np.float64]]:
-    """First guesses: float motion at the wave frequency, ring at constant speed, mean torque in balance.
-
-    The ring angle at phase zero is where the mean of u3 is what the generator takes, -N cg/J4; there are two such
-    angles below pull-out, of which one is stable, and none above: then the angle of largest pull is returned.
-    """
-    angles = np.linspace(0.0, 2.0 * np.pi, 721)
-    surplus = _mean_u3(plant, forcing, angles, sense) + plant.parameters.N * cg / plant.parameters.J4
-    crossings = np.flatnonzero(np.sign(surplus[:-1]) * np.sign(surplus[1:]) <= 0)
-    roots = [
-        angles[i] - surplus[i] * (angles[i + 1] - angles[i]) / (surplus[i + 1] - surplus[i]) for i in crossings
-    ] or [float(angles[np.argmin(surplus)])]
-    return [_harmonic_state(plant, forcing, cc, cg, angle, sense) for angle in roots]
-
-
-def _float_rates(
-    plant: Plant, forcing: Forcing, angle: NDArray[np.float64], sense: int
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
-    """Complex amplitudes of phi1', phi3' and of exp(i sense psi) at the wave frequency."""
-    k, w = plant.coefficients, forcing.wp
-    turning = np.exp(1j * sense * angle)
-    gyroscopic = k.N * (2.0 * k.J3 + k.J4) * w**2
-    h1, h3 = (r.response(w) for r in plant.radiation)
-    z1 = k.k1 - w**2 * (1.0 / k.i1 + 0.5 * k.K) + 1j * w * (k.d1 + h1)
-    z3 = k.k3 - w**2 * (1.0 / k.i3 + 0.5 * k.K) + 1j * w * (k.d3 + h3)
-    v1 = 1j * w * (forcing.amplitude[0] - 1j * sense * gyroscopic * turning) / z1
-    v3 = 1j * w * (forcing.amplitude[1] + gyroscopic * turning) / z3
-    return v1, v3, turning
-
-
-def _mean_u3(plant: Plant, forcing: Forcing, angle: NDArray[np.float64], sense: int) -> NDArray[np.float64]:
-    v1, v3, turning = _float_rates(plant, forcing, angle, sense)
-    return np.asarray(0.5 * np.real(np.conj(-1j * sense * turning) * v1 + np.conj(turning) * v3))
-
-
-def _capacity(plant: Plant, forcing: Forcing, cg: float, sense: int) -> float:
-    """Estimate of the used share of lock capacity by harmonic balance."""
-    pull = -_mean_u3(plant, forcing, np.linspace(0.0, 2.0 * np.pi, 721), sense)
-    return float(plant.parameters.N * cg / plant.parameters.J4 / np.max(pull))
-
-
-def _harmonic_state(
-    plant: Plant, forcing: Forcing, cc: float, cg: float, angle: float, sense: int
-) -> NDArray[np.float64]:
-    v1, v3, _ = (np.asarray(v).item() for v in _float_rates(plant, forcing, np.asarray(angle), sense))
-    w, k = forcing.wp, plant.coefficients
-    x = np.zeros(len(plant.labels))
-    x[PHI1], x[PHI3] = (v1 / (1j * w)).real, (v3 / (1j * w)).real
-    x[PHI1_RATE], x[PHI3_RATE] = v1.real, v3.real
-    x[PSI], x[PSI_RATE] = angle, sense * w
-    slip = cc / (cc + cg) if cc + cg > 0.0 and plant.parameters.connection == "magnetic" else 1.0
-    x[OMEGA_RATE] = k.N * sense * w * slip
-    row = RADIATION
-    for rate, r in zip((v1, v3), plant.radiation, strict=True):
-        state = rate / np.polyval([1.0, *r.q], 1j * w)
-        for i in range(len(r.q)):
-            x[row + i] = (state * (1j * w) ** i).real
-        row += len(r.q)
-    return x
-
-
-def _reflect(x: NDArray[np.float64], sense: int) -> NDArray[np.float64]:
-    """Undo half a period by symmetry."""
-    out = -x
-    for row in (OMEGA, PSI_RATE, OMEGA_RATE):
-        out[row] = x[row]
-    out[PSI] = x[PSI] - sense * np.pi
-    return out
+def _way_out(height: float, nearest: float) -> str:
+    if np.isnan(nearest):
+        return "Lower cg or raise the wave height: the load asks for more than the wave can pull"
+    verb = "raise" if nearest > height else "lower"
+    return (
+        f"Lower cg or {verb} the wave height from {height:.4g} m to {nearest:.4g} m, the nearest that has an orbit: "
+        "the load asks for more than the wave can pull"
+    )
 
 
 def _newton(
     plant: Plant, x: NDArray[np.float64], cc: float, cg: float, forcing: Forcing, sense: int, dt: float
 ) -> tuple[NDArray[np.float64], float]:
     """Fixed point of the reflected half map in all states but omega."""
-    free = _free_rows(plant)
-    signs = _signs(plant)
+    free = free_rows(plant)
+    sign = signs(x.size)
     scale = np.maximum(np.abs(x[free]), 1e-2)
     size = np.inf
     for _ in range(ITERATIONS):
         end, jacobian = flow_jacobian(plant, x, cc, cg, forcing, 0.5, dt)
-        gap = (_reflect(end, sense) - x)[free]
+        gap = (reflect(end, sense) - x)[free]
         size = float(np.max(np.abs(gap) / scale))
         if not np.isfinite(size) or size < TOLERANCE:
             break
-        half = (signs[:, None] * jacobian)[np.ix_(free, free)]
+        half = (sign[:, None] * jacobian)[np.ix_(free, free)]
         step = np.linalg.solve(np.eye(free.size) - half, gap)
         # the ring angle sets how far the linear picture can be trusted
         shrink = min(1.0, 0.5 / max(abs(step[2]), 1e-300))
@@ -259,43 +281,33 @@ def _newton(
     return x, size if np.isfinite(size) else np.inf
 
 
-def _free_rows(plant: Plant) -> NDArray[np.int64]:
-    """Rows that Newton's method may move: not omega, and not omega' where it is tied to the ring."""
-    tied = (OMEGA,) if plant.parameters.connection == "magnetic" else (OMEGA, OMEGA_RATE)
-    return np.array([row for row in range(len(plant.labels)) if row not in tied])
-
-
-def _signs(plant: Plant) -> NDArray[np.float64]:
-    signs = -np.ones(len(plant.labels))
-    signs[[PSI, OMEGA, PSI_RATE, OMEGA_RATE]] = 1.0
-    return signs
-
-
-def _describe(
-    plant: Plant, x: NDArray[np.float64], residual: float, cc: float, cg: float, forcing: Forcing, sense: int, dt: float
-) -> PeriodicOrbit:
-    free, n = _free_rows(plant), x.size
+def describe(
+    plant: Plant, x: NDArray[np.float64], residual: float, cc: float, cg: float, wave: Wave, forcing: Forcing,
+    sense: int, dt: float,
+) -> PeriodicOrbit:  # fmt: skip
+    """Return the orbit through the fixed point `x` (n,) of the half map, with everything that is told of it."""
+    free, n = free_rows(plant), x.size
     _, half = flow_jacobian(plant, x, cc, cg, forcing, 0.5, dt)
     _, full = flow_jacobian(plant, x, cc, cg, forcing, 1.0, dt)
-    squared = np.linalg.matrix_power((_signs(plant)[:, None] * half)[np.ix_(free, free)], 2)
-    multipliers = np.linalg.eigvals(squared)
-    multipliers = multipliers[np.argsort(-np.abs(multipliers))]
+    reflected = (signs(n)[:, None] * half)[np.ix_(free, free)]
+    squared = reflected @ reflected
+    halves = np.linalg.eigvals(reflected).astype(complex)
+    halves = halves[np.argsort(-np.abs(halves), kind="stable")]
+    multipliers = halves**2
     error = float(np.max(np.abs(squared - full[np.ix_(free, free)])))
     end = flow(plant, x, cc, cg, forcing, 1.0, dt)
     power = float(np.real(end[n + 4])) / forcing.period
-    points = [x]
-    pieces = 32
     rates = []
-    for i in range(pieces):
-        state = np.real(flow(plant, x, cc, cg, forcing, i / pieces, dt)[:n]) if i else points[0]
+    for i in range(PIECES):
+        state = np.real(flow(plant, x, cc, cg, forcing, 0.5 * i / PIECES, dt)[:n]) if i else x
         rates.append(np.exp(1j * state[PSI]) * (state[PHI1_RATE] + 1j * state[PHI3_RATE]))
-    mean = complex(np.mean(rates))
+    mean = complex(np.mean(rates))  # the second half of the period repeats the first
     stable = bool(np.abs(multipliers[0]) < 1.0)
     advice = "" if stable else _advice(multipliers[0])
     return PeriodicOrbit(
         x, forcing.period, multipliers, error, residual, power, float(np.angle(mean)),
         plant.parameters.N * cg / (plant.parameters.J4 * abs(mean)), "stable" if stable else "unstable", advice,
-        plant, cc, cg, sense,
+        plant, cc, cg, sense, dt, wave, halves,
     )  # fmt: skip
 
 

@@ -1,0 +1,2 @@
+def nearest_height(*a):
+    return float("nan")

@@ -1,0 +1,221 @@
+"""The map whose fixed points are the locked orbits, as a function of any parameters, with exact derivatives."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.linearisation.flow import PADDING, STEP, Forcing, complex_steps
+from gyroctl.linearisation.sensitivity import CONTROLS, DEVICE, PARAMETERS, parameter_column, with_gear
+from gyroctl.linearisation.symmetry import free_rows, signs
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI, PSI_RATE, Coefficients
+from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
+
+
+@dataclass(frozen=True)
+class Wave:
+    """A regular wave as the orbit sees it.
+
+    Parameters
+    ----------
+    height : float
+        [m]
+    wp : float
+        [rad/s]
+    heading : float
+        [deg]
+    """
+
+    height: float
+    wp: float
+    heading: float = 0.0
+
+
+@dataclass(frozen=True)
+class ShiftedExcitation:
+    """Excitation whose first moment leads the second by a given angle at every frequency.
+
+    Parameters
+    ----------
+    base : excitation
+        Gives the moduli and the phase of the second moment.
+    phase : float
+        arg He1 - arg He3. [rad]
+    """
+
+    base: Any
+    phase: float
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the table below and the phase."""
+        return f"{self.base.sha256}, phase {self.phase!r}"
+
+    @property
+    def omega(self) -> NDArray[np.float64]:
+        """Tabulated frequencies. [rad/s]"""
+        return np.asarray(self.base.omega)
+
+    def __call__(self, omega: ArrayLike, heading: float = 0.0) -> NDArray[np.complex128]:
+        """Return He_1, He_3 (2, n) [Nm/m]."""
+        return with_phase(np.array(self.base(omega, heading), complex), self.phase)
+
+
+def with_phase(he: NDArray[np.complex128], phase: float) -> NDArray[np.complex128]:
+    """Return moments (2, ...) of which the first leads the second by `phase` [rad]."""
+    out = he.copy()
+    out[0] = np.abs(he[0]) * np.exp(1j * (np.angle(he[1]) + phase))
+    return out
+
+
+class Setting(NamedTuple):
+    """Everything that the kernel needs, at one value of the parameters."""
+
+    coefficients: Coefficients
+    cc: float
+    cg: float
+    forcing: Forcing
+
+
+class Evaluation(NamedTuple):
+    """The map at one point: what `OrbitMap.evaluate` returns."""
+
+    image: NDArray[np.float64]  # (m,)
+    by_state: NDArray[np.float64]  # (m, m)
+    by_parameter: NDArray[np.float64]  # (m, number of parameters)
+    power: float  # mean electrical power on the way [W]
+
+
+@dataclass(frozen=True)
+class OrbitMap:
+    """Half a period of the flow followed by the symmetry (or a whole period), over named parameters.
+
+    Parameters
+    ----------
+    plant, wave, cc, cg, sense, dt
+        As for `lock_orbit`; they hold for what is not among the parameters.
+    parameters : tuple of str
+        Names out of `PARAMETERS`: cc, cg [Nms], height [m], wp [rad/s], phase between the moments [rad], d1 [Nms/rad],
+        k1 [Nm/rad], N [-].
+    symmetric : bool
+        Half a period; False for a whole one, where orbits without the symmetry are followed as well.
+    """
+
+    plant: Plant
+    wave: Wave
+    cc: float
+    cg: float
+    sense: int = 1
+    dt: float = 0.01
+    parameters: tuple[str, ...] = ()
+    symmetric: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse unknown parameters."""
+        for name in self.parameters:
+            if name not in PARAMETERS:
+                raise InputError("parameter", name, "cannot be continued in", f"Choose one of {', '.join(PARAMETERS)}")
+
+    def value(self, name: str) -> float:
+        """Present value of a parameter."""
+        if name in CONTROLS:
+            return float(getattr(self, name))
+        if name in DEVICE:
+            return float(getattr(self.plant.coefficients, name))
+        if name == "phase":
+            he = self.plant.excitation(np.array([self.wave.wp]), self.wave.heading)[:, 0]
+            return float(np.angle(he[0] * np.conj(he[1])))
+        return float(getattr(self.wave, name))
+
+    def moved(self, values: dict[str, float]) -> OrbitMap:
+        """Return the map with parameters set to new values, as a device and a wave of its own."""
+        plant, wave, own = self.plant, self.wave, {n: float(v) for n, v in values.items() if n in CONTROLS}
+        for name, number in values.items():
+            if name == "N":
+                plant = plant.replace(r2=plant.parameters.r1 * float(number))
+            elif name in DEVICE:
+                plant = plant.replace(**{name: float(number)})
+            elif name == "phase":
+                plant = plant.replace(excitation=ShiftedExcitation(plant.excitation, float(number)))
+            elif name not in CONTROLS:
+                wave = dataclasses.replace(wave, **{name: float(number)})
+        return dataclasses.replace(self, plant=plant, wave=wave, **own)
+
+    def setting(self, values: NDArray[np.float64]) -> Setting:
+        """Constants, controls and wave at parameter values (p,)."""
+        at = dict(zip(self.parameters, map(float, values), strict=True))
+        k = self.plant.coefficients
+        k = k._replace(**{n: at[n] for n in ("d1", "k1") if n in at})
+        if "N" in at:
+            rigid = self.plant.parameters.connection == "rigid"
+            k = with_gear(k, at["N"] - k.N, self.plant.parameters.J13, rigid)
+        wp, height = at.get("wp", self.wave.wp), at.get("height", self.wave.height)
+        return Setting(k, at.get("cc", self.cc), at.get("cg", self.cg), Forcing(0.5 * height * self._he(wp, at), wp))
+
+    def evaluate(self, x: NDArray[np.float64], values: NDArray[np.float64], derivative: bool = True) -> Evaluation:
+        """Image of the unknowns `x` (m,) and its exact derivatives at parameter values (p,)."""
+        k, cc, cg, forcing = setting = self.setting(values)
+        free, state = free_rows(self.plant), self.full(x, setting)
+        n, halves = state.size, 1 if self.symmetric else 2
+        hold, offset = 0.5 * halves * forcing.period, PADDING * forcing.dt
+        steps = halves * int(steps_for(hold / halves, self.dt, float(slip_rate(k, cc))))
+        waves = forcing.grid(0.5 * halves)
+        sign = signs(n) if self.symmetric else np.ones(n)
+        turn = np.zeros(n)
+        turn[PSI] = self.sense * np.pi * halves
+
+        def run(start: NDArray[Any]) -> NDArray[Any]:
+            y = np.concatenate([start, np.zeros(len(LEDGER), start.dtype)])
+            return hold_one(y, k, start.dtype.type(cc), start.dtype.type(cg), offset, hold, steps, waves, forcing.dt)
+
+        plain = run(state)
+        image, power = (sign * plain[:n] - turn)[free], float(plain[-1]) / hold
+        if not derivative:
+            return Evaluation(image, np.empty((0, 0)), np.empty((0, 0)), power)
+        starts = complex_steps(state, k.N if self.plant.parameters.connection == "rigid" else None)
+        columns = np.stack([run(starts[row])[:n].imag / STEP for row in free], axis=1)
+        slopes = [
+            parameter_column(
+                self.plant, k, name, state, (cc, cg), forcing.wp, waves, self._change(name, values, halves),
+                forcing.dt, offset, hold, steps,
+            )
+            for name in self.parameters
+        ]  # fmt: skip
+        by_parameter = np.stack(slopes, axis=1) if slopes else np.empty((n, 0))
+        return Evaluation(
+            image, sign[free, None] * columns[free], sign[free, None] * by_parameter[free], power
+        )
+
+    def full(self, x: NDArray[np.float64], setting: Setting) -> NDArray[np.float64]:
+        """State (n,) of the unknowns (m,)."""
+        state = np.zeros(len(self.plant.labels))
+        state[free_rows(self.plant)] = x
+        if self.plant.parameters.connection == "rigid":
+            state[OMEGA_RATE] = setting.coefficients.N * state[PSI_RATE]
+        return state
+
+    def _he(self, wp: float, at: dict[str, float]) -> NDArray[np.complex128]:
+        he = self.plant.excitation(np.array([wp]), self.wave.heading)[:, 0]
+        return with_phase(he, at["phase"]) if "phase" in at else he
+
+    def _change(self, name: str, values: NDArray[np.float64], halves: int) -> NDArray[np.float64]:
+        """Derivative of the grid of moments with respect to a parameter of the wave, at the same phase."""
+        at = dict(zip(self.parameters, map(float, values), strict=True))
+        wp, height = at.get("wp", self.wave.wp), at.get("height", self.wave.height)
+        he = self._he(wp, at)
+        slope = np.zeros(2, complex)
+        if name == "height":
+            slope = 0.5 * he
+        elif name == "phase":
+            slope[0] = 0.5j * height * he[0]
+        elif name == "wp":  # the table is a cubic spline: this formula is exact on it but for rounding
+            h = 1e-3 * wp
+            near = [self._he(wp + i * h, at) for i in (-2, -1, 1, 2)]
+            slope = 0.5 * height * (8.0 * (near[2] - near[1]) - (near[3] - near[0])) / (12.0 * h)
+        return Forcing(slope, wp).grid(0.5 * halves)

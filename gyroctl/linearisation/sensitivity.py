@@ -1,0 +1,122 @@
+"""Exact derivative of the flow with respect to any parameter of device, wave or controls, by complex step.
+
+All constants and the wave go through the compiled kernel as complex numbers. The frequency of the wave is a change of
+the unit of time: with tau = alpha t every rate is divided by alpha, stiffness and moments by alpha squared, damping and
+controls by alpha, and the terms that are quadratic in rates keep their form. So the number of steps and the phase of
+the wave at each of them stay as they are, and the derivative is that of the computed map to rounding.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import LEDGER, PHI1_RATE, RADIATION, Coefficients
+from gyroctl.plant.kernel import TAPS, hold_into
+
+STEP = 1e-30
+DEVICE = ("d1", "k1", "N")
+CONTROLS = ("cc", "cg")
+WAVE = ("height", "wp", "phase")
+PARAMETERS = CONTROLS + WAVE + DEVICE
+"""Parameters in which an orbit can be continued."""
+
+
+def with_gear(k: Coefficients, change: complex, J13: float, rigid: bool) -> Coefficients:
+    """Constants after a change of the gear ratio N; complex for derivatives."""
+    N = k.N + change
+    along = 1.0 / k.Gpp - (k.N**2 * k.J4 if rigid else 0.0)  # J2 at the present N
+    J2 = along + (N**2 - k.N**2) * J13
+    column = 2.0 * N * k.J3
+    if not rigid:
+        gains = dict(Gpp=1.0 / J2, Gpo=0.0, Goo=1.0 / k.J4, ap=column / J2, ao=1.0)
+        return k._replace(N=N, kappa=k.K - column**2 / J2 - k.J4, **gains)
+    total = J2 + N**2 * k.J4
+    pull = column + N * k.J4
+    return k._replace(
+        N=N, Gpp=1.0 / total, Gpo=N / total, Goo=N**2 / total, ap=pull / total, ao=N * pull / total,
+        kappa=k.K - pull**2 / total,
+    )  # fmt: skip
+
+
+def in_other_time(k: Coefficients, alpha: complex) -> Coefficients:
+    """Constants with the unit of time changed, tau = alpha t."""
+    return k._replace(
+        k1=k.k1 / alpha**2, k3=k.k3 / alpha**2, d1=k.d1 / alpha, d3=k.d3 / alpha,
+        p1=_slower_numerator(k.p1, len(k.q1), alpha), q1=tuple(q / alpha ** (j + 1) for j, q in enumerate(k.q1)),
+        p3=_slower_numerator(k.p3, len(k.q3), alpha), q3=tuple(q / alpha ** (j + 1) for j, q in enumerate(k.q3)),
+    )  # fmt: skip
+
+
+def _slower_numerator(p: tuple[float, ...], n: int, alpha: complex) -> tuple[Any, ...]:
+    return tuple(c * alpha ** (len(p) - 1 - j - n - 1) for j, c in enumerate(p))
+
+
+def time_scales(k: Coefficients, alpha: complex) -> NDArray[np.complex128]:
+    """Factor of each state (n,) in the time tau = alpha t."""
+    n1, n3 = len(k.q1), len(k.q3)
+    out = np.ones(RADIATION + n1 + n3, complex)
+    out[PHI1_RATE:RADIATION] = 1.0 / alpha
+    out[RADIATION : RADIATION + n1] = [alpha ** (n1 - 1 - i) for i in range(n1)]
+    out[RADIATION + n1 :] = [alpha ** (n3 - 1 - i) for i in range(n3)]
+    return out
+
+
+def parameter_column(
+    plant: Plant, k: Coefficients, name: str, x: NDArray[np.float64], controls: tuple[float, float], wp: float,
+    waves: NDArray[np.float64], change: NDArray[np.float64], waves_dt: float, offset: float, hold: float, steps: int,
+) -> NDArray[np.float64]:  # fmt: skip
+    """Derivative of the end state (n,) with respect to the parameter `name`.
+
+    Parameters
+    ----------
+    plant : Plant
+        For what `k` does not tell: inertia of the spin axis and kind of connection.
+    k : Coefficients
+        Constants of the device.
+    name : str
+        One of `PARAMETERS`.
+    x : (n,) array
+        Start.
+    controls : (cc, cg)
+        [Nms]
+    wp : float
+        Frequency of the wave. [rad/s]
+    waves, change : (samples * 2,) arrays
+        Moments on the grid and their derivative with respect to the parameter at the same phase. [Nm]
+    waves_dt, offset, hold, steps
+        Spacing of the grid, begin and length of the interval [s], number of steps.
+    """
+    eps = 1j * STEP
+    cc, cg = complex(controls[0]), complex(controls[1])
+    moments = waves + eps * change
+    scales = np.ones(x.size, complex)
+    if name == "cc":
+        cc += eps
+    elif name == "cg":
+        cg += eps
+    elif name in ("d1", "k1"):
+        k = k._replace(**{name: getattr(k, name) + eps})
+    elif name == "N":
+        k = with_gear(k, eps, plant.parameters.J13, plant.parameters.connection == "rigid")
+    elif name == "wp":
+        alpha = 1.0 + eps / wp
+        k, scales = in_other_time(k, alpha), time_scales(k, alpha)
+        cc, cg, moments = cc / alpha, cg / alpha, moments / alpha**2
+    y = np.concatenate([x * scales, np.zeros(len(LEDGER))])
+    if name == "N" and plant.parameters.connection == "rigid":
+        y[7] += eps * x[6]  # the flywheel stays geared to the ring
+    work = np.empty((5, y.size), complex)
+    hold_into(
+        y, work, np.empty(6, complex), np.empty(TAPS), complex_coefficients(k),
+        np.array([[cc], [cg]]), offset, hold, steps, moments, waves_dt,
+    )  # fmt: skip
+    return np.asarray((y[: x.size] / scales).imag / STEP)
+
+
+def complex_coefficients(k: Coefficients) -> Coefficients:
+    """Return the same constants as complex numbers: one compiled kernel then serves every parameter."""
+    return Coefficients(*(tuple(map(complex, v)) if isinstance(v, tuple) else complex(v) for v in k))
