@@ -456,6 +456,8 @@ def test_parameter_of_another_type_is_refused(value: Any) -> None:
         ("plant.J11", {"J11": -21.68}),
         ("plant.variant", {"variant": "improved"}),
         ("plant.radiation", {"radiation": "best"}),
+        ("plant.radiation", {"radiation": 3}),
+        ("plant.radiation", {"radiation": (gy.Radiation((1.0,), (1.0,)),)}),
         ("plant.excitation_phase", {"excitation_phase": "none"}),
     ],
 )

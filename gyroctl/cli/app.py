@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from gyroctl.cli import compare, hydro, laws, reproduce, simulate
+from gyroctl.cli import compare, hydro, laws, margins, reproduce, simulate
 
 app = typer.Typer(
     help="Semi-active control, lock and stability margins of a gyroscopic wave energy converter.",
@@ -19,6 +19,8 @@ app.command("report")(compare.report)
 app.command("simulate")(simulate.simulate)
 app.command("laws")(laws.laws)
 app.command("reproduce")(reproduce.reproduce)
+app.command("margins")(margins.margins)
+app.command("lockmap")(margins.lockmap)
 app.add_typer(hydro.app, name="hydro")
 
 

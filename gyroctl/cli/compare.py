@@ -26,6 +26,7 @@ def compare(
     from gyroctl.harness.comparison import compare as run
     from gyroctl.harness.experiment import all_tuning_seeds, read_experiment
 
+    _folder(out)
     setup = read_experiment(experiment, quick)
     waves = Realisations(setup.sea, setup.run.seeds, setup.run.duration)
     ds = run(
@@ -42,9 +43,20 @@ def report(
     """Write report.html and summary.json again from the stored results."""
     from gyroctl.reports import open_results
 
+    if out is not None:
+        _folder(out)
     ds = open_results(folder)
     home = out or (folder if folder.is_dir() else folder.parent)
     write(ds, home, results=home != (folder if folder.is_dir() else folder.parent))
+
+
+def _folder(out: Path) -> None:
+    """Refuse a folder that is a file, before an hour of runs and not after it."""
+    from gyroctl.errors import InputError
+
+    for part in (out, *out.parents):
+        if part.exists() and not part.is_dir():
+            raise InputError("out", str(out), f"{part} is a file, not a folder", "Give another folder")
 
 
 def write(ds: xarray.Dataset, out: Path, results: bool = True) -> None:

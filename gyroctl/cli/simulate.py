@@ -31,6 +31,11 @@ def simulate(
     built = gy.law(law, **parse(settings or []))
     if not out.parent.is_dir():
         raise gy.InputError("out", str(out), "its folder does not exist", f"Make the folder {out.parent} first")
+    if out.is_dir():
+        raise gy.InputError("out", str(out), "is a folder", "Give the name of a file, for example run.nc")
+    if not duration > blend:
+        raise gy.InputError("duration", duration, f"is not longer than the blend of {blend:g} s",
+                            "Give a longer --duration, or a shorter --blend")  # fmt: skip
     plant = gy.zhang2017(variant)
     waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)
     ds = gy.simulate(plant, built, waves, gy.Settings(dt=dt, blend=blend), law)

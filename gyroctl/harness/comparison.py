@@ -143,6 +143,9 @@ def compare(
     if not laws:
         raise InputError("laws", {}, "there is nothing to compare", "Give at least one law")
     _check_seeds(waves.seeds, tuning_seeds)
+    if not waves.duration > settings.blend:
+        raise InputError("run.duration", waves.duration, f"is not longer than the blend of {settings.blend:g} s",
+                         "Give a longer duration, or a shorter run.blend")  # fmt: skip
     items = _items(plant, laws, waves, settings)
     outcomes = _execute(items, workers or os.cpu_count() or 1, results, quiet)
     rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in laws}
@@ -209,7 +212,7 @@ def _items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings:
     width = plant.parameters.d + plant.parameters.c  # crests run along the lever, and so does the capsule
     available = wave_power(synthesis, plant.depth) * width
     sources = (loop, sensing, actuation, start, flow, orbit, metrics, lock)
-    stamp = source_stamp((*SOURCES, *(source.__file__ for source in sources)))
+    stamp = source_stamp((*SOURCES, *(str(source.__file__) for source in sources)))
     items = []
     for name, law in laws.items():
         for seed in waves.seeds:
@@ -233,10 +236,10 @@ def _key(item: Item, waves: str, stamp: str) -> str:
     return hashlib.sha256(text.encode() + law).hexdigest()
 
 
-def _law_content(law: Law) -> bytes:
+def _law_content(law: Any) -> bytes:
     """Every field of a law and the whole file that defines it, helpers included; empty where they cannot be had."""
     try:
-        names = law._asdict() if isinstance(law, tuple) else [f.name for f in fields(law)]  # type: ignore[attr-defined,arg-type]
+        names = law._asdict() if hasattr(law, "_asdict") else [f.name for f in fields(law)]
         values = [(name, getattr(law, name)) for name in names]
         source = Path(type(law).step.__code__.co_filename).read_bytes()
         return pickle.dumps((type(law).__qualname__, values)) + source

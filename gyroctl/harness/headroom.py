@@ -18,7 +18,6 @@ from gyroctl.errors import InputError
 from gyroctl.harness.controller import Law, Measurement
 from gyroctl.harness.robustness import Regime, simulate
 from gyroctl.linearisation.orbit import PeriodicOrbit, lock_orbit
-from gyroctl.plant import Plant
 from gyroctl.plant.equations import PSI
 from gyroctl.waves import Regular
 
@@ -89,23 +88,6 @@ def headroom(orbit: PeriodicOrbit, wave: Regular, quantity: Quantity, upwards: b
     return Headroom(quantity, value, limit, ending)
 
 
-def nearest_height(plant: Plant, wave: Regular, cc: float, cg: float, sense: int = 1, reach: float = 64.0) -> float:
-    """Smallest height above the wave's at which a locked orbit exists; NaN where none does up to `reach` times it. [m]"""
-
-    def exists(height: float) -> bool:
-        return lock_orbit(plant, Regular(height, wave.wp, wave.heading), cc, cg, sense).status != "no orbit"
-
-    below = above = wave.height
-    while not exists(above):
-        below, above = above, GROWTH * above
-        if above > reach * wave.height:
-            return math.nan
-    while above - below > 1e-3 * above:
-        middle = 0.5 * (below + above)
-        below, above = (below, middle) if exists(middle) else (middle, above)
-    return above
-
-
 def ramp(regime: Regime, quantity: Quantity, first: float, last: float, periods: int = RAMP) -> float:
     """Move a quantity slowly until the ring falls out of step; its value then, NaN where lock is kept to the end.
 
@@ -170,10 +152,10 @@ def _at(near: PeriodicOrbit, wave: Regular, quantity: Quantity, value: float) ->
     height = value if quantity == "height" else wave.height
     wp = value if quantity == "wp" else wave.wp
     sea = Regular(height, wp, wave.heading)
-    found = lock_orbit(near.plant, sea, near.cc, cg, near.sense, guess=near.x)
+    found = lock_orbit(near.plant, sea, near.cc, cg, near.sense, guess=near.x, nearest=False)
     if found.status == "stable":
         return found
-    again = lock_orbit(near.plant, sea, near.cc, cg, near.sense)
+    again = lock_orbit(near.plant, sea, near.cc, cg, near.sense, nearest=False)
     return again if found.status == "no orbit" or again.status == "stable" else found
 
 

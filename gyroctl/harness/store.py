@@ -6,6 +6,7 @@ import json
 import os
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
@@ -35,5 +36,5 @@ def load(folder: Path | None, key: str) -> Stored | None:
         with np.load(folder / f"{key}.npz") as file:
             head = json.loads(str(file["head"]))
             return head["sha256"], head["values"], {name: file[name] for name in file.files if name != "head"}
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error):
         return None  # computed again and replaced

@@ -11,14 +11,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.linearisation.orbit import PeriodicOrbit, describe
-from gyroctl.linearisation.orbit_map import OrbitMap
+from gyroctl.linearisation.orbit import PeriodicOrbit
+from gyroctl.linearisation.orbit_map import OrbitMap, ParametricMap
 from gyroctl.linearisation.palc import Palc, Point, System, Vector, begin, correct, follow, locate
 from gyroctl.linearisation.symmetry import free_rows
 from gyroctl.plant.equations import PSI
@@ -34,7 +35,7 @@ SPLITS = 6
 class ScaledMap(NamedTuple):
     """An orbit map in unknowns of size one."""
 
-    orbit_map: OrbitMap
+    orbit_map: ParametricMap
     state_scale: Vector  # (m,)
     value_scale: Vector  # (p,)
 
@@ -54,6 +55,10 @@ class ScaledMap(NamedTuple):
         A = found.by_state * (self.state_scale[None, :] / self.state_scale[:, None])
         B = found.by_parameter * (self.value_scale[None, :] / self.state_scale[:, None])
         return (found.image - x) / self.state_scale, A, B
+
+    def orbit(self, y: Vector) -> PeriodicOrbit:
+        """Return the orbit of scaled unknowns."""
+        return self.orbit_map.orbit(*self.split(y))
 
     def system(self, _: Point | None = None) -> System:
         """Return the equations of a fixed point."""
@@ -98,14 +103,13 @@ class SpecialPoint:
             return 0.0
         orbit_map = self.scaled.orbit_map
         _, values = self.scaled.split(self.point.y)
-        span = (0.5 if orbit_map.symmetric else 1.0) * orbit_map.setting(values).forcing.period
         critical = -self.multiplier if orbit_map.symmetric else self.multiplier
-        return abs(float(np.angle(critical))) / span
+        return abs(float(np.angle(critical))) / orbit_map.span(values)
 
     @cached_property
     def orbit(self) -> PeriodicOrbit:
         """The orbit at the point."""
-        return orbit_at(self.scaled, self.point)
+        return self.scaled.orbit(self.point.y)
 
 
 @dataclass(frozen=True)
@@ -145,7 +149,7 @@ class Branch:
 
     def orbit(self, index: int) -> PeriodicOrbit:
         """Return the orbit at a point of the branch, with everything that is told of it."""
-        return orbit_at(self.scaled, self.chain[index])
+        return self.scaled.orbit(self.chain[index].y)
 
     @property
     def folds(self) -> tuple[SpecialPoint, ...]:
@@ -176,14 +180,24 @@ def continue_orbit(
     """
     options = options or Palc()
     scaled = scaled_map(orbit, (parameter,), (limits,), options.symmetric)
-    start = begin(scaled.system(), _unknowns(scaled, orbit), options)
-    if start is None:  # on a fold the parameter cannot be held: hold the state instead
-        direction = np.ones(scaled.state_scale.size + 1)
-        start = begin(scaled.system(), _unknowns(scaled, orbit), options, direction / np.linalg.norm(direction))
+    return continue_fixed_point(scaled, unknowns(scaled, orbit), limits, options)
+
+
+def continue_fixed_point(scaled: ScaledMap, y: Vector, limits: tuple[float, float], options: Palc) -> Branch:
+    """Follow a fixed point of any map in its one parameter, see `continue_orbit`.
+
+    Raises
+    ------
+    InputError
+        If there is no fixed point near the scaled unknowns `y` (m + 1,).
+    """
+    start = begin(scaled.system(), y, options)
+    if start is None:  # on a fold the parameter cannot be held: hold a mixture of all unknowns instead
+        start = begin(scaled.system(), y, options, np.full(y.size, y.size**-0.5))
     if start is None:
-        raise InputError("orbit", orbit.status, "is no fixed point to start from", "Find it anew with lock_orbit")
+        raise InputError("orbit", "no fixed point", "there is none near the start", "Find it anew with lock_orbit")
     chain, closed = _both_ways(scaled, start, limits, options)
-    points = [point for a, b in zip(chain, chain[1:], strict=False) for point in _special(scaled, a, b, options)]
+    points = [point for a, b in pairwise(chain) for point in _special(scaled, a, b, options)]
     return _branch(scaled, chain, tuple(points), closed)
 
 
@@ -213,19 +227,8 @@ def scaled_map(
     return ScaledMap(plain, scale, np.array([high - low for low, high in limits]))
 
 
-def orbit_at(scaled: ScaledMap, point: Point) -> PeriodicOrbit:
-    """Return the orbit of a point of a branch or curve."""
-    x, values = scaled.split(point.y)
-    at = scaled.orbit_map.moved(dict(zip(scaled.orbit_map.parameters, map(float, values), strict=True)))
-    setting = at.setting(values)
-    gap, _, _ = scaled.evaluate(point.y)
-    return describe(
-        at.plant, scaled.orbit_map.full(x, setting), float(np.max(np.abs(gap))), at.cc, at.cg, at.wave,
-        setting.forcing, at.sense, at.dt,
-    )  # fmt: skip
-
-
-def _unknowns(scaled: ScaledMap, orbit: PeriodicOrbit) -> Vector:
+def unknowns(scaled: ScaledMap, orbit: PeriodicOrbit) -> Vector:
+    """Return the scaled unknowns of an orbit."""
     values = np.array([scaled.orbit_map.value(name) for name in scaled.orbit_map.parameters])
     return scaled.join(orbit.x[free_rows(orbit.plant)], values)
 
@@ -298,7 +301,7 @@ def _special(scaled: ScaledMap, a: Point, b: Point, options: Palc, depth: int = 
     found = []
     explained = 0
     for kind, test in tests:
-        if test(a) * test(b) < 0.0:
+        if test(a) * test(b) < 0.0 or (test(a) == 0.0 and depth == 0):
             point = locate(system, a, b, test, options)
             special = None if point is None else _classify(scaled, kind, point)
             if special is not None:

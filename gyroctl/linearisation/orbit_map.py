@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,6 +16,9 @@ from gyroctl.linearisation.symmetry import free_rows, signs
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI, PSI_RATE, Coefficients
 from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
+
+if TYPE_CHECKING:
+    from gyroctl.linearisation.orbit import PeriodicOrbit
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,40 @@ class Evaluation(NamedTuple):
     power: float  # mean electrical power on the way [W]
 
 
+class ParametricMap(Protocol):
+    """A map whose fixed points are followed: all that the continuation needs to know of the device."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        ...
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the map is the square root of the one that is meant."""
+        ...
+
+    def over(self, parameters: tuple[str, ...]) -> Self:
+        """Return the same map over other parameters."""
+        ...
+
+    def value(self, name: str) -> float:
+        """Present value of a parameter."""
+        ...
+
+    def span(self, values: NDArray[np.float64]) -> float:
+        """Time that one application takes. [s]"""
+        ...
+
+    def evaluate(self, x: NDArray[np.float64], values: NDArray[np.float64], derivative: bool = True) -> Evaluation:
+        """Image of `x` and derivatives at parameter values."""
+        ...
+
+    def orbit(self, x: NDArray[np.float64], values: NDArray[np.float64]) -> PeriodicOrbit:
+        """The orbit through a fixed point."""
+        ...
+
+
 @dataclass(frozen=True)
 class OrbitMap:
     """Half a period of the flow followed by the symmetry (or a whole period), over named parameters.
@@ -133,9 +170,29 @@ class OrbitMap:
             return float(np.angle(he[0] * np.conj(he[1])))
         return float(getattr(self.wave, name))
 
+    def over(self, parameters: tuple[str, ...]) -> OrbitMap:
+        """Return the same map over other parameters."""
+        return dataclasses.replace(self, parameters=parameters)
+
+    def span(self, values: NDArray[np.float64]) -> float:
+        """Time that one application takes: half a period or a whole one. [s]"""
+        return (0.5 if self.symmetric else 1.0) * self.setting(values).forcing.period
+
+    def orbit(self, x: NDArray[np.float64], values: NDArray[np.float64]) -> PeriodicOrbit:
+        """The orbit through the fixed point `x` (m,), with everything that is told of it."""
+        from gyroctl.linearisation.orbit import describe
+
+        at = self.moved(dict(zip(self.parameters, map(float, values), strict=True)))
+        setting = at.setting(values)
+        residual = float(np.max(np.abs(self.evaluate(x, values, derivative=False).image - x)))
+        return describe(
+            at.plant, self.full(x, setting), residual, at.cc, at.cg, at.wave, setting.forcing, at.sense, at.dt
+        )
+
     def moved(self, values: dict[str, float]) -> OrbitMap:
         """Return the map with parameters set to new values, as a device and a wave of its own."""
-        plant, wave, own = self.plant, self.wave, {n: float(v) for n, v in values.items() if n in CONTROLS}
+        plant, wave = self.plant, self.wave
+        own: dict[str, Any] = {n: float(v) for n, v in values.items() if n in CONTROLS}
         for name, number in values.items():
             if name == "N":
                 plant = plant.replace(r2=plant.parameters.r1 * float(number))
@@ -150,8 +207,8 @@ class OrbitMap:
     def setting(self, values: NDArray[np.float64]) -> Setting:
         """Constants, controls and wave at parameter values (p,)."""
         at = dict(zip(self.parameters, map(float, values), strict=True))
-        k = self.plant.coefficients
-        k = k._replace(**{n: at[n] for n in ("d1", "k1") if n in at})
+        device: dict[str, Any] = {n: at[n] for n in ("d1", "k1") if n in at}
+        k = self.plant.coefficients._replace(**device)
         if "N" in at:
             rigid = self.plant.parameters.connection == "rigid"
             k = with_gear(k, at["N"] - k.N, self.plant.parameters.J13, rigid)

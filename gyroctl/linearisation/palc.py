@@ -42,7 +42,7 @@ class Palc:
 
     step: float = 0.02
     shortest: float = 1e-6
-    longest: float = 0.08
+    longest: float = 0.25
     points: int = 400
     tolerance: float = 1e-10
     iterations: int = 8

@@ -25,14 +25,14 @@ PARAMETERS = CONTROLS + WAVE + DEVICE
 """Parameters in which an orbit can be continued."""
 
 
-def with_gear(k: Coefficients, change: complex, J13: float, rigid: bool) -> Coefficients:
+def with_gear(k: Coefficients, change: Any, J13: float, rigid: bool) -> Coefficients:
     """Constants after a change of the gear ratio N; complex for derivatives."""
-    N = k.N + change
+    N: Any = k.N + change
     along = 1.0 / k.Gpp - (k.N**2 * k.J4 if rigid else 0.0)  # J2 at the present N
     J2 = along + (N**2 - k.N**2) * J13
     column = 2.0 * N * k.J3
     if not rigid:
-        gains = dict(Gpp=1.0 / J2, Gpo=0.0, Goo=1.0 / k.J4, ap=column / J2, ao=1.0)
+        gains: dict[str, Any] = dict(Gpp=1.0 / J2, Gpo=0.0, Goo=1.0 / k.J4, ap=column / J2, ao=1.0)
         return k._replace(N=N, kappa=k.K - column**2 / J2 - k.J4, **gains)
     total = J2 + N**2 * k.J4
     pull = column + N * k.J4
@@ -42,7 +42,7 @@ def with_gear(k: Coefficients, change: complex, J13: float, rigid: bool) -> Coef
     )  # fmt: skip
 
 
-def in_other_time(k: Coefficients, alpha: complex) -> Coefficients:
+def in_other_time(k: Coefficients, alpha: Any) -> Coefficients:
     """Constants with the unit of time changed, tau = alpha t."""
     return k._replace(
         k1=k.k1 / alpha**2, k3=k.k3 / alpha**2, d1=k.d1 / alpha, d3=k.d3 / alpha,
@@ -51,7 +51,7 @@ def in_other_time(k: Coefficients, alpha: complex) -> Coefficients:
     )  # fmt: skip
 
 
-def _slower_numerator(p: tuple[float, ...], n: int, alpha: complex) -> tuple[Any, ...]:
+def _slower_numerator(p: tuple[float, ...], n: int, alpha: Any) -> tuple[Any, ...]:
     return tuple(c * alpha ** (len(p) - 1 - j - n - 1) for j, c in enumerate(p))
 
 
@@ -99,7 +99,8 @@ def parameter_column(
     elif name == "cg":
         cg += eps
     elif name in ("d1", "k1"):
-        k = k._replace(**{name: getattr(k, name) + eps})
+        change_of: Any = {name: getattr(k, name) + eps}
+        k = k._replace(**change_of)
     elif name == "N":
         k = with_gear(k, eps, plant.parameters.J13, plant.parameters.connection == "rigid")
     elif name == "wp":
@@ -119,4 +120,5 @@ def parameter_column(
 
 def complex_coefficients(k: Coefficients) -> Coefficients:
     """Return the same constants as complex numbers: one compiled kernel then serves every parameter."""
-    return Coefficients(*(tuple(map(complex, v)) if isinstance(v, tuple) else complex(v) for v in k))
+    values: list[Any] = [tuple(map(complex, v)) if isinstance(v, tuple) else complex(v) for v in k]
+    return Coefficients(*values)

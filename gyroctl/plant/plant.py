@@ -52,6 +52,11 @@ class Plant:
         For reports.
     depth : float
         Water depth, for the power that the waves carry; infinite where unknown. [m]
+
+    Raises
+    ------
+    InputError
+        If the radiation is no pair of `Radiation`.
     """
 
     parameters: Parameters
@@ -59,6 +64,13 @@ class Plant:
     excitation: Excitation
     name: str = "custom"
     depth: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Refuse what is no pair of radiation functions."""
+        pair = self.radiation
+        if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(r, Radiation) for r in pair)):
+            raise InputError("plant.radiation", pair, "must be a pair of Radiation, for phi1 and phi3",
+                             "Leave it out, choose accurate, paper or fine, or give two Radiation")  # fmt: skip
 
     def replace(self, **changes: Any) -> Plant:
         """Return a plant with some choices changed.

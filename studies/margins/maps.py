@@ -42,8 +42,8 @@ class OrbitMap:
         cg [Nms] or height [m].
     code : (m, n) array of int
         0 no orbit, 1 an oscillation grows, 2 stable.
-    power, share : (m, n) arrays
-        Mean power [W] and used share of the lock capacity [-]; NaN without an orbit.
+    power, angle : (m, n) arrays
+        Mean power [W] and load angle [rad]; NaN without an orbit.
     growth : (m, n) array
         ln|lambda| of the largest multiplier per wave. [-]
     border : (n,) array
@@ -57,14 +57,14 @@ class OrbitMap:
     second: NDArray[np.float64]
     code: NDArray[np.int64]
     power: NDArray[np.float64]
-    share: NDArray[np.float64]
+    angle: NDArray[np.float64]
     growth: NDArray[np.float64]
     border: NDArray[np.float64]
     other_sense: NDArray[np.float64]
 
     def record(self) -> dict[str, Any]:
         """Numbers for JSON; NaN becomes null."""
-        fields = ("first", "second", "code", "power", "share", "growth", "border", "other_sense")
+        fields = ("first", "second", "code", "power", "angle", "growth", "border", "other_sense")
         return {"axes": list(self.axes), **{name: plain(getattr(self, name)) for name in fields}}
 
 
@@ -105,7 +105,7 @@ def coupling_map(
     """
 
     def at(first: float, second: float, guess: NDArray[np.float64] | None, turn: int) -> PeriodicOrbit:
-        return lock_orbit(plant, wave, first, second, turn, DT, guess)
+        return lock_orbit(plant, wave, first, second, turn, DT, guess, nearest=False)
 
     return _grid(("cc", "cg"), cc, cg, at, sense, tick, upwards=True)
 
@@ -117,7 +117,7 @@ def tongue_map(
     """Orbits over frequency and height of the wave; the border is the smallest height that carries the load."""
 
     def at(first: float, second: float, guess: NDArray[np.float64] | None, turn: int) -> PeriodicOrbit:
-        return lock_orbit(plant, Regular(second, first, heading), cc, cg, turn, DT, guess)
+        return lock_orbit(plant, Regular(second, first, heading), cc, cg, turn, DT, guess, nearest=False)
 
     return _grid(("wp", "height"), wp, height, at, sense, tick, upwards=False)
 
@@ -130,7 +130,7 @@ def basin_map(
     share = np.full((len(cg), len(cc)), np.nan)
     for j, coupling in enumerate(cc):
         for i, gain in enumerate(cg):
-            orbit = lock_orbit(plant, wave, coupling, gain, sense, DT)
+            orbit = lock_orbit(plant, wave, coupling, gain, sense, DT, nearest=False)
             if orbit.status == "stable":
                 share[i, j] = basin_stability(settle(orbit, wave), size, samples, periods=60.0).value
         tick()
@@ -147,7 +147,7 @@ def _grid(
     """Follow each column from the side where lock is sure to the side where it ends."""
     xs, ys = np.asarray(first, float), np.asarray(second, float)
     code = np.zeros((ys.size, xs.size), np.int64)
-    power, share, growth = (np.full(code.shape, np.nan) for _ in range(3))
+    power, angle, growth = (np.full(code.shape, np.nan) for _ in range(3))
     border = np.full(xs.size, np.nan)
     order = range(ys.size) if upwards else range(ys.size - 1, -1, -1)
     for j, x in enumerate(xs):
@@ -160,16 +160,16 @@ def _grid(
                     border[j] = _border(at, float(x), kept, float(ys[i]), sense)
                 break
             kept = float(ys[i]), orbit
-            power[i, j], share[i, j] = orbit.power, orbit.lock_share
+            power[i, j], angle[i, j] = orbit.power, orbit.load_angle
             growth[i, j] = math.log(abs(orbit.multipliers[0]))
         tick()
     other = [
         (x, y, float(_code(at(float(x), float(y), None, -sense)) != NONE))
-        for x in xs[:: max(xs.size // 3, 1)]
+        for x in xs[1 :: max(xs.size // 3, 1)]
         for y in ys[1 :: max(ys.size // 3, 1)]
     ]
     tick()
-    return OrbitMap(axes, xs, ys, code, power, share, growth, border, np.array(other))
+    return OrbitMap(axes, xs, ys, code, power, angle, growth, border, np.array(other))
 
 
 def _code(orbit: PeriodicOrbit) -> int:

@@ -1,0 +1,195 @@
+"""Pictures over parameters: lock map with power contours and sense of rotation, tongue, margin heat maps."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.studies.margins.maps import GROWS, NONE, STABLE, OrbitMap
+from gyroctl.studies.paper.style import GRID, INK, MUTED, PAPER_COLOUR, label, sheet
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+STABLE_COLOUR, GROWS_COLOUR, LOST_COLOUR = "#D7E9F5", "#FBE3C2", "#F4F5F7"
+POWER_LEVELS = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0)
+"""Contours of mean power. [W]"""
+
+NAMES = {"cc": ("cc [Nms]", 1.0), "cg": ("cg [$10^{-3}$ Nms]", 1e3), "wp": ("wave frequency [rad/s]", 1.0),
+         "height": ("wave height [m]", 1.0)}  # fmt: skip
+SENSES = {1: "psi' > 0", -1: "psi' < 0"}
+
+Curves = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""Named curves of the second axis over the first."""
+
+
+def orbit_map(
+    found: OrbitMap, title: str, note: str, mark: tuple[float, float] | None, sense: int, curves: Curves | None = None
+) -> Figure:
+    """Draw where lock exists, where it is stable, and how much power it gives.
+
+    Parameters
+    ----------
+    found : OrbitMap
+        Orbits on the grid.
+    title, note : str
+        Heading and line below.
+    mark : pair of float, optional
+        The operating point.
+    sense : {1, -1}
+        Sense of rotation of the map.
+    curves : dict, optional
+        Borders found by continuation, drawn instead of those of the grid: "fold", "Neimark-Sacker".
+    """
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    figure, (panel,) = sheet(1, 1, (8.6, 5.6), title, note)
+    xs, ys, scale = _scaled(found)
+    panel.set_facecolor(LOST_COLOUR)
+    upper, lower = (found.axes == ("cc", "cg")), found.axes == ("wp", "height")
+    edge = found.border * scale
+    known = np.isfinite(edge)
+    if upper:
+        panel.fill_between(xs[known], ys[0], edge[known], color=STABLE_COLOUR, lw=0)
+    elif lower:
+        panel.fill_between(xs[known], edge[known], ys[-1], color=STABLE_COLOUR, lw=0)
+    growth = np.where(found.code == NONE, np.nan, found.growth)
+    if np.any(found.code == GROWS):
+        # the orange area ends at the border of lock: beyond it the growth is carried on from the last orbit
+        filled = _carried(growth, upper)
+        panel.contourf(xs, ys, filled, levels=[0.0, 1e9], colors=[GROWS_COLOUR], zorder=1.2)
+        panel.contour(xs, ys, filled, levels=[0.0], colors=["#C77700"], linewidths=1.6, zorder=1.3)
+        _blank(panel, xs, edge, known, ys, upper)
+    power = np.ma.masked_invalid(found.power)
+    if power.count() and float(power.max()) > float(power.min()) * 1.2:
+        levels = [v for v in POWER_LEVELS if float(power.min()) < v < float(power.max())]
+        lines = panel.contour(xs, ys, power, levels=levels, colors=[MUTED], linewidths=0.8)
+        panel.clabel(lines, fmt=lambda value: f"{value:g} W", fontsize=8)
+    panel.plot(xs[known], edge[known], color=INK, lw=2.0)
+    for name, (x, y) in (curves or {}).items():
+        panel.plot(x, y * scale, "--", color=PAPER_COLOUR if name == "fold" else "#7A3E00", lw=1.2)
+    handles: list[Any] = [
+        Patch(color=STABLE_COLOUR, label=f"stable lock, {SENSES[sense]}"),
+        Patch(color=GROWS_COLOUR, label="lock, but an oscillation grows"),
+        Patch(facecolor=LOST_COLOUR, edgecolor=GRID, label="no locked orbit"),
+        Line2D([], [], color=INK, lw=2.0, label="fold"),
+        Line2D([], [], color="#C77700", lw=1.6, label="Neimark-Sacker"),
+    ]
+    handles += _other_sense(panel, found, scale, sense)
+    if mark is not None:
+        panel.plot([mark[0]], [mark[1] * scale], "*", color=PAPER_COLOUR, ms=14, mec="white")
+        handles.append(Line2D([], [], marker="*", color=PAPER_COLOUR, ls="", ms=11, label="asked for"))
+    _axes(panel, found, ys)
+    panel.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+    return figure
+
+
+def heat_maps(
+    controls: OrbitMap, waves: OrbitMap, basin: NDArray[np.float64], points: tuple[tuple[float, float], ...],
+    period: float, note: str,
+) -> Figure:  # fmt: skip
+    """Draw margins over (cc, cg) above and over (wp, height) below."""
+    figure, axes = sheet(2, 3, (12.6, 7.6), "Margins over controls and over waves", note)
+    rooms = _decibels(controls.border[None, :] / np.maximum(controls.second[:, None], 1e-9), controls)
+    heights = _decibels(waves.second[:, None] / waves.border[None, :], waves)
+    wave_period = np.broadcast_to(2.0 * math.pi / waves.first[None, :], waves.growth.shape)
+    panels: tuple[tuple[OrbitMap, NDArray[np.float64], str, str], ...] = (
+        (controls, _decay(controls, np.full(controls.growth.shape, period)), "Slowest mode falls by e in [s]", "log"),
+        (controls, rooms, "cg headroom to the fold [dB]", "db"),
+        (controls, basin, "Share that returns after a disturbance", "share"),
+        (waves, _decay(waves, wave_period), "Slowest mode falls by e in [s]", "log"),
+        (waves, heights, "Height headroom [dB]", "db"),
+        (waves, np.degrees(np.where(waves.code == STABLE, waves.angle, np.nan)), "Load angle [deg]", "angle"),
+    )
+    for panel, (grid, values, title, kind) in zip(axes, panels, strict=True):
+        _heat(figure, panel, grid, values, title, kind)
+        mark = points[0] if grid is controls else points[1]
+        panel.plot([mark[0]], [mark[1] * NAMES[grid.axes[1]][1]], "*", color=PAPER_COLOUR, ms=12, mec="white")
+    return figure
+
+
+def _heat(figure: Figure, panel: Any, grid: OrbitMap, values: NDArray[np.float64], title: str, kind: str) -> None:
+    from matplotlib.colors import LogNorm, Normalize
+
+    xs, ys, _ = _scaled(grid)
+    finite = values[np.isfinite(values)]
+    norm: Any = Normalize(0.0, 1.0)
+    if kind == "log" and finite.size:
+        norm = LogNorm(max(float(finite.min()), 1.0), min(float(finite.max()), 1e4))
+    elif kind == "db":
+        norm = Normalize(0.0, 24.0)
+    elif kind == "angle":
+        norm = Normalize(-150.0, 0.0)
+    panel.set_facecolor(LOST_COLOUR)
+    colours = "viridis_r" if kind == "log" else "viridis"
+    mesh = panel.pcolormesh(xs, ys, np.ma.masked_invalid(values), norm=norm, cmap=colours, shading="nearest")
+    figure.colorbar(mesh, ax=panel, fraction=0.05, pad=0.02)
+    for j, i in np.argwhere((grid.code == GROWS) & ~np.isfinite(values)):
+        panel.plot([xs[i]], [ys[j]], "x", color="#C77700", ms=5)
+    panel.grid(visible=False)
+    _axes(panel, grid, ys)
+    panel.set_title(title)
+
+
+def _decay(grid: OrbitMap, period: NDArray[np.float64]) -> NDArray[np.float64]:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(grid.code == STABLE, -period / grid.growth, np.nan)
+
+
+def _decibels(ratio: NDArray[np.float64], grid: OrbitMap) -> NDArray[np.float64]:
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(grid.code == STABLE, 20.0 * np.log10(ratio), np.nan)
+
+
+def _scaled(found: OrbitMap) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    scale = NAMES[found.axes[1]][1]
+    return found.first, found.second * scale, scale
+
+
+def _axes(panel: Any, found: OrbitMap, ys: NDArray[np.float64]) -> None:
+    label(panel, "", NAMES[found.axes[0]][0], NAMES[found.axes[1]][0])
+    if found.axes[0] == "cc":
+        panel.set_xscale("log")
+        ticks = [v for v in (0.01, 0.02, 0.05, 0.1, 0.2, 0.3) if found.first[0] <= v * 1.001 and v <= found.first[-1]]
+        panel.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        panel.minorticks_off()
+    if found.axes[1] == "height":
+        panel.set_yscale("log")
+        ticks = [v for v in (0.02, 0.05, 0.1, 0.2, 0.4, 0.8) if ys[0] <= v * 1.001 and v <= ys[-1] * 1.001]
+        panel.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
+        panel.minorticks_off()
+    panel.set_xlim(found.first[0], found.first[-1])
+    panel.set_ylim(ys[0], ys[-1])
+
+
+def _carried(growth: NDArray[np.float64], upwards: bool) -> NDArray[np.float64]:
+    """Fill what lies beyond the border with the value of the last orbit of the column."""
+    filled = growth if upwards else growth[::-1]
+    filled = filled.copy()
+    for i in range(1, filled.shape[0]):
+        filled[i] = np.where(np.isnan(filled[i]), filled[i - 1], filled[i])
+    return filled if upwards else filled[::-1]
+
+
+def _blank(
+    panel: Any, xs: NDArray[np.float64], edge: NDArray[np.float64], known: NDArray[np.bool_], ys: NDArray[np.float64],
+    upper: bool,
+) -> None:  # fmt: skip
+    far = ys[-1] if upper else ys[0]
+    panel.fill_between(xs[known], edge[known], far, color=LOST_COLOUR, lw=0, zorder=1.5)
+
+
+def _other_sense(panel: Any, found: OrbitMap, scale: float, sense: int) -> list[Any]:
+    from matplotlib.lines import Line2D
+
+    handles = []
+    for exists, marker, words in ((1.0, "P", "locks too"), (0.0, "_", "does not lock")):
+        rows = found.other_sense[found.other_sense[:, 2] == exists]
+        if rows.size:
+            panel.plot(rows[:, 0], rows[:, 1] * scale, marker, color=MUTED, ms=6, zorder=3)
+            handles.append(Line2D([], [], marker=marker, color=MUTED, ls="", label=f"{SENSES[-sense]} {words}"))
+    return handles

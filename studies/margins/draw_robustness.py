@@ -1,0 +1,85 @@
+"""Picture of what a lock withstands: headroom, basin stability, smallest shocks."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gyroctl.studies.margins.measures import Margins
+from gyroctl.studies.paper.style import MUTED, band, label, percent, sheet
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+COLOURS = ("#0072B2", "#8C3A8C")
+ROOMS = {"cg": "cg up", "height": "height down", "frequency_down": "frequency down", "frequency_up": "frequency up"}
+UNITS = {"phi1": "rad", "phi3": "rad", "psi": "rad"}
+
+
+def robustness(cases: dict[str, Margins], point: str) -> Figure:
+    """Draw the margins beyond the linear of one or two cases by name."""
+    note = f"{point}; bars at full length with an arrow: no limit within the range tried; intervals are 95 %"
+    figure, axes = sheet(1, 3, (13.0, 5.0), "What the lock withstands", note, width_ratios=(1.0, 0.9, 1.25))
+    _headroom(axes[0], cases)
+    _basin(axes[1], cases)
+    _shocks(axes[2], cases)
+    handles, names = axes[1].get_legend_handles_labels()
+    axes[1].legend(handles, names, loc="lower left")
+    return figure
+
+
+def _headroom(panel: Any, cases: dict[str, Margins]) -> None:
+    width = 0.7 / len(cases)
+    top = 1.0
+    for margins in cases.values():
+        top = max(top, *(room.decibel for room in margins.headroom.values() if math.isfinite(room.decibel)), 1.0)
+    for c, (name, margins) in enumerate(cases.items()):
+        for row, room in enumerate(margins.headroom[key] for key in ROOMS):
+            at = row + (c - 0.5 * (len(cases) - 1)) * width
+            free = not math.isfinite(room.decibel)
+            panel.barh(at, 1.1 * top if free else room.decibel, 0.9 * width, color=COLOURS[c], alpha=0.35 if free else 1)
+            limit = room.limit * (1e3 if room.quantity == "cg" and room.value != 1.0 else 1.0)
+            unit = {"cg": "$\\times$" if room.value == 1.0 else "$\\times 10^{-3}$ Nms", "height": "m", "wp": "rad/s"}[room.quantity]
+            words = f" {room.decibel:.1f} dB, to {limit:.3g} {unit}" if not free else " no limit found \u2192"
+            panel.text(0.0 if free else room.decibel, at, words, va="center", fontsize=8, color=MUTED)
+    panel.set_yticks(range(len(ROOMS)), list(ROOMS.values()))
+    panel.tick_params(axis="y", length=0)
+    panel.invert_yaxis()
+    panel.grid(axis="y", visible=False)
+    panel.set_xlim(0.0, 1.75 * top)
+    label(panel, "Headroom to the end of lock", "room [dB]", "")
+
+
+def _basin(panel: Any, cases: dict[str, Margins]) -> None:
+    for c, (name, margins) in enumerate(cases.items()):
+        sizes = np.array(list(margins.basin))
+        shares = list(margins.basin.values())
+        panel.plot(sizes, [s.value for s in shares], "-o", color=COLOURS[c], ms=5, label=name)
+        band(panel, sizes, [s.low for s in shares], [s.high for s in shares], COLOURS[c], 0.15)
+    label(panel, "Basin: share that locks again", "size of the random disturbance", "")
+    percent(panel)
+
+
+def _shocks(panel: Any, cases: dict[str, Margins]) -> None:
+    width = 0.7 / len(cases)
+    names = list(dict.fromkeys(shock.state for margins in cases.values() for shock in margins.shocks))
+    largest = {s.state: s.largest for margins in cases.values() for s in margins.shocks}
+    for c, margins in enumerate(cases.values()):
+        for shock in margins.shocks:
+            at = names.index(shock.state) + (c - 0.5 * (len(cases) - 1)) * width
+            free = math.isnan(shock.size)
+            part = 1.0 if free else shock.size / shock.largest
+            panel.barh(at, shock.sign * part, 0.9 * width, color=COLOURS[c], alpha=0.22 if free else 1.0)
+            if not free:
+                panel.text(shock.sign * (part + 0.03), at, f"{shock.size:.3g}", va="center", fontsize=8, color=MUTED,
+                           ha="left" if shock.sign > 0 else "right")  # fmt: skip
+    panel.axvline(0.0, color=MUTED, lw=0.8)
+    ticks = [f"{name}\n\u00b1{largest[name]:.3g} {UNITS.get(name, 'rad/s')}" for name in names]
+    panel.set_yticks(range(len(names)), ticks, fontsize=8)
+    panel.tick_params(axis="y", length=0)
+    panel.invert_yaxis()
+    panel.grid(axis="y", visible=False)
+    panel.set_xlim(-1.3, 1.3)
+    label(panel, "Smallest shock that breaks lock (pale: none does)", "part of the largest that was tried", "")

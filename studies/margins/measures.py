@@ -1,0 +1,176 @@
+"""The numbers of a margin report: orbit, modes, headroom, basin, shocks, and the margins of the law in the loop."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from gyroctl.errors import InputError
+from gyroctl.harness.headroom import Headroom, Quantity, headroom, ramp
+from gyroctl.harness.robustness import Regime, Share, settle
+from gyroctl.harness.shocks import Shock, basin_stability, smallest_shocks
+from gyroctl.linearisation.loop_margins import LoopMargins, loop_margins
+from gyroctl.linearisation.loop_orbit import LoopOrbit, close_loop
+from gyroctl.linearisation.orbit import PeriodicOrbit
+from gyroctl.studies.margins.request import Request
+
+SIZES = (0.25, 0.5, 0.75, 1.0)
+"""Sizes of the random disturbances, as parts of the largest."""
+
+DIRECTIONS: tuple[tuple[str, Quantity, bool], ...] = (
+    ("cg", "cg", True), ("height", "height", False), ("frequency_down", "wp", False), ("frequency_up", "wp", True),
+)  # fmt: skip
+"""Name of each headroom, what is moved, and whether upwards."""
+
+REACH = {"cg": 10.0, "height": 0.05, "frequency_down": 0.5, "frequency_up": 1.6}
+"""How far a ramp goes for a law in the loop, as a factor."""
+
+Stage = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Margins:
+    """Margins beyond the linear, of constant controls or of a law.
+
+    Parameters
+    ----------
+    headroom : dict of str to Headroom
+        By the names of `DIRECTIONS`.
+    basin : dict of float to Share
+        Share of random disturbances after which lock returns, by their size.
+    shocks : tuple of Shock
+        Smallest shock along each state.
+    power : float
+        Mean power in the regime. [W]
+    """
+
+    headroom: dict[str, Headroom]
+    basin: dict[float, Share]
+    shocks: tuple[Shock, ...]
+    power: float
+
+    def record(self) -> dict[str, Any]:
+        """Numbers for JSON."""
+        return {
+            "power_w": self.power,
+            "headroom": {
+                name: {"value": room.value, "limit": room.limit, "decibel": room.decibel, "ending": room.ending}
+                for name, room in self.headroom.items()
+            },
+            "basin_stability": [
+                {"size": size, "share": share.value, "ci95": [share.low, share.high], "runs": share.runs}
+                for size, share in self.basin.items()
+            ],
+            "smallest_shocks": [
+                {"state": s.state, "sign": s.sign, "size": s.size, "tried_up_to": s.largest} for s in self.shocks
+            ],
+        }
+
+
+def constant_margins(orbit: PeriodicOrbit, asked: Request, samples: int, stage: Stage) -> Margins:
+    """Margins of the stable orbit of constant controls; where it ends by exact multipliers."""
+    rooms = {}
+    for name, quantity, upwards in DIRECTIONS:
+        rooms[name] = headroom(orbit, asked.wave, quantity, upwards)
+        stage(f"{name} headroom")
+    regime = settle(orbit, asked.wave)
+    return Margins(rooms, *_hit(regime, samples, stage), orbit.power)
+
+
+def law_regime(orbit: PeriodicOrbit, asked: Request) -> Regime:
+    """Regime of the law, started on the orbit of the constant controls.
+
+    Raises
+    ------
+    InputError
+        Where the law does not keep the lock.
+    """
+    try:
+        return settle(orbit, asked.wave, asked.law)
+    except InputError as error:
+        raise InputError("law", asked.law_name, error.problem, error.mend) from None
+
+
+def law_margins(regime: Regime, samples: int, stage: Stage) -> Margins:
+    """Margins of a law in lock, by plain simulation of the loop."""
+    wave, rooms = regime.wave, {}
+    for name, quantity, _ in DIRECTIONS:
+        value = {"cg": 1.0, "height": wave.height, "wp": wave.wp}[quantity]
+        last = REACH[name] * value
+        if quantity == "wp":
+            low, high = regime.plant.excitation.omega[[0, -1]]
+            last = min(max(last, 1.01 * float(low)), 0.99 * float(high))
+        limit = ramp(regime, quantity, value, last)
+        if math.isnan(limit):
+            rooms[name] = Headroom(quantity, value, math.inf if last > value else 0.0, "none in range")
+        else:
+            rooms[name] = Headroom(quantity, value, limit, "lost in a slow ramp")
+        stage(f"{name} headroom of the law")
+    return Margins(rooms, *_hit(regime, samples, stage), regime.power)
+
+
+@dataclass(frozen=True)
+class LoopAnswer:
+    """Linear margins of the law in the loop, or why there are none."""
+
+    loop: LoopOrbit | None
+    margins: LoopMargins | None
+    unavailable: str
+
+    def record(self) -> dict[str, Any]:
+        """Numbers for JSON."""
+        if self.loop is None or self.margins is None:
+            return {"status": "not available", "reason": self.unavailable, "channels": {}}
+        return {
+            "status": self.margins.status,
+            "reason": self.unavailable,
+            "multipliers": list(self.loop.multipliers),
+            "channels": {
+                name: {
+                    "gain": list(c.gain), "gain_db": [_decibel(g) for g in c.gain], "phase_deg": c.phase,
+                    "delay_s": c.delay, "disk_alpha": c.disk, "guaranteed_gain": list(c.guaranteed_gain),
+                    "guaranteed_phase_deg": c.guaranteed_phase,
+                }
+                for name, c in self.margins.channels.items()
+            },
+        }  # fmt: skip
+
+
+def linear_margins(orbit: PeriodicOrbit, asked: Request) -> LoopAnswer:
+    """Gain, phase, delay and disk margins of the law in the loop; a status other than stable has none."""
+    loop = close_loop(asked.plant, asked.wave, asked.law, orbit)
+    if loop.status != "stable":
+        missing = f"{loop.status}: {loop.advice}"
+        return LoopAnswer(loop if loop.status == "unstable" else None, None, missing)
+    return LoopAnswer(loop, loop_margins(loop), "")
+
+
+def orbit_record(orbit: PeriodicOrbit) -> dict[str, Any]:
+    """Orbit and modes for JSON."""
+    return {
+        "status": orbit.status, "advice": orbit.advice, "power_w": orbit.power, "load_angle_rad": orbit.load_angle,
+        "lock_share": orbit.lock_share, "lock_reserve": orbit.lock_reserve, "residual": orbit.residual,
+        "half_against_full_map": orbit.error, "period_s": orbit.period, "x": orbit.x,
+        "multipliers": list(orbit.multipliers),
+        "modes": [
+            {"name": mode.name, "multiplier": mode.multiplier, "decay_time_s": mode.decay_time,
+             "frequency_rad_s": mode.frequency, "period_s": mode.period}
+            for mode in orbit.modes
+        ],
+    }  # fmt: skip
+
+
+def _hit(regime: Regime, samples: int, stage: Stage) -> tuple[dict[float, Share], tuple[Shock, ...]]:
+    basin = {}
+    for size in SIZES:
+        basin[size] = basin_stability(regime, size, samples)
+        stage(f"basin of size {size:g}")
+    shocks = smallest_shocks(regime)
+    stage("smallest shocks")
+    return basin, shocks
+
+
+def _decibel(gain: float) -> float:
+    return 20.0 * math.log10(gain) if gain > 0.0 and math.isfinite(gain) else math.copysign(math.inf, gain - 0.5)

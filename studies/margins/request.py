@@ -1,0 +1,115 @@
+"""What a margin report is asked for, checked before anything is computed."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from gyroctl.errors import InputError
+from gyroctl.harness.controller import Law
+from gyroctl.harness.laws import describe, law
+from gyroctl.linearisation.orbit import PeriodicOrbit, lock_orbit
+from gyroctl.plant import Plant
+from gyroctl.waves import Regular
+
+
+@dataclass(frozen=True)
+class Request:
+    """A device, a wave, constant controls and perhaps a law.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    wave : Regular
+        The regular wave; that of equal energy to a sea has height Hs/sqrt 2.
+    cc, cg : float
+        Constant controls, and where a law starts. [Nms]
+    sense : {1, -1}
+        Sense of rotation of the ring.
+    law_name : str
+        Empty for the constant controls alone.
+    law : Law, optional
+        The law.
+    """
+
+    plant: Plant
+    wave: Regular
+    cc: float
+    cg: float
+    sense: int = 1
+    law_name: str = ""
+    law: Law | None = None
+
+    def record(self) -> dict[str, Any]:
+        """Numbers for JSON."""
+        return {
+            "device": self.plant.name,
+            "wave": {"height_m": self.wave.height, "wp_rad_s": self.wave.wp, "equal_energy_hs_m": self.wave.hs},
+            "controls": {"cc_nms": self.cc, "cg_nms": self.cg},
+            "sense": self.sense,
+            "law": {"name": self.law_name, **describe(self.law)} if self.law is not None else None,
+        }
+
+
+def request(
+    plant: Plant, height: float, wp: float, cc: float, cg: float, sense: int = 1, law_name: str = "",
+    parameters: Mapping[str, Any] | None = None,
+) -> Request:  # fmt: skip
+    """Check and gather what a report is asked for.
+
+    Raises
+    ------
+    InputError
+        Fields ``height``, ``wp``, ``cc``, ``cg``, ``sense`` or those of the law.
+    """
+    for name, value, unit, example in (("height", height, "m", 0.2), ("wp", wp, "rad/s", 3.14)):
+        if not (math.isfinite(value) and value > 0.0):
+            raise InputError(name, value, "must be a positive number", f"Give it in {unit}, for example {example}")
+    low, high = plant.excitation.omega[[0, -1]]
+    if not low <= wp <= high:
+        raise InputError("wp", wp, "the excitation is not known at this frequency",
+                         f"Give a frequency from {low:g} to {high:g} rad/s")  # fmt: skip
+    for name, value, example in (("cc", cc, 0.052), ("cg", cg, 3.5e-4)):
+        if not (math.isfinite(value) and value >= 0.0):
+            raise InputError(name, value, "must be a finite number, zero or positive",
+                             f"Give it in Nms, for example {example:g}")  # fmt: skip
+    if cc == 0.0 and plant.parameters.connection == "magnetic":
+        raise InputError("cc", cc, "without coupling nothing turns the flywheel", "Give it in Nms, for example 0.052")
+    if cg == 0.0:
+        raise InputError("cg", cg, "without load there is no power and no headroom", "Give it in Nms, e.g. 3.5e-4")
+    if sense not in (1, -1):
+        raise InputError("sense", sense, "must be 1 or -1", "Choose the sense of rotation of the ring")
+    return Request(plant, Regular(height, wp), cc, cg, sense, law_name,
+                   _law(law_name, parameters or {}, wp, cc, cg) if law_name else None)  # fmt: skip
+
+
+def find_orbit(asked: Request) -> PeriodicOrbit:
+    """Return the locked orbit of the constant controls.
+
+    Raises
+    ------
+    InputError
+        Field ``height``, with the nearest height that has an orbit, where there is none.
+    """
+    orbit = lock_orbit(asked.plant, asked.wave, asked.cc, asked.cg, asked.sense)
+    if orbit.status == "no orbit":
+        controls = f"cc = {asked.cc:g}, cg = {asked.cg:g} Nms, wp = {asked.wave.wp:g} rad/s"
+        raise InputError("height", asked.wave.height, f"no locked orbit exists at this height with {controls}",
+                         orbit.advice.rstrip("."))  # fmt: skip
+    return orbit
+
+
+def _law(name: str, parameters: Mapping[str, Any], wp: float, cc: float, cg: float) -> Law:
+    """Build the law; a constant law takes the pair, and a law that is told the peak frequency that of the wave."""
+    built = law(name, **parameters)
+    own = describe(built)
+    wanted = {"wp": wp, **({"cc": cc, "cg": cg} if built.information == "none" else {})}
+    changes = {key: value for key, value in wanted.items() if key in own and key not in parameters}
+    if not changes:
+        return built
+    replaced: Any = built
+    return replaced._replace(**changes) if isinstance(built, tuple) else dataclasses.replace(replaced, **changes)
