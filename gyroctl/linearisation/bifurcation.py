@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.linearisation.continuation import LEAST, Kind, ScaledMap, SpecialPoint
+from gyroctl.linearisation.continuation import Kind, ScaledMap, SpecialPoint
 from gyroctl.linearisation.orbit import PeriodicOrbit
 from gyroctl.linearisation.palc import Palc, Point, System, Vector, begin, correct, follow
 
@@ -110,7 +110,7 @@ def curve(
     options = options or Palc()
     scaled = _two_parameters(point, second, limits)
     first = scaled.orbit_map.parameters[0]
-    low, high = first_limits or (LEAST.get(first, 1e-9), np.inf)
+    low, high = first_limits or (scaled.orbit_map.least(first), np.inf)
     x, values = point.scaled.split(point.point.y)
     core = scaled.join(x, np.array([values[0], scaled.orbit_map.value(second)]))
     angle = [abs(float(np.angle(point.multiplier)))] if point.kind == "Neimark-Sacker" else []
@@ -200,8 +200,8 @@ def _two_parameters(point: SpecialPoint, second: str, limits: tuple[float, float
     if not limits[0] <= value <= limits[1] or not limits[0] < limits[1]:
         raise InputError("limits", limits, f"must enclose the point's {second} = {value:.6g}",
                          "Give (low, high) around it")  # fmt: skip
-    if limits[0] < LEAST.get(second, 0.0) or (limits[0] == 0.0 and second not in LEAST):
-        raise InputError("limits", limits, f"{second} is out of its physical range", "Raise the lower limit")
+    if limits[0] < moved.least(second):
+        raise InputError("limits", limits, f"{second} cannot be below {moved.least(second):g}", "Raise the lower limit")
     return ScaledMap(moved, point.scaled.state_scale,
                      np.array([point.scaled.value_scale[0], limits[1] - limits[0]]))  # fmt: skip
 

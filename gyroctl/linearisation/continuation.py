@@ -25,9 +25,6 @@ from gyroctl.linearisation.symmetry import free_rows
 from gyroctl.plant.equations import PSI
 
 Kind = Literal["fold", "Neimark-Sacker", "symmetry breaking", "period doubling"]
-LEAST = {"cc": 0.0, "cg": 0.0, "d1": 0.0, "phase": -np.inf}
-"""Least value of a parameter; the others must be positive."""
-
 SPLITS = 6
 """How often an interval with an unexplained change of stability is halved."""
 
@@ -213,9 +210,9 @@ def scaled_map(
         if not (np.isfinite(low) and np.isfinite(high) and low <= value <= high and low < high):
             raise InputError("limits", (low, high), f"must enclose the orbit's {name} = {value:.6g}",
                              "Give (low, high) around it, or start from another orbit")  # fmt: skip
-        if low < LEAST.get(name, 0.0) or (low == 0.0 and name not in LEAST):
-            kind = "zero or positive" if name in LEAST else "positive"
-            raise InputError("limits", (low, high), f"{name} must be {kind}", "Raise the lower limit")
+        if low < plain.least(name):
+            raise InputError("limits", (low, high), f"{name} cannot be below {plain.least(name):g}",
+                             "Raise the lower limit")  # fmt: skip
         if name == "wp":
             band = orbit.plant.excitation.omega
             if low < band[0] or high > band[-1]:

@@ -11,7 +11,7 @@ import builtins
 import math
 from collections.abc import Callable
 from types import FunctionType, MethodType, SimpleNamespace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,10 +47,10 @@ class Dual:
         return self
 
     def __sub__(self, other: Any) -> Dual:
-        return self + -other
+        return self.__add__(-other)
 
     def __rsub__(self, other: Any) -> Dual:
-        return -self + other
+        return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Dual:
         if isinstance(other, Dual):
@@ -61,15 +61,16 @@ class Dual:
 
     def __truediv__(self, other: Any) -> Dual:
         if isinstance(other, Dual):
-            return self * other._chain(1.0 / other.value, -1.0 / other.value**2)
-        return self * (1.0 / float(other))
+            return self.__mul__(other._chain(1.0 / other.value, -1.0 / other.value**2))
+        return self.__mul__(1.0 / float(other))
 
     def __rtruediv__(self, other: Any) -> Dual:
-        return self._chain(1.0 / self.value, -1.0 / self.value**2) * other
+        return self._chain(1.0 / self.value, -1.0 / self.value**2).__mul__(other)
 
     def __pow__(self, other: Any) -> Dual:
         if isinstance(other, Dual):
-            return exp(other * log(self))
+            power: Dual = exp(other * log(self))
+            return power
         slope = other * self.value ** (other - 1) if other != 0 else 0.0
         return self._chain(self.value**other, slope)
 
@@ -122,7 +123,8 @@ log = _unary(math.log, lambda v: 1.0 / v)
 _UNARY = {
     "exp": exp, "log": log,
     "sin": _unary(math.sin, math.cos), "cos": _unary(math.cos, lambda v: -math.sin(v)),
-    "tan": _unary(math.tan, lambda v: 1.0 + math.tan(v) ** 2), "tanh": _unary(math.tanh, lambda v: 1.0 - math.tanh(v) ** 2),
+    "tan": _unary(math.tan, lambda v: 1.0 + math.tan(v) ** 2),
+    "tanh": _unary(math.tanh, lambda v: 1.0 - math.tanh(v) ** 2),
     "sqrt": _unary(math.sqrt, lambda v: 0.5 / math.sqrt(v) if v > 0.0 else 0.0),
     "asin": _unary(math.asin, lambda v: 1.0 / math.sqrt(1.0 - v * v)),
     "acos": _unary(math.acos, lambda v: -1.0 / math.sqrt(1.0 - v * v)),
@@ -233,7 +235,7 @@ def step_jacobian(
     unit = np.eye(ny + ns)
     measured = type(y)(*(Dual(float(value), unit[i]) for i, value in enumerate(y)))
     known = [Dual(float(value), unit[ny + i]) for i, value in enumerate(state)]
-    carried = tuple(known) if type(state) is tuple else type(state)(*known)
+    carried: Any = tuple(known) if type(state) is tuple else cast(Any, type(state))(*known)
     try:
         (cc, cg), new = _Rebound(law).step(t, measured, carried)
         flat = [cc, cg, *new]

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -315,7 +316,7 @@ def _crossings(
     found = []
     for grid in (below, above):
         at = np.inf
-        for one, two in zip(grid[:-1], grid[1:], strict=True) if grid is not None else ():
+        for one, two in pairwise(grid) if grid is not None else ():
             if radius(float(two)) >= 1.0:
                 at = float(brentq(lambda value: radius(value) - 1.0, one, two, xtol=1e-10, rtol=1e-10))
                 break

@@ -202,7 +202,8 @@ def _newton(flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, sense:
                 "stable" if stable else "unstable", "" if stable else "The loop itself is unstable: no margin", flow,
                 law, sense, np.array(states), tuple(law_states), np.array(controls),
                 np.array([a for a, _ in plant_maps]), np.array([b for _, b in plant_maps]),
-                np.array([y for y, _ in law_maps]), np.array([s for _, s in law_maps]).reshape(flow.samples, 2 + ns, ns),
+                np.array([y for y, _ in law_maps]),
+                np.array([s for _, s in law_maps]).reshape(flow.samples, 2 + ns, ns),
                 multipliers,
             )  # fmt: skip
         shrink = min(1.0, 0.3 / max(abs(float(step[list(flow.free).index(PSI)])), 1e-300))

@@ -70,7 +70,8 @@ def try_loop(
         raise InputError("loop", loop.status, "there is no orbit to disturb", loop.advice)
     if delay != 0.0 and (gain != 1.0 or len(members(channel)) > 1):
         raise InputError("delay", delay, "one signal with either a gain or a delay", "Try them one after the other")
-    linear = open_loop(loop, members(channel)).closed(gain) if delay == 0.0 else delayed_transition(loop, channel)(delay)
+    opened = open_loop(loop, members(channel))
+    linear = opened.closed(gain) if delay == 0.0 else delayed_transition(loop, channel)(delay)
     values, vectors = np.linalg.eig(linear.T)
     worst = int(np.argmax(np.abs(values)))
     predicted = float(np.abs(values[worst]))
@@ -167,7 +168,7 @@ def _between(loop: LoopOrbit, fraction: float) -> NDArray[np.float64]:
 
 
 def _offset(loop: LoopOrbit, fraction: float) -> NDArray[np.float64]:
-    """What dividing each sample in two changes on the orbit itself (1e-9), so that the divided loop keeps that orbit."""
+    """What dividing each sample in two changes on the orbit, some 1e-9: the divided loop is to keep the orbit."""
     out = np.zeros((loop.flow.samples, loop.states.shape[1]))
     for k, (x, u) in enumerate(zip(loop.states[:-1], loop.controls, strict=True)):
         middle = loop.flow.advance(x, float(u[0]), float(u[1]), k, 0.0, fraction)

@@ -151,7 +151,15 @@ class PeriodicOrbit:
         raise InputError("mode", name, "this orbit has no mode of that name", f"Choose one of {have}")
 
     def linearise(self, outputs: tuple[str, ...] | None = None, period: float = 0.1) -> Any:
-        """Periodic linear model about the orbit, see `gyroctl.linearisation.periodic.linearise`."""
+        """Periodic linear model about the orbit, see `gyroctl.linearisation.periodic.linearise`.
+
+        Parameters
+        ----------
+        outputs : tuple of str, optional
+            Names of the outputs.
+        period : float
+            Sampling period. [s]
+        """
         from importlib import import_module
 
         periodic = import_module("gyroctl.linearisation.periodic")

@@ -20,6 +20,11 @@ from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
 if TYPE_CHECKING:
     from gyroctl.linearisation.orbit import PeriodicOrbit
 
+LEAST = {"cc": 0.0, "cg": 0.0, "d1": 0.0, "phase": -np.inf, "N": 1.0}
+"""Least value of a parameter; the others must be positive."""
+
+POSITIVE = 1e-9
+
 
 @dataclass(frozen=True)
 class Wave:
@@ -116,6 +121,10 @@ class ParametricMap(Protocol):
         """Present value of a parameter."""
         ...
 
+    def least(self, name: str) -> float:
+        """Least possible value of a parameter."""
+        ...
+
     def span(self, values: NDArray[np.float64]) -> float:
         """Time that one application takes. [s]"""
         ...
@@ -173,6 +182,10 @@ class OrbitMap:
     def over(self, parameters: tuple[str, ...]) -> OrbitMap:
         """Return the same map over other parameters."""
         return dataclasses.replace(self, parameters=parameters)
+
+    def least(self, name: str) -> float:
+        """Least possible value of a parameter."""
+        return LEAST.get(name, POSITIVE)
 
     def span(self, values: NDArray[np.float64]) -> float:
         """Time that one application takes: half a period or a whole one. [s]"""

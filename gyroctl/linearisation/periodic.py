@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.linearisation.flow import STEP, Forcing
+from gyroctl.linearisation.flow import STEP
 from gyroctl.linearisation.held import INPUTS, HeldFlow, samples_per_wave
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1_RATE, PHI3_RATE, PSI, PSI_RATE
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from gyroctl.linearisation.averaged import AveragedModel
     from gyroctl.linearisation.harmonic import HarmonicTransfer
     from gyroctl.linearisation.lifted import LiftedModel
-    from gyroctl.linearisation.orbit import PeriodicOrbit, RegularWave
+    from gyroctl.linearisation.orbit import PeriodicOrbit
 
 DEFAULT_OUTPUTS = ("psi", "psi_rate", "omega_rate", "phi1", "phi3", "power")
 DERIVED = ("power", "slip", "u1", "u3")
@@ -71,7 +71,7 @@ class PeriodicModel:
     @property
     def samples(self) -> int:
         """Samples per wave period."""
-        return self.A.shape[0]
+        return int(self.A.shape[0])
 
     @property
     def period(self) -> float:
@@ -156,9 +156,8 @@ class PeriodicModel:
 
 
 def linearise(
-    orbit: PeriodicOrbit, outputs: Sequence[str] = DEFAULT_OUTPUTS, period: float = 0.1,
-    wave: RegularWave | None = None, dt: float = 0.01,
-) -> PeriodicModel:  # fmt: skip
+    orbit: PeriodicOrbit, outputs: Sequence[str] = DEFAULT_OUTPUTS, period: float = 0.1, dt: float = 0.01
+) -> PeriodicModel:
     """Linearise the plant about a locked orbit, exactly, by complex step through the kernel.
 
     Parameters
@@ -169,8 +168,6 @@ def linearise(
         Names of states, or of `DERIVED`.
     period : float
         Control period; the nearest one that divides the wave period is used, see `PeriodicModel.note`. [s]
-    wave : Regular, optional
-        The wave, where the orbit does not carry it.
     dt : float
         Longest Runge-Kutta step. [s]
 
@@ -191,7 +188,7 @@ def linearise(
     for name in outputs:
         if name not in known:
             raise InputError("outputs", name, "unknown output", f"Choose from {', '.join(known)}")
-    flow = HeldFlow(orbit.plant, forcing_of(orbit, wave), samples_per_wave(orbit.period, period), orbit.cc, dt)
+    flow = HeldFlow(orbit.plant, orbit.forcing, samples_per_wave(orbit.period, period), orbit.cc, dt)
     states = flow.close(orbit.x, orbit.cc, orbit.cg, orbit.sense)
     maps = [flow.jacobian(x, orbit.cc, orbit.cg, k) for k, x in enumerate(states[:-1])]
     measured = [_measure(flow, x, (orbit.cc, orbit.cg), outputs) for x in states[:-1]]
@@ -201,14 +198,6 @@ def linearise(
         tuple(orbit.plant.labels[row] for row in flow.free), INPUTS, tuple(outputs), period, states,
         np.array([orbit.cc, orbit.cg]), flow,
     )  # fmt: skip
-
-
-def forcing_of(orbit: PeriodicOrbit, wave: RegularWave | None) -> Forcing:
-    """Moments of the wave of an orbit."""
-    wave = wave if wave is not None else getattr(orbit, "wave", None)
-    if wave is None:
-        raise InputError("wave", None, "this orbit does not carry its wave", "Give the wave as `wave`")
-    return Forcing(0.5 * wave.height * orbit.plant.excitation(np.array([wave.wp]), wave.heading)[:, 0], wave.wp)
 
 
 def output(plant: Plant, name: str, x: NDArray[Any], u: Sequence[Any]) -> Any:

@@ -103,7 +103,7 @@ def periodic_lqr(A: Matrices, B: Matrices, Q: Matrices, R: Matrices) -> Periodic
             costs[k] = X
     closed = A - B @ np.array(gains)
     values = np.linalg.eigvals(transition(closed)).astype(complex)
-    residual = float(np.linalg.norm(X - start) / max(np.linalg.norm(X), 1e-300))
+    residual = float(np.linalg.norm(X - start)) / max(float(np.linalg.norm(X)), 1e-300)
     return PeriodicRiccati(np.array(costs), np.array(gains), values[np.argsort(-np.abs(values))], residual)
 
 

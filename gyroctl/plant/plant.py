@@ -127,16 +127,25 @@ class Plant:
         return self._evaluate(x, u, moments)[: len(self.labels)]
 
     def powers(self, x: ArrayLike, u: Any, moments: Any) -> dict[str, NDArray[Any]]:
-        """Powers of the energy ledger by name: wave_input, radiated, hinge, slip, generator. [W]"""
+        """Powers of the energy ledger by name: wave_input, radiated, hinge, slip, generator. [W]
+
+        The state `x`, the controls `u` and the `moments` are those of `derivative`.
+        """
         values = self._evaluate(x, u, moments)[len(self.labels) :]
         return dict(zip(LEDGER, values, strict=True))
 
     def power(self, x: ArrayLike, u: Any) -> Any:
-        """Electrical power cg omega'^2 [W]; the paper's text prints cg omega', its figures show the square."""
+        """Electrical power cg omega'^2 of state `x` under controls `u`, see `derivative`. [W]
+
+        The paper's text prints cg omega', its figures show the square.
+        """
         return u[1] * np.asarray(x)[equations.OMEGA_RATE] ** 2
 
     def stored_energy(self, x: ArrayLike) -> Any:
-        """Kinetic energy and the energy of the two springs [J]; the radiation states are in the ledger's `radiated`."""
+        """Kinetic energy and the energy of the two springs of state `x` (n,) or (n, batch). [J]
+
+        The energy in the radiation states is in the ledger's `radiated`.
+        """
         return stored_energy(self.coefficients, np.asarray(x))
 
     def casadi(self) -> Any:
@@ -147,6 +156,11 @@ class Plant:
 
     def jacobians(self, x: ArrayLike, u: Any, moments: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Exact Jacobians of `derivative` by complex step.
+
+        Parameters
+        ----------
+        x, u, moments
+            The point, as in `derivative`; one state, no batch.
 
         Returns
         -------

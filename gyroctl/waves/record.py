@@ -125,6 +125,17 @@ class ElevationRecord:
 def read_record(path: str | PathLike[str], heading: float = 0.0) -> ElevationRecord:
     """Read an elevation record from a text file of two columns, time [s] and elevation [m].
 
+    Parameters
+    ----------
+    path : str or Path
+        The file, columns apart by a comma, a semicolon or blanks.
+    heading : float
+        Direction the waves travel to. [deg]
+
+    Returns
+    -------
+    ElevationRecord
+
     Raises
     ------
     InputError

@@ -81,6 +81,17 @@ class TabulatedSpectrum:
 def read_spectrum(path: str | PathLike[str], heading: float = 0.0) -> TabulatedSpectrum:
     """Read a spectrum from a text file of two columns, omega [rad/s] and S [m^2 s].
 
+    Parameters
+    ----------
+    path : str or Path
+        The file, columns apart by a comma, a semicolon or blanks.
+    heading : float
+        Direction the waves travel to. [deg]
+
+    Returns
+    -------
+    TabulatedSpectrum
+
     Raises
     ------
     InputError
