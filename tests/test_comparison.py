@@ -217,7 +217,7 @@ class Scaled:
 
     scale: Any
     period: float = 0.1
-    information: str = "none"
+    information: Any = "none"
 
     def init(self) -> None:
         return None

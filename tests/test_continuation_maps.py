@@ -110,9 +110,9 @@ def test_fold_and_flip_of_the_henon_map(b: float) -> None:
     assert np.min(branch.values) == pytest.approx(fold.value, abs=1e-2)
     assert branch.values[-1] == pytest.approx(2.0, abs=1e-12)  # one end on the limit, the other runs off to infinity
     assert np.max(np.abs(branch.states[0])) > 10.0
-    # stable exactly between fold and flip on the upper sheet
-    upper = branch.states[:, 0] > scaled.split(fold.point.y)[0][0]
-    between = upper & (branch.values < flip.value) & (branch.values > fold.value)
+    # stable exactly between fold and flip on the sheet that does not run off
+    near = branch.states[:, 0] < scaled.split(fold.point.y)[0][0]
+    between = near & (branch.values < flip.value) & (branch.values > fold.value)
     np.testing.assert_array_equal(branch.stable[np.abs(branch.values - flip.value) > 1e-9],
                                   between[np.abs(branch.values - flip.value) > 1e-9])  # fmt: skip
 

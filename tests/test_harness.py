@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pytest
@@ -79,7 +79,7 @@ def test_closed_loop_follows_the_equations_between_its_samples(device: gy.Plant,
         fits = [np.polynomial.Polynomial.fit(waves.time[near], m[near], len(m[near]) - 1) for m in waves.moments]
 
         def rate(t: float, x: Array, u: Array = u, fits: list[Any] = fits) -> Array:
-            return device.derivative(x, u, [fit(t) for fit in fits])
+            return np.asarray(device.derivative(x, u, [fit(t) for fit in fits]))
 
         span = (0.1 * sample, 0.1 * (sample + 1))
         end = solve_ivp(rate, span, record.states[sample, :14], "DOP853", rtol=1e-11, atol=1e-12).y[:, -1]
@@ -329,7 +329,7 @@ class UserLaw:
 
     call: Callable[[float, Any, Any], Any]
     period: float = 0.1
-    information: str = "sensors"
+    information: Any = "sensors"
 
     def init(self) -> Any:
         return None
@@ -344,7 +344,7 @@ class Faulty(NamedTuple):
     period: float = 0.1
 
     @property
-    def information(self) -> str:
+    def information(self) -> Literal["none"]:
         return "none"
 
     def init(self) -> tuple[()]:
@@ -393,7 +393,7 @@ class Forgetful(NamedTuple):
     period: float = 0.1
 
     @property
-    def information(self) -> str:
+    def information(self) -> Literal["none"]:
         return "none"
 
     def init(self) -> tuple[()]:
@@ -422,7 +422,7 @@ def test_numbers_of_numpy_are_numbers(device: gy.Plant, waves: gy.WaveRealisatio
 
 
 USER_FILE = '''
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 
 class Memory(NamedTuple):

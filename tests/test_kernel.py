@@ -7,7 +7,7 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pytest
@@ -253,7 +253,7 @@ class Switching(NamedTuple):
     period: float = 0.1
 
     @property
-    def information(self) -> str:
+    def information(self) -> Literal["none"]:
         return "none"
 
     def init(self) -> Dice:

@@ -415,12 +415,17 @@ def test_derived_numbers_follow_a_replaced_parameter(device: gy.Plant) -> None:
 # --- refusals ----------------------------------------------------------------------------------------------------
 
 
+def parameters_with(name: str, value: Any) -> gy.Parameters:
+    changes: dict[str, Any] = {name: value}
+    return gy.Parameters(**changes)
+
+
 @pytest.mark.parametrize("name", POSITIVE + NOT_NEGATIVE)
 @given(value=st.floats(max_value=0.0, exclude_max=True) | st.sampled_from([math.nan, math.inf, -math.inf]))
 @settings(max_examples=10, deadline=None)
 def test_parameter_out_of_range_is_named(name: str, value: float) -> None:
     with pytest.raises(gy.InputError) as caught:
-        gy.Parameters(**{name: value})
+        parameters_with(name, value)
     assert caught.value.field == f"plant.{name}"
     assert repr(caught.value.value) == repr(value)
     assert caught.value.mend and name in str(caught.value) and repr(value) in str(caught.value)
@@ -429,12 +434,12 @@ def test_parameter_out_of_range_is_named(name: str, value: float) -> None:
 @pytest.mark.parametrize("name", POSITIVE)
 def test_zero_is_refused_where_it_has_no_meaning(name: str) -> None:
     with pytest.raises(gy.InputError, match=rf"plant\.{name} = 0\.0: must be positive"):
-        gy.Parameters(**{name: 0.0})
+        parameters_with(name, 0.0)
 
 
 @pytest.mark.parametrize("name", NOT_NEGATIVE)
 def test_zero_is_allowed_where_it_has_a_meaning(name: str) -> None:
-    assert getattr(gy.Parameters(**{name: 0.0}), name) == 0.0
+    assert getattr(parameters_with(name, 0.0), name) == 0.0
 
 
 @pytest.mark.parametrize("value", ["2.0", None, True, [1.0], 1j])

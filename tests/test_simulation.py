@@ -22,7 +22,7 @@ from gyroctl.simulation.progress import Progress, track
 
 Array = NDArray[np.float64]
 WP, DT = 3.14, 0.1
-TIME = np.arange(4001) * DT
+TIME: Array = np.arange(4001, dtype=np.float64) * DT
 
 
 # --- lock --------------------------------------------------------------------------------------------------------
@@ -30,7 +30,7 @@ TIME = np.arange(4001) * DT
 
 def ring(speed: Callable[[Array], Array]) -> Array:
     """Angle of a ring with the given speed [rad/s], exact where the speed is constant over each sample."""
-    return np.concatenate([[0.0], np.cumsum(speed(TIME[:-1] + DT / 2) * DT)])
+    return np.concatenate([[0.0], np.cumsum(speed(np.asarray(TIME[:-1] + DT / 2, np.float64)) * DT)])
 
 
 def test_steady_ring_keeps_lock() -> None:
@@ -98,7 +98,7 @@ PHASOR = 100.0 * np.exp(1j * WP * TIME)
 
 def step(at: float, turns: float, width: float = 8.0) -> Array:
     """A smooth change of the ring angle by whole or broken turns. [rad]"""
-    return 2 * np.pi * turns / (1.0 + np.exp(-(TIME - at) / width * 4.0))
+    return np.asarray(2 * np.pi * turns / (1.0 + np.exp(-(TIME - at) / width * 4.0)))
 
 
 @pytest.mark.parametrize(

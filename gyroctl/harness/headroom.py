@@ -22,12 +22,14 @@ from gyroctl.plant.equations import PSI
 from gyroctl.waves import Regular
 
 Quantity = Literal["cg", "height", "wp"]
-Ending = Literal["fold", "Neimark-Sacker", "period doubling", "none in range", "lost in a slow ramp", "end of the table"]
+Ending = Literal[
+    "fold", "Neimark-Sacker", "period doubling", "none in range", "lost in a slow ramp", "end of the table"
+]  # fmt: skip
 
 ACCURACY = 1e-4
 """Of the end of the orbit, relative. [-]"""
 
-GROWTH = 1.15
+GROWTH = 1.3
 """Ratio of successive values while the end is sought."""
 
 RAMP = 600
@@ -117,11 +119,9 @@ def ramp(regime: Regime, quantity: Quantity, first: float, last: float, periods:
     return first + (last - first) * int(np.argmax(out)) * tick / duration
 
 
-def _end(
-    orbit: PeriodicOrbit, wave: Regular, quantity: Quantity, upwards: bool, reach: float
-) -> tuple[float, Ending]:
+def _end(orbit: PeriodicOrbit, wave: Regular, quantity: Quantity, upwards: bool, reach: float) -> tuple[float, Ending]:
     value = {"cg": max(orbit.cg, 1e-6), "height": wave.height, "wp": wave.wp}[quantity]
-    grow = 1.0 + (GROWTH - 1.0) * (0.2 if quantity == "wp" else 1.0)
+    grow = 1.0 + (GROWTH - 1.0) * (0.15 if quantity == "wp" else 1.0)
     band = orbit.plant.excitation.omega
     inside, outside, kept = value, value, orbit
     failed: PeriodicOrbit | None = None

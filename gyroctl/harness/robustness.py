@@ -200,7 +200,7 @@ def simulate(
     """
     tick = regime.actuators.period
     samples = math.ceil(periods * regime.period / tick)
-    time = np.arange(math.ceil(samples * tick / WAVES_DT) + 9) * WAVES_DT
+    time: NDArray[np.float64] = np.arange(math.ceil(samples * tick / WAVES_DT) + 9, dtype=np.float64) * WAVES_DT
     moments, phase = (excite or steady(regime))(time)
     record = np.zeros((samples + 1, rows(regime.plant.coefficients)))
     record[0, : start.size] = start

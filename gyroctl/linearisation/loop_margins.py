@@ -65,6 +65,16 @@ class OpenedLoop:
         """Modulus of the largest multiplier with w = gain v."""
         return _radius(self.closed(gain))
 
+    def gain_margin(self) -> tuple[float, float]:
+        """Gains below and above 1 at which stability ends: 0 where the loop may be cut, infinite above `GAIN_MAX`."""
+        low, high = _crossings(self.radius, np.geomspace(1.0, GAIN_MAX, 80), np.linspace(1.0, 0.0, 41))
+        return low if np.isfinite(low) else 0.0, high
+
+    def phase_margin(self) -> float:
+        """Constant phase, of either sign, at which stability ends; 180 where it does not. [deg]"""
+        angle = _crossings(lambda turn: self.radius(np.exp(1j * turn)), np.linspace(0.0, np.pi, 91), None)[1]
+        return float(np.degrees(min(angle, np.pi)))
+
     def loop_gain(self, angles: NDArray[np.float64]) -> NDArray[np.complex128]:
         """Lifted loop transfer L, (len(angles), N c, N c), at z = exp(i angle), with the sign that makes 1 + L vanish.
 
@@ -166,8 +176,6 @@ def channel_margins(loop: LoopOrbit, channel: str) -> ChannelMargins:
     """Margins of a stable loop at one signal, or at the group "controls" or "sensors"."""
     names = members(channel)
     opened = open_loop(loop, names)
-    low, high = _crossings(opened.radius, np.geomspace(1.0, GAIN_MAX, 80), np.linspace(1.0, 0.0, 41))
-    turned, _ = _crossings(lambda angle: opened.radius(np.exp(1j * angle)), np.linspace(0.0, np.pi, 91), None)[::-1]
     delay = np.nan
     if len(names) == 1:
         after = delayed_transition(loop, channel)
@@ -176,7 +184,7 @@ def channel_margins(loop: LoopOrbit, channel: str) -> ChannelMargins:
     alpha = opened.disk()
     bounds = ((2.0 - alpha) / (2.0 + alpha), (2.0 + alpha) / (2.0 - alpha)) if alpha < 2.0 - 1e-6 else (0.0, np.inf)
     return ChannelMargins(
-        names, (low if np.isfinite(low) else 0.0, high), float(np.degrees(min(turned, np.pi))), delay, alpha, bounds,
+        names, opened.gain_margin(), opened.phase_margin(), delay, alpha, bounds,
         float(np.degrees(2.0 * np.arctan(0.5 * alpha))),
     )  # fmt: skip
 

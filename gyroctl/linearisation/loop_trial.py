@@ -13,7 +13,7 @@ from gyroctl.linearisation.loop_margins import delayed_transition, members, open
 from gyroctl.linearisation.loop_orbit import CONTROLS, SENSORS, LoopOrbit, read
 from gyroctl.plant.equations import PSI
 
-PERIODS = (80, 3000)
+PERIODS = (80, 800)
 """Fewest and most wave periods of a trial."""
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, Self
 
 import numpy as np
@@ -271,8 +272,13 @@ class OrbitMap:
         return state
 
     def _he(self, wp: float, at: dict[str, float]) -> NDArray[np.complex128]:
-        he = self.plant.excitation(np.array([wp]), self.wave.heading)[:, 0]
+        he = self._present_he if wp == self.wave.wp else self.plant.excitation(np.array([wp]), self.wave.heading)[:, 0]
         return with_phase(he, at["phase"]) if "phase" in at else he
+
+    @cached_property
+    def _present_he(self) -> NDArray[np.complex128]:
+        """Excitation at the wave's own frequency: the table is slower than the flow."""
+        return np.asarray(self.plant.excitation(np.array([self.wave.wp]), self.wave.heading)[:, 0])
 
     def _change(self, name: str, values: NDArray[np.float64], halves: int) -> NDArray[np.float64]:
         """Derivative of the grid of moments with respect to a parameter of the wave, at the same phase."""
@@ -286,6 +292,7 @@ class OrbitMap:
             slope[0] = 0.5j * height * he[0]
         elif name == "wp":  # the table is a cubic spline: this formula is exact on it but for rounding
             h = 1e-3 * wp
-            near = [self._he(wp + i * h, at) for i in (-2, -1, 1, 2)]
+            table = self.plant.excitation(wp + h * np.array([-2.0, -1.0, 1.0, 2.0]), self.wave.heading)
+            near = (with_phase(table, at["phase"]) if "phase" in at else table).T
             slope = 0.5 * height * (8.0 * (near[2] - near[1]) - (near[3] - near[0])) / (12.0 * h)
         return Forcing(slope, wp).grid(0.5 * halves)

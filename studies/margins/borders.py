@@ -10,11 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.linearisation.bifurcation import BifurcationCurve, curve
-from gyroctl.linearisation.continuation import continue_orbit
-from gyroctl.linearisation.lockmap import OPTIONS, lock_map, tongue
-from gyroctl.linearisation.orbit import PeriodicOrbit
-from gyroctl.studies.margins.maps import OrbitMap
+from gyroctl.linearisation.bifurcation import BifurcationCurve
+from gyroctl.linearisation.lockmap import lock_map
 from gyroctl.studies.margins.request import Request
 
 
@@ -46,23 +43,6 @@ def control_borders(asked: Request, cc: tuple[float, float], tick: Callable[[], 
     except InputError:
         return ()
     return tuple(_border(each, ("cc", "cg")) for each in (found.fold, *found.neimark_sacker))
-
-
-def wave_borders(orbit: PeriodicOrbit, asked: Request, grid: OrbitMap, tick: Callable[[], None]) -> tuple[Border, ...]:
-    """Borders over (wp, height) within a grid; none where continuation finds no start."""
-    wp = float(grid.first[0]), float(grid.first[-1])
-    height = float(grid.second[0]), float(grid.second[-1])
-    curves: list[BifurcationCurve] = []
-    try:
-        curves.append(tongue(asked.plant, asked.wave, asked.cc, asked.cg, wp, height[1], asked.sense))
-        tick()
-        branch = continue_orbit(orbit, "wp", wp, OPTIONS)
-        pairs = [point for point in branch.points if point.kind == "Neimark-Sacker"]
-        curves += [curve(point, "height", height, OPTIONS, first_limits=wp) for point in pairs[:2]]
-    except InputError:
-        pass
-    tick()
-    return tuple(_border(each, ("wp", "height")) for each in curves)
 
 
 def _border(found: BifurcationCurve, axes: tuple[str, str]) -> Border:

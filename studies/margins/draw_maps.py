@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.studies.margins.borders import Border
 from gyroctl.studies.margins.maps import GROWS, NONE, STABLE, OrbitMap
 from gyroctl.studies.paper.style import GRID, INK, MUTED, PAPER_COLOUR, label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+NEIMARK_COLOUR = "#C77700"
 STABLE_COLOUR, GROWS_COLOUR, LOST_COLOUR = "#D7E9F5", "#FBE3C2", "#F4F5F7"
 POWER_LEVELS = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0)
 """Contours of mean power. [W]"""
@@ -22,12 +24,14 @@ NAMES = {"cc": ("cc [Nms]", 1.0), "cg": ("cg [$10^{-3}$ Nms]", 1e3), "wp": ("wav
          "height": ("wave height [m]", 1.0)}  # fmt: skip
 SENSES = {1: "psi' > 0", -1: "psi' < 0"}
 
-Curves = dict[str, tuple[NDArray[np.float64], NDArray[np.float64]]]
-"""Named curves of the second axis over the first."""
-
 
 def orbit_map(
-    found: OrbitMap, title: str, note: str, mark: tuple[float, float] | None, sense: int, curves: Curves | None = None
+    found: OrbitMap,
+    title: str,
+    note: str,
+    mark: tuple[float, float] | None,
+    sense: int,
+    borders: tuple[Border, ...] = (),
 ) -> Figure:
     """Draw where lock exists, where it is stable, and how much power it gives.
 
@@ -41,8 +45,8 @@ def orbit_map(
         The operating point.
     sense : {1, -1}
         Sense of rotation of the map.
-    curves : dict, optional
-        Borders found by continuation, drawn instead of those of the grid: "fold", "Neimark-Sacker".
+    borders : tuple of Border
+        Exact borders by continuation, drawn instead of those of the grid where there are any.
     """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -62,22 +66,24 @@ def orbit_map(
         # the orange area ends at the border of lock: beyond it the growth is carried on from the last orbit
         filled = _carried(growth, upper)
         panel.contourf(xs, ys, filled, levels=[0.0, 1e9], colors=[GROWS_COLOUR], zorder=1.2)
-        panel.contour(xs, ys, filled, levels=[0.0], colors=["#C77700"], linewidths=1.6, zorder=1.3)
+        if not borders:
+            panel.contour(xs, ys, filled, levels=[0.0], colors=[NEIMARK_COLOUR], linewidths=1.6, zorder=1.3)
         _blank(panel, xs, edge, known, ys, upper)
     power = np.ma.masked_invalid(found.power)
     if power.count() and float(power.max()) > float(power.min()) * 1.2:
         levels = [v for v in POWER_LEVELS if float(power.min()) < v < float(power.max())]
         lines = panel.contour(xs, ys, power, levels=levels, colors=[MUTED], linewidths=0.8)
         panel.clabel(lines, fmt=lambda value: f"{value:g} W", fontsize=8)
-    panel.plot(xs[known], edge[known], color=INK, lw=2.0)
-    for name, (x, y) in (curves or {}).items():
-        panel.plot(x, y * scale, "--", color=PAPER_COLOUR if name == "fold" else "#7A3E00", lw=1.2)
+    if not borders:
+        panel.plot(xs[known], edge[known], color=INK, lw=2.0)
+    for border in borders:
+        panel.plot(border.x, border.y * scale, color=INK if border.kind == "fold" else NEIMARK_COLOUR, lw=1.8)
     handles: list[Any] = [
         Patch(color=STABLE_COLOUR, label=f"stable lock, {SENSES[sense]}"),
         Patch(color=GROWS_COLOUR, label="lock, but an oscillation grows"),
         Patch(facecolor=LOST_COLOUR, edgecolor=GRID, label="no locked orbit"),
         Line2D([], [], color=INK, lw=2.0, label="fold"),
-        Line2D([], [], color="#C77700", lw=1.6, label="Neimark-Sacker"),
+        Line2D([], [], color=NEIMARK_COLOUR, lw=1.6, label="Neimark-Sacker"),
     ]
     handles += _other_sense(panel, found, scale, sense)
     if mark is not None:
@@ -129,7 +135,7 @@ def _heat(figure: Figure, panel: Any, grid: OrbitMap, values: NDArray[np.float64
     mesh = panel.pcolormesh(xs, ys, np.ma.masked_invalid(values), norm=norm, cmap=colours, shading="nearest")
     figure.colorbar(mesh, ax=panel, fraction=0.05, pad=0.02)
     for j, i in np.argwhere((grid.code == GROWS) & ~np.isfinite(values)):
-        panel.plot([xs[i]], [ys[j]], "x", color="#C77700", ms=5)
+        panel.plot([xs[i]], [ys[j]], "x", color=NEIMARK_COLOUR, ms=5)
     panel.grid(visible=False)
     _axes(panel, grid, ys)
     panel.set_title(title)

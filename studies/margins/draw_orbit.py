@@ -62,7 +62,8 @@ def nyquist(answer: LoopAnswer, name: str, point: str) -> Figure | None:
     note = (
         f"{point}; eigenvalues of the lifted loop transfer as z goes round the unit circle; "
         "the loop is stable while none goes round -1\n"
-        "red: the disk that the disk margin keeps free, with its guaranteed gains on the real axis; it allows another gain in each sample, so that the loci need not touch it"
+        "red: the disk that the disk margin keeps free, with its guaranteed gains on the real axis; it allows "
+        "another gain in each sample, so that the loci need not touch it"
     )
     title = f"Harmonic Nyquist plot, law {name}"
     figure, axes = sheet(1, len(weak), (4.3 * len(weak) + 0.6, 4.9), title, note)

@@ -35,13 +35,16 @@ def _headroom(panel: Any, cases: dict[str, Margins]) -> None:
     top = 1.0
     for margins in cases.values():
         top = max(top, *(room.decibel for room in margins.headroom.values() if math.isfinite(room.decibel)), 1.0)
-    for c, (name, margins) in enumerate(cases.items()):
+    for c, margins in enumerate(cases.values()):
         for row, room in enumerate(margins.headroom[key] for key in ROOMS):
             at = row + (c - 0.5 * (len(cases) - 1)) * width
             free = not math.isfinite(room.decibel)
-            panel.barh(at, 1.1 * top if free else room.decibel, 0.9 * width, color=COLOURS[c], alpha=0.35 if free else 1)
-            limit = room.limit * (1e3 if room.quantity == "cg" and room.value != 1.0 else 1.0)
-            unit = {"cg": "$\\times$" if room.value == 1.0 else "$\\times 10^{-3}$ Nms", "height": "m", "wp": "rad/s"}[room.quantity]
+            length = 1.1 * top if free else room.decibel
+            panel.barh(at, length, 0.9 * width, color=COLOURS[c], alpha=0.35 if free else 1.0)
+            factor = room.quantity == "cg" and room.value == 1.0  # of a law in the loop
+            limit = room.limit * (1e3 if room.quantity == "cg" and not factor else 1.0)
+            gain = "$\\times$" if factor else "$\\times 10^{-3}$ Nms"
+            unit = {"cg": gain, "height": "m", "wp": "rad/s"}[room.quantity]
             words = f" {room.decibel:.1f} dB, to {limit:.3g} {unit}" if not free else " no limit found \u2192"
             panel.text(0.0 if free else room.decibel, at, words, va="center", fontsize=8, color=MUTED)
     panel.set_yticks(range(len(ROOMS)), list(ROOMS.values()))

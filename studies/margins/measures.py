@@ -143,6 +143,13 @@ def linear_margins(orbit: PeriodicOrbit, asked: Request) -> LoopAnswer:
     loop = close_loop(asked.plant, asked.wave, asked.law, orbit)
     if loop.status != "stable":
         missing = f"{loop.status}: {loop.advice}"
+        if loop.status == "unstable":
+            size = abs(loop.multipliers[0])
+            missing = (
+                f"the loop's solution of one cycle per wave is unstable, largest multiplier {size:.3g}: in this "
+                "wave the "
+                "law keeps the lock while it swings about that solution, which has no linear margins"
+            )
         return LoopAnswer(loop if loop.status == "unstable" else None, None, missing)
     return LoopAnswer(loop, loop_margins(loop), "")
 
@@ -151,7 +158,8 @@ def orbit_record(orbit: PeriodicOrbit) -> dict[str, Any]:
     """Orbit and modes for JSON."""
     return {
         "status": orbit.status, "advice": orbit.advice, "power_w": orbit.power, "load_angle_rad": orbit.load_angle,
-        "lock_share": orbit.lock_share, "lock_reserve": orbit.lock_reserve, "residual": orbit.residual,
+        "lock_share": orbit.lock_share,
+        "lock_reserve": orbit.lock_reserve if orbit.status == "stable" else None, "residual": orbit.residual,
         "half_against_full_map": orbit.error, "period_s": orbit.period, "x": orbit.x,
         "multipliers": list(orbit.multipliers),
         "modes": [

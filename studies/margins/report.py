@@ -16,6 +16,7 @@ from gyroctl.linearisation.guess import estimated_share
 from gyroctl.linearisation.orbit import PeriodicOrbit
 from gyroctl.plant import Plant
 from gyroctl.simulation.progress import Progress
+from gyroctl.studies.margins.borders import control_borders
 from gyroctl.studies.margins.maps import OrbitMap, basin_map, coupling_map, plain, tongue_map
 from gyroctl.studies.margins.measures import (
     DIRECTIONS,
@@ -40,6 +41,8 @@ CC_RANGE = (0.01, 0.3)
 
 ABOVE = 1.15
 """Top of the lock map over the capacity that harmonic balance gives."""
+
+LINEAR = "gain, phase, delay and disk margins"
 
 AXES = (("cc", "cg"), ("wp", "height"))
 """Pairs of axes that can be mapped."""
@@ -83,7 +86,7 @@ def margin_report(
     orbit = find_orbit(asked)
     point = _point(asked)
     measured = len(DIRECTIONS) + len(SIZES) + 1
-    columns = (MAP_COLUMNS + 1) + (TONGUE_COLUMNS + 1) + BASIN_COLUMNS if maps else 0
+    columns = (MAP_COLUMNS + 1) + (TONGUE_COLUMNS + 1) + BASIN_COLUMNS + BORDER_STAGES if maps else 0
     drawn: dict[str, Figure] = {}
     content: dict[str, Any] = {
         "gyroctl_version": gyroctl.__version__, "request": asked.record(), "orbit": orbit_record(orbit)
@@ -116,21 +119,28 @@ def margin_report(
             coarse = _coarse(controls)
             basin = basin_map(asked.plant, asked.wave, *coarse, 0.5, 24, asked.sense, progress.advance)
             on_grid = _spread(basin, coarse, controls)
+            borders = control_borders(asked, CC_RANGE, progress.advance)
             drawn["lock_map"] = draw_maps.orbit_map(
-                controls, "Lock map", f"{_wave(asked)}; contours: mean power", (asked.cc, asked.cg), asked.sense
-            )
+                controls, "Lock map", f"{_wave(asked)}; contours: mean power", (asked.cc, asked.cg), asked.sense,
+                borders,
+            )  # fmt: skip
             drawn["tongue"] = draw_maps.orbit_map(
                 waves, "Tongue of lock", f"cc = {asked.cc:g}, cg = {asked.cg:g} Nms; contours: mean power",
                 (asked.wave.wp, asked.wave.height), asked.sense,
             )  # fmt: skip
             marks = ((asked.cc, asked.cg), (asked.wave.wp, asked.wave.height))
             drawn["heat_maps"] = draw_maps.heat_maps(
-                controls, waves, on_grid, marks, orbit.period,
+                controls,
+                waves,
+                on_grid,
+                marks,
+                orbit.period,
                 f"above: {_wave(asked)}; below: cc = {asked.cc:g}, cg = {asked.cg:g} Nms; star: asked for; "
                 "crosses: lock, but an oscillation grows; basin: 24 disturbances of half the largest size",
             )
             content["maps"] = {
-                "controls": controls.record(), "waves": waves.record(),
+                "controls": controls.record(), "borders": [border.record() for border in borders],
+                "waves": waves.record(),
                 "basin": {"cc": coarse[0], "cg": coarse[1], "share": basin},
             }  # fmt: skip
         content["meaning"] = meanings(asked, orbit, list(cases.values())[-1] if cases else None, answer)
@@ -160,19 +170,23 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
                          f"Choose {' or '.join(','.join(pair) for pair in AXES)}")  # fmt: skip
     check_folder(out)
     over_controls = axes == AXES[0]
-    with Progress("lock map", (MAP_COLUMNS if over_controls else TONGUE_COLUMNS) + 1, quiet) as progress, styled():
+    stages = (MAP_COLUMNS + BORDER_STAGES if over_controls else TONGUE_COLUMNS) + 1
+    with Progress("lock map", stages, quiet) as progress, styled():
         if over_controls:
             found = map_controls(asked.plant, asked.wave, asked.sense, asked.cg, progress.advance)
+            borders = control_borders(asked, CC_RANGE, progress.advance)
             title, note, mark = "Lock map", _wave(asked), (asked.cc, asked.cg)
         else:
             found = map_waves(asked.plant, asked.cc, asked.cg, asked.wave, asked.sense, progress.advance)
+            borders = ()
             title, note = "Tongue of lock", f"cc = {asked.cc:g}, cg = {asked.cg:g} Nms"
             mark = asked.wave.wp, asked.wave.height
-        figure = draw_maps.orbit_map(found, title, f"{note}; contours: mean power", mark, asked.sense)
+        figure = draw_maps.orbit_map(found, title, f"{note}; contours: mean power", mark, asked.sense, borders)
         out.mkdir(parents=True, exist_ok=True)
         _save(figure, out / "lockmap.png")
     content = {
         "gyroctl_version": gyroctl.__version__, "request": asked.record(), "map": found.record(),
+        "borders": [border.record() for border in borders],
         "codes": {"0": "no orbit", "1": "an oscillation grows", "2": "stable"}, "figures": ["lockmap.png"],
     }  # fmt: skip
     return _write(content, out / "lockmap.json")
@@ -181,6 +195,8 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
 MAP_COLUMNS, MAP_ROWS = 14, 22
 TONGUE_COLUMNS, TONGUE_ROWS = 15, 18
 BASIN_COLUMNS = 5
+BORDER_STAGES = 8
+"""Stages of the continuation, about."""
 
 
 def map_controls(plant: Plant, wave: Regular, sense: int, cg: float, tick: Any) -> OrbitMap:
@@ -220,9 +236,9 @@ def _missing(asked: Request, orbit: PeriodicOrbit, answer: LoopAnswer | None) ->
         missing.append({"margin": "every margin of the constant controls",
                         "reason": f"the locked orbit is unstable. {orbit.advice}"})  # fmt: skip
     if answer is not None and answer.margins is None:
-        missing.append({"margin": "gain, phase, delay and disk margins of the law", "reason": answer.unavailable})
+        missing.append({"margin": LINEAR, "reason": answer.unavailable})
     if asked.law is None:
-        missing.append({"margin": "gain, phase, delay and disk margins", "reason": "no law was named"})
+        missing.append({"margin": LINEAR, "reason": "no law was named"})
     return missing
 
 

@@ -6,7 +6,7 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 from gyroctl.errors import InputError
 from gyroctl.harness.controller import Law
@@ -112,4 +112,6 @@ def _law(name: str, parameters: Mapping[str, Any], wp: float, cc: float, cg: flo
     if not changes:
         return built
     replaced: Any = built
-    return replaced._replace(**changes) if isinstance(built, tuple) else dataclasses.replace(replaced, **changes)
+    if isinstance(built, tuple):
+        return cast(Law, replaced._replace(**changes))
+    return cast(Law, dataclasses.replace(replaced, **changes))

@@ -11,7 +11,9 @@ from gyroctl.studies.margins.measures import LoopAnswer, Margins
 from gyroctl.studies.margins.request import Request
 
 
-def meanings(asked: Request, orbit: PeriodicOrbit, margins: Margins | None, answer: LoopAnswer | None) -> dict[str, str]:
+def meanings(
+    asked: Request, orbit: PeriodicOrbit, margins: Margins | None, answer: LoopAnswer | None
+) -> dict[str, str]:
     """One paragraph per margin, by name.
 
     Parameters
@@ -25,7 +27,9 @@ def meanings(asked: Request, orbit: PeriodicOrbit, margins: Margins | None, answ
     answer : LoopAnswer, optional
         Linear margins of the law.
     """
-    said = {"stability": _stability(orbit), "lock_reserve": _reserve(orbit)}
+    said = {"stability": _stability(orbit)}
+    if orbit.status == "stable":
+        said["lock_reserve"] = _reserve(orbit)
     if margins is not None:
         whose = f"law {asked.law_name}" if asked.law_name else "constant controls"
         said["cg_headroom"] = _gain(margins.headroom["cg"], whose)
@@ -43,20 +47,25 @@ def _stability(orbit: PeriodicOrbit) -> str:
     cycle = f" with a period of {slowest.period:.3g} s" if math.isfinite(slowest.period) else ""
     if orbit.status == "stable":
         return (
-            f"The locked orbit is stable: a small disturbance dies out. The {slowest.name} mode is the slowest{cycle}; it "
+            f"The locked orbit is stable: a small disturbance dies out. The {slowest.name} mode is the "
+            f"slowest{cycle}; it "
             f"falls by e in {slowest.decay_time:.3g} s, {slowest.decay_time / orbit.period:.3g} waves."
         )
     return (
-        f"The locked orbit is UNSTABLE: the {slowest.name} mode grows by e in {-slowest.decay_time:.3g} s{cycle}. It has no "
+        f"The locked orbit is UNSTABLE: the {slowest.name} mode grows by e in {-slowest.decay_time:.3g} s{cycle}. "
+        "It has no "
         f"margins, and none are given. {orbit.advice}."
     )
 
 
 def _reserve(orbit: PeriodicOrbit) -> str:
     return (
-        f"The load takes {100 * orbit.lock_share:.3g} % of what the wave can pull at this motion, N cg/(J4 V), like the "
-        f"torque of a synchronous machine against its pull-out; {100 * orbit.lock_reserve:.3g} % is in reserve. The load "
-        f"angle is {math.degrees(orbit.load_angle):.3g} degrees" + (
+        f"The load takes {100 * orbit.lock_share:.3g} % of what the wave can pull at this motion, N cg/(J4 V), like "
+        "the "
+        f"torque of a synchronous machine against its pull-out; {100 * orbit.lock_reserve:.3g} % is in reserve. The "
+        "load "
+        f"angle is {math.degrees(orbit.load_angle):.3g} degrees"
+        + (
             ", beyond -90: pull-out is near, and the share, |sin| of the angle, no longer tells how near."
             if abs(orbit.load_angle) > 0.5 * math.pi
             else "; pull-out comes at about -90 or beyond."
@@ -70,7 +79,8 @@ def _gain(room: Headroom, whose: str) -> str:
         return f"{_capital(whose)}: {what} may be raised as far as was tried without losing lock."
     to = f"{room.limit:.3g} times as much" if room.value == 1.0 else f"{room.limit:.4g} Nms"
     return (
-        f"{_capital(whose)}: {what} may be raised by {room.decibel:.1f} dB, to {to}, before lock ends ({room.ending}). Raising "
+        f"{_capital(whose)}: {what} may be raised by {room.decibel:.1f} dB, to {to}, before lock ends "
+        f"({room.ending}). Raising "
         "the load slowly to that point loses lock; a sudden rise loses it earlier."
     )
 
@@ -80,8 +90,10 @@ def _height(room: Headroom) -> str:
         return f"The wave may fall from {room.value:.3g} m as far as was tried without losing lock."
     part = room.limit / room.value
     return (
-        f"The wave may fall from {room.value:.3g} m to {room.limit:.3g} m, {room.decibel:.1f} dB or {100 * part:.3g} % of its "
-        f"height, before it can no longer carry the load ({room.ending}). A lull of a sea below that for longer than the "
+        f"The wave may fall from {room.value:.3g} m to {room.limit:.3g} m, {room.decibel:.1f} dB or "
+        f"{100 * part:.3g} % of its "
+        f"height, before it can no longer carry the load ({room.ending}). A lull of a sea below that for longer "
+        "than the "
         "libration takes is a danger."
     )
 
@@ -99,7 +111,8 @@ def _basin(margins: Margins) -> str:
     size, share = list(margins.basin.items())[1]
     return (
         f"Of {share.runs} random disturbances of all states at once, each up to {100 * size:.3g} % of its largest, "
-        f"{100 * share.value:.3g} % lock again (95 % interval {100 * share.low:.3g} to {100 * share.high:.3g} %). The multipliers "
+        f"{100 * share.value:.3g} % lock again (95 % interval {100 * share.low:.3g} to {100 * share.high:.3g} %). "
+        "The multipliers "
         "cannot say this: they know only disturbances without size."
     )
 
@@ -112,14 +125,17 @@ def _shock(shocks: tuple[Shock, ...]) -> str:
     unit = "rad" if worst.state in ("phi1", "phi3", "psi") else "rad/s"
     return (
         f"The weakest side is {worst.state}: a sudden change of {worst.sign * worst.size:+.3g} {unit} "
-        f"({100 * worst.size / worst.largest:.3g} % of the largest tried) makes the ring lose or gain a turn; every smaller one that "
+        f"({100 * worst.size / worst.largest:.3g} % of the largest tried) makes the ring lose or gain a turn; every "
+        "smaller one that "
         f"was tried does not. {len(shocks) - len(breaking)} of {len(shocks)} directions have no such shock in range."
     )
 
 
 def _loop(answer: LoopAnswer, name: str) -> str:
     if answer.margins is None:
-        return f"Gain, phase, delay and disk margins of the law {name} are not available. {_capital(answer.unavailable)}."
+        return (
+            f"Gain, phase, delay and disk margins of the law {name} are not available. {_capital(answer.unavailable)}."
+        )
     single = {n: c for n, c in answer.margins.channels.items() if len(c.channels) == 1}
     worst = min(single, key=lambda n: single[n].disk)
     found = single[worst]
@@ -129,7 +145,8 @@ def _loop(answer: LoopAnswer, name: str) -> str:
     return (
         f"The law {name} is weakest at {worst}: what it adds to its periodic course there stands {gain}, "
         f"{found.phase:.3g} degrees of phase, or {delay}. The disk margin {found.disk:.3g} guarantees any gain from "
-        f"{low:.3g} to {high:.3g} without phase, or {found.guaranteed_phase:.3g} degrees without gain, even if it changes from sample to sample."
+        f"{low:.3g} to {high:.3g} without phase, or {found.guaranteed_phase:.3g} degrees without gain, even if it "
+        "changes from sample to sample."
     )
 
 
