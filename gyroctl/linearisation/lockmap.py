@@ -114,14 +114,22 @@ def lock_map(
     fold = curve(min(folds, key=lambda p: abs(p.orbit.cc - grid[SLICES // 2])), "cc", (low, high), options)
     top = float(1.02 * np.max(fold.first))
     curves: list[BifurcationCurve] = []
-    seeds = [p for p in across.points if p.kind == "Neimark-Sacker"]
-    seeds += _pairs_along_cg(slices, (low, high), options)
-    for seed in seeds:
-        at = (seed.value, seed.orbit.cg)
-        if any(_on(known, at, high - low, top) for known in curves):
-            continue
-        tell(f"Neimark-Sacker curve from cc = {seed.value:.3g}, cg = {at[1]:.3g}")
-        curves.append(curve(seed, "cg", (0.0, top), options, first_limits=(low, high)))
+
+    def known(at: tuple[float, float]) -> bool:
+        return any(_on(one, at, high - low, top) for one in curves)
+
+    def trace(seeds: tuple[SpecialPoint, ...], cg: float) -> None:
+        for seed in seeds:
+            if seed.kind == "Neimark-Sacker" and not known((seed.value, cg)):
+                tell(f"Neimark-Sacker curve from cc = {seed.value:.3g}, cg = {cg:.3g}")
+                curves.append(curve(seed, "cg", (0.0, top), options, first_limits=(low, high)))
+
+    trace(across.points, first.cg)
+    for at, branch in zip(grid, slices, strict=True):
+        for point in branch.points:
+            if point.kind == "Neimark-Sacker" and not known((float(at), point.value)):
+                # found again along cc, so that cc is its first parameter
+                trace(continue_orbit(point.orbit, "cc", (low, high), options).points, point.value)
     return LockMap(fold, tuple(curves), tuple(slices), grid, sense)
 
 
@@ -210,17 +218,6 @@ def _lower_part(branch: Branch) -> tuple[NDArray[np.float64], NDArray[np.float64
     if np.mean(runs_away[: turn + 1]) < 0.5:
         return branch.values[: turn + 1], branch.power[: turn + 1]
     return branch.values[turn:][::-1], branch.power[turn:][::-1]
-
-
-def _pairs_along_cg(slices: list[Branch], cc: tuple[float, float], options: Palc) -> list[SpecialPoint]:
-    """Neimark-Sacker points of the slices, found again along cc so that cc is their first parameter."""
-    found: list[SpecialPoint] = []
-    for branch in slices:
-        for point in branch.points:
-            if point.kind == "Neimark-Sacker":
-                across = continue_orbit(point.orbit, "cc", cc, options)
-                found += [pair for pair in across.points if pair.kind == "Neimark-Sacker"]
-    return found
 
 
 def _on(known: BifurcationCurve, at: tuple[float, float], width: float, top: float) -> bool:
