@@ -54,6 +54,7 @@ class KnownMap:
 
 
 FORMULAS = {
+    "circle": lambda x, y, p: (x + 0.3 * (1.0 - x**2 - p["a"] ** 2), 0.5 * y),
     "henon": lambda x, y, p: (1.0 - p["a"] * x**2 + y, p["b"] * x),
     # Neimark-Sacker at r = 1 + 1/(1 - e), trace there 1 - e/(1 - e)
     "delayed": lambda x, y, p: (p["r"] * x * (1.0 - (1.0 - p["e"]) * y - p["e"] * x), x),
@@ -133,6 +134,15 @@ def test_neimark_sacker_of_the_delayed_logistic_map() -> None:
     assert abs(np.angle(point.multiplier)) == pytest.approx(np.pi / 3, abs=1e-9)
     assert point.frequency == pytest.approx(np.pi / 3, abs=1e-9)
     np.testing.assert_array_equal(branch.stable, branch.values < 2.0)
+
+
+def test_closed_branch_is_followed_once_round() -> None:
+    scaled = ScaledMap(KnownMap("circle", (("a", 0.2),), ("a",)), np.ones(2), np.array([1.0]))
+    branch = continue_fixed_point(scaled, np.array([np.sqrt(0.96), 0.0, 0.2]), (-2.0, 2.0), Palc())
+    assert branch.closed
+    np.testing.assert_allclose(sorted(p.value for p in branch.points), [-1.0, 1.0], atol=1e-10)
+    assert np.ptp(branch.states[:, 0]) > 1.9
+    np.testing.assert_allclose(branch.states[:, 0] ** 2 + branch.values**2, 1.0, atol=1e-9)
 
 
 @pytest.mark.parametrize(("kind", "factor"), [("fold", -0.25), ("period doubling", 0.75)])

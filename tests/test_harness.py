@@ -79,7 +79,7 @@ def test_closed_loop_follows_the_equations_between_its_samples(device: gy.Plant,
         fits = [np.polynomial.Polynomial.fit(waves.time[near], m[near], len(m[near]) - 1) for m in waves.moments]
 
         def rate(t: float, x: Array, u: Array = u, fits: list[Any] = fits) -> Array:
-            return np.asarray(device.derivative(x, u, [fit(t) for fit in fits]))
+            return np.asarray(device.derivative(x, u, [fit(t) for fit in fits]), np.float64)
 
         span = (0.1 * sample, 0.1 * (sample + 1))
         end = solve_ivp(rate, span, record.states[sample, :14], "DOP853", rtol=1e-11, atol=1e-12).y[:, -1]

@@ -102,7 +102,7 @@ def confirm(loop: LoopOrbit, margins: LoopMargins) -> int:
             assert inside.stable and inside.growth < 1.0, (name, kind, value)
             assert not outside.stable and outside.growth > 1.0, (name, kind, value)
             for trial in (inside, outside):
-                assert trial.growth == pytest.approx(trial.predicted, abs=2e-4)
+                assert trial.growth == pytest.approx(trial.predicted, rel=2e-4)
         if low > 0.0:
             count += 1
             assert try_loop(loop, name, gain=low / 0.95).stable

@@ -55,6 +55,11 @@ class Headroom(NamedTuple):
     ending: Ending
 
     @property
+    def reached(self) -> float:
+        """The limit, NaN where none was met within the range that was tried."""
+        return self.limit if math.isfinite(self.decibel) else math.nan
+
+    @property
     def decibel(self) -> float:
         """Room as a ratio, positive whichever way the limit lies. [dB]"""
         if self.value == 0.0 or self.limit == 0.0 or not math.isfinite(self.limit):

@@ -54,7 +54,7 @@ class BifurcationCurve:
     others : (n,) array
         Modulus of the largest other multiplier over a period: below 1 the point is where stability is lost.
     ends : (str, str)
-        Why the curve stops: "limit", "resonance" or "step".
+        Why the curve stops: "limit", "resonance", "closed" or "step" (no further step found, or too many).
     """
 
     kind: Kind
@@ -218,11 +218,13 @@ def _one_way(
         return all(low <= y[i] <= high for i, (low, high) in box.items())
 
     way: list[Point] = []
+    left = False
     for point in follow(lambda here: augmented.near(here.y), start, options, inside):
         if inside(point.y):
             way.append(point)
-            if len(way) > 3 and np.linalg.norm(point.y - start.y) < 0.5 * options.longest \
-                    and point.tangent @ start.tangent > 0.9:  # fmt: skip
+            distance = float(np.linalg.norm(point.y - start.y))
+            left = left or distance > 2.0 * options.longest
+            if left and distance < options.longest and point.tangent @ start.tangent > 0.9:
                 return way, "closed"
             continue
         inner = way[-1] if way else start

@@ -250,7 +250,7 @@ def _both_ways(
                 break
             way.append(point)
             distance = float(np.linalg.norm(point.y - start.y))
-            left = left or distance > 4.0 * options.longest
+            left = left or distance > 2.0 * options.longest
             if left and distance < options.longest and point.tangent @ turned.tangent > 0.9:
                 return [start, *way, start], True
         ways.append(way)

@@ -19,6 +19,9 @@ OPTIONS = Palc(longest=0.3)
 SLICES = 5
 """Slices along which the map looks for Neimark-Sacker points that start no curve yet."""
 
+START_SHARE = 0.2
+"""Used share of the lock capacity of the first orbit: small, so that it goes on to small couplings."""
+
 NEAR = 0.02
 """Part of the map's width within which a point is taken to lie on a curve that is there already."""
 
@@ -95,18 +98,22 @@ def lock_map(
     if not (np.isfinite(high) and 0.0 < low < high):
         raise InputError("cc", cc, "must be an increasing range of positive couplings", "Give for example (0.01, 0.3)")
     options, tell = options or OPTIONS, progress or (lambda _: None)
-    grid = np.geomspace(low, high, SLICES)
+    grid = [float(at) for at in np.geomspace(low, high, SLICES)]
     tell("first orbit")
-    first = _some_orbit(plant, wave, float(grid[SLICES // 2]), sense)
+    first = _some_orbit(plant, wave, grid[SLICES // 2], sense)
     across = continue_orbit(first, "cc", (low, high), options)
     slices: list[Branch] = []
+    at_slices: list[float] = []
     folds: list[SpecialPoint] = []
     for at in grid:
         tell(f"orbits at cc = {at:.3g}")
         start = across.orbit(int(np.argmin(np.abs(across.values - at))))
-        orbit = lock_orbit(plant, wave, float(at), start.cg, sense, guess=start.x, nearest=False)
+        orbit = lock_orbit(plant, wave, at, start.cg, sense, guess=start.x, nearest=False)
+        if orbit.status == "no orbit":
+            continue
         branch = continue_orbit(orbit, "cg", (0.0, 4.0 * _scale_of_cg(first)), options)
         slices.append(branch)
+        at_slices.append(at)
         folds += branch.folds
     if not folds:
         raise InputError("cc", cc, "no fold was found in this range of cg", "Check the wave height")
@@ -125,12 +132,12 @@ def lock_map(
                 curves.append(curve(seed, "cg", (0.0, top), options, first_limits=(low, high)))
 
     trace(across.points, first.cg)
-    for at, branch in zip(grid, slices, strict=True):
+    for at, branch in zip(at_slices, slices, strict=True):
         for point in branch.points:
-            if point.kind == "Neimark-Sacker" and not known((float(at), point.value)):
+            if point.kind == "Neimark-Sacker" and not known((at, point.value)):
                 # found again along cc, so that cc is its first parameter
                 trace(continue_orbit(point.orbit, "cc", (low, high), options).points, point.value)
-    return LockMap(fold, tuple(curves), tuple(slices), grid, sense)
+    return LockMap(fold, tuple(curves), tuple(slices), np.array(at_slices), sense)
 
 
 def tongue(
@@ -199,7 +206,8 @@ def _some_orbit(plant: Plant, wave: RegularWave, cc: float, sense: int) -> Perio
     for cg in (1e-3, 3e-4, 1e-4, 1e-5, 0.0):
         orbit = lock_orbit(plant, wave, cc, cg, sense, nearest=False)
         if orbit.status != "no orbit":
-            return orbit
+            lighter = cg * min(1.0, START_SHARE / max(orbit.lock_share, 1e-9))
+            return lock_orbit(plant, wave, cc, lighter, sense, guess=orbit.x, nearest=False)
     found = lock_orbit(plant, wave, cc, 0.0, sense)
     raise InputError("height", wave.height, "has no orbit at any load", found.advice)
 

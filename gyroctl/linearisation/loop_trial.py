@@ -42,7 +42,7 @@ class LoopTrial:
 
 
 def try_loop(
-    loop: LoopOrbit, channel: str, gain: float = 1.0, delay: float = 0.0, size: float = 1e-6, seed: int = 0
+    loop: LoopOrbit, channel: str, gain: float = 1.0, delay: float = 0.0, size: float = 1e-7, seed: int = 0
 ) -> LoopTrial:
     """Simulate the nonlinear loop with a gain or a delay on the deviation of one signal from its periodic course.
 

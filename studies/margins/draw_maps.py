@@ -185,7 +185,7 @@ def _blank(
     panel: Any, xs: NDArray[np.float64], edge: NDArray[np.float64], known: NDArray[np.bool_], ys: NDArray[np.float64],
     upper: bool,
 ) -> None:  # fmt: skip
-    far = ys[-1] if upper else ys[0]
+    far = 1.05 * ys[-1] if upper else 0.95 * ys[0]  # over the rim of the orange area
     panel.fill_between(xs[known], edge[known], far, color=LOST_COLOUR, lw=0, zorder=1.5)
 
 

@@ -56,7 +56,7 @@ class Margins:
         return {
             "power_w": self.power,
             "headroom": {
-                name: {"value": room.value, "limit": room.limit, "decibel": room.decibel, "ending": room.ending}
+                name: {"value": room.value, "limit": room.reached, "decibel": room.decibel, "ending": room.ending}
                 for name, room in self.headroom.items()
             },
             "basin_stability": [
