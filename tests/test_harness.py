@@ -137,7 +137,7 @@ def measured(sensors: gy.Sensors, record: Array, seed: int = 1) -> Array:
 @pytest.fixture(scope="module")
 def motion() -> Array:
     """A smooth record (2000, 19)."""
-    return np.sin(0.05 * np.arange(2000)[:, None] + np.arange(19)) * np.arange(1, 20)
+    return np.asarray(np.sin(0.05 * np.arange(2000)[:, None] + np.arange(19)) * np.arange(1, 20), np.float64)
 
 
 def test_ideal_sensors_tell_the_state(motion: Array) -> None:

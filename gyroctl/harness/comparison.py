@@ -247,9 +247,7 @@ def _law_content(law: Any) -> bytes:
         return b""  # a law with hidden state, or one that was typed in by hand
 
 
-def _execute(
-    items: Sequence[Item], workers: int, results: Path | None, quiet: bool
-) -> dict[tuple[str, int], Outcome]:
+def _execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bool) -> dict[tuple[str, int], Outcome]:
     """Map over the items: compiled laws on threads, the others on processes where there are several workers."""
     outcomes: dict[tuple[str, int], Outcome] = {}
     with Progress("runs", len(items), quiet) as progress:

@@ -42,7 +42,7 @@ _found: dict[tuple[object, ...], tuple[NDArray[np.float64], tuple[float, float]]
 def _search(plant: Plant, wave: Regular) -> tuple[NDArray[np.float64], tuple[float, float]]:
     unstable = None
     for cc, cg in REFERENCE:
-        orbit = lock_orbit(plant, wave, cc, cg)
+        orbit = lock_orbit(plant, wave, cc, cg, nearest=False)
         if orbit.status == "stable":
             return orbit.x, (cc, cg)
         # an orbit on which an oscillation grows slowly is still where a lock would begin; a saddle is not

@@ -230,9 +230,7 @@ def unknowns(scaled: ScaledMap, orbit: PeriodicOrbit) -> Vector:
     return scaled.join(orbit.x[free_rows(orbit.plant)], values)
 
 
-def _both_ways(
-    scaled: ScaledMap, start: Point, limits: tuple[float, float], options: Palc
-) -> tuple[list[Point], bool]:
+def _both_ways(scaled: ScaledMap, start: Point, limits: tuple[float, float], options: Palc) -> tuple[list[Point], bool]:
     low, high = (limit / scaled.value_scale[0] for limit in limits)
 
     def inside(y: Vector) -> bool:

@@ -12,9 +12,7 @@ from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE
 ANGLES = 721
 
 
-def harmonic_balance(
-    plant: Plant, forcing: Forcing, cc: float, cg: float, sense: int
-) -> list[NDArray[np.float64]]:
+def harmonic_balance(plant: Plant, forcing: Forcing, cc: float, cg: float, sense: int) -> list[NDArray[np.float64]]:
     """First guesses: float motion at the wave frequency, ring at constant speed, mean torque in balance.
 
     The ring angle at phase zero is where the mean of u3 is what the generator takes, -N cg/J4; there are two such

@@ -115,7 +115,8 @@ class ChannelMargins:
     phase : float
         Constant phase that makes it unstable, in either direction; 180 where none does. [deg]
     delay : float
-        Delay that makes it unstable, infinite where none below `DELAY_MAX` wave periods does; NaN for a group. [s]
+        Shortest delay that makes it unstable, on a grid of half samples; a longer one may be stable again. Infinite
+        where none below `DELAY_MAX` wave periods does, NaN for a group. [s]
     disk : float
         Disk margin alpha.
     guaranteed_gain : (float, float)

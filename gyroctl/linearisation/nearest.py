@@ -23,9 +23,7 @@ HIGHEST = 5.0
 """No search above this height. [m]"""
 
 
-def nearest_height(
-    plant: Plant, wave: Wave, cc: float, cg: float, sense: int, dt: float, share: float
-) -> float:
+def nearest_height(plant: Plant, wave: Wave, cc: float, cg: float, sense: int, dt: float, share: float) -> float:
     """Return the nearest height [m] with an orbit, by following an orbit to its fold; NaN where none is found.
 
     Parameters

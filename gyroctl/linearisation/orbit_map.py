@@ -259,9 +259,7 @@ class OrbitMap:
             for name in self.parameters
         ]  # fmt: skip
         by_parameter = np.stack(slopes, axis=1) if slopes else np.empty((n, 0))
-        return Evaluation(
-            image, sign[free, None] * columns[free], sign[free, None] * by_parameter[free], power
-        )
+        return Evaluation(image, sign[free, None] * columns[free], sign[free, None] * by_parameter[free], power)
 
     def full(self, x: NDArray[np.float64], setting: Setting) -> NDArray[np.float64]:
         """State (n,) of the unknowns (m,)."""

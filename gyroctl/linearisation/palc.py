@@ -131,9 +131,7 @@ def follow(
         step = float(min(options.longest, step * 2.0 ** ((4 - iterations) / 3.0), 1.5 * step))
 
 
-def locate(
-    system: System, before: Point, after: Point, test: Callable[[Point], float], options: Palc
-) -> Point | None:
+def locate(system: System, before: Point, after: Point, test: Callable[[Point], float], options: Palc) -> Point | None:
     """Point between two neighbours where a test function is zero; None where it has the same sign at both."""
     from scipy.optimize import brentq
 
