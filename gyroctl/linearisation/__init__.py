@@ -7,6 +7,7 @@ from gyroctl.linearisation.modes import Mode
 from gyroctl.linearisation.monodromy import monodromy
 from gyroctl.linearisation.orbit import PeriodicOrbit, lock_orbit
 from gyroctl.linearisation.palc import Palc
+from gyroctl.linearisation.periodic import PeriodicModel, linearise
 
 __all__ = [
     "BifurcationCurve",
@@ -14,11 +15,13 @@ __all__ = [
     "LockMap",
     "Mode",
     "Palc",
+    "PeriodicModel",
     "PeriodicOrbit",
     "SpecialPoint",
     "continue_orbit",
     "critical_damping",
     "curve",
+    "linearise",
     "lock_map",
     "lock_orbit",
     "monodromy",

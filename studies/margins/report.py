@@ -76,7 +76,7 @@ def margin_report(
     InputError
         Where there is no orbit, or the law does not keep the lock; nothing is written then.
     """
-    from gyroctl.studies.margins import draw_maps, draw_orbit, draw_robustness
+    from gyroctl.studies.margins import draw_linear, draw_maps, draw_orbit, draw_robustness
     from gyroctl.studies.paper.style import styled
 
     begin = time.monotonic()
@@ -109,6 +109,7 @@ def margin_report(
             progress.advance()
             content["law"] = {**cases[f"law {asked.law_name}"].record(), "linear": answer.record()}
         drawn["multipliers"] = draw_orbit.multipliers(orbit, answer.loop if answer else None, asked.law_name, point)
+        drawn["linear_error"], content["linear_model_error"] = draw_linear.linear_error(orbit, point)
         if answer is not None and (picture := draw_orbit.nyquist(answer, asked.law_name, point)) is not None:
             drawn["nyquist"] = picture
         if cases:
