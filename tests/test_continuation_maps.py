@@ -40,7 +40,7 @@ class KnownMap:
         return 1.0
 
     def orbit(self, x: Any, values: Any) -> Any:
-        raise NotImplementedError
+        raise AssertionError("a map of numbers has no orbits")
 
     def evaluate(self, x: NDArray[np.float64], values: NDArray[np.float64], derivative: bool = True) -> Evaluation:
         def image(z: Any) -> Any:

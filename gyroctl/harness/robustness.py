@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.controller import Law
+from gyroctl.harness.laws import law as registered_law
 from gyroctl.harness.loop import CompiledLaw, Kernel, PythonLaw, closed_loop, compile_law, compiled_loop
 from gyroctl.harness.sensing import Sensors
 from gyroctl.linearisation.orbit import PeriodicOrbit
@@ -27,7 +28,7 @@ from gyroctl.plant.kernel import rows
 from gyroctl.waves import Regular
 
 WAVES_DT = 0.05
-"""Grid of the moments: 40 samples per wave at 3.14 rad/s, interpolated to 1e-8. [s]"""
+"""Grid of the moments: 40 samples per wave at 3.14 rad/s, interpolated to 4e-10. [s]"""
 
 STEP = 0.01
 """Longest Runge-Kutta step. [s]"""
@@ -39,27 +40,6 @@ WATCHED = 20
 """Waves at the end of a run over which lock is judged."""
 
 QUANTILE = 1.959963984540054  # of the normal distribution at 97.5 %
-
-
-class Held(NamedTuple):
-    """Constant controls as a law, for the regime of a plain orbit."""
-
-    cc: float  # [Nms]
-    cg: float  # [Nms]
-    period: float = 0.1  # [s]
-
-    @property
-    def information(self) -> Literal["none"]:
-        """What the law looks at."""
-        return "none"
-
-    def init(self) -> tuple[()]:
-        """No state."""
-        return ()
-
-    def step(self, t: float, y: Any, state: tuple[()]) -> tuple[tuple[float, float], tuple[()]]:
-        """Return the two constants."""
-        return (self.cc, self.cg), state
 
 
 @dataclass(frozen=True)
@@ -146,7 +126,7 @@ def settle(orbit: PeriodicOrbit, wave: Regular, law: Law | None = None, actuator
     """
     if orbit.status == "no orbit":
         raise InputError("height", wave.height, "no locked orbit to start from", orbit.advice)
-    law = law or Held(orbit.cc, orbit.cg)
+    law = law or registered_law("constant", cc=orbit.cc, cg=orbit.cg)
     actuators = actuators or Actuators(cg_max=max(0.02, 2.0 * orbit.cg), cc_max=max(0.3, orbit.cc))
     machine = compile_law(law)
     state = machine.s.copy() if machine is not None else law.init()
