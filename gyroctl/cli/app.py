@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from gyroctl.cli import compare, hydro, laws, margins, reproduce, simulate
+from gyroctl.cli import compare, hydro, laws, margins, reproduce, simulate, tune
 
 app = typer.Typer(
     help="Semi-active control, lock and stability margins of a gyroscopic wave energy converter.",
@@ -18,6 +18,7 @@ app.command("compare")(compare.compare)
 app.command("report")(compare.report)
 app.command("simulate")(simulate.simulate)
 app.command("laws")(laws.laws)
+app.command("tune")(tune.tune)
 app.command("reproduce")(reproduce.reproduce)
 app.command("margins")(margins.margins)
 app.command("lockmap")(margins.lockmap)

@@ -15,7 +15,7 @@ from gyroctl.plant.compiled import inlined
 
 @dataclass(frozen=True)
 class Actuators:
-    """Coupling and generator as they can be set. Both are dissipative: no negative value.
+    """Coupling and generator as they can be set. Both only dissipate, unless the generator may serve as a motor.
 
     Parameters
     ----------
@@ -31,6 +31,9 @@ class Actuators:
         Resolution; 0 for none. [Nms]
     delay : int
         Age of the command when it acts, in samples.
+    cg_min : float
+        Lower limit of the generator, zero or negative: the gain down to which it may serve as a motor, for laws that
+        start the device (those with a member ``motors`` that is true). For every other law the limit is 0. [Nms]
 
     Raises
     ------
@@ -48,11 +51,17 @@ class Actuators:
     cc_quantum: float = 0.0
     cg_quantum: float = 0.0
     delay: int = 0
+    cg_min: float = 0.0
 
     def __post_init__(self) -> None:
         for f in fields(self):
             value = getattr(self, f.name)
-            if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value) or value < 0:
+            number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+            if f.name == "cg_min":
+                if not number or value > 0:
+                    raise InputError("actuators.cg_min", value, "must be a finite number, zero or negative",
+                                     "Give the gain of the generator as a motor, for example -0.02")  # fmt: skip
+            elif not number or value < 0:
                 raise InputError(f"actuators.{f.name}", value, "must be a finite number, zero or positive",
                                  f"The default is {f.default}")  # fmt: skip
         for name in ("cc_max", "cg_max", "period"):
@@ -61,24 +70,25 @@ class Actuators:
         if int(self.delay) != self.delay:
             raise InputError("actuators.delay", self.delay, "must be whole samples", "Give an integer")
 
-    def arrays(self) -> ActuatorArrays:
-        """Return the numbers for the compiled loop."""
+    def arrays(self, motors: bool = False) -> ActuatorArrays:
+        """Return the numbers for the compiled loop; `motors`: the law starts the device and may use the motor."""
         share = [1.0 - math.exp(-self.period / lag) if lag > 0.0 else 1.0 for lag in (self.cc_lag, self.cg_lag)]
         travel = [rate * self.period if rate > 0.0 else math.inf for rate in (self.cc_rate, self.cg_rate)]
         return ActuatorArrays(
             np.array([self.cc_max, self.cg_max]), np.array([self.cc_quantum, self.cg_quantum]), np.array(travel),
-            np.array(share), int(self.delay),
+            np.array(share), int(self.delay), np.array([0.0, float(self.cg_min) if motors else 0.0]),
         )  # fmt: skip
 
 
 class ActuatorArrays(NamedTuple):
-    """Limits, resolution, travel per sample, lag's share per sample, each (2,) for cc and cg; delay in samples."""
+    """Upper limit, resolution, travel and lag's share per sample, lower limit, each (2,); delay in samples."""
 
     limit: NDArray[np.float64]
     quantum: NDArray[np.float64]
     travel: NDArray[np.float64]
     share: NDArray[np.float64]
     delay: int
+    floor: NDArray[np.float64]
 
 
 @inlined
@@ -90,13 +100,13 @@ def actuate(actuators: ActuatorArrays, sample: int, commands: Any, held: Any) ->
     saturated = 0
     for channel in range(2):
         wanted = commands[max(sample - actuators.delay, 0), channel]
-        limit = actuators.limit[channel]
-        if wanted < 0.0 or wanted > limit:
+        limit, floor = actuators.limit[channel], actuators.floor[channel]
+        if wanted < floor or wanted > limit:
             saturated += 1
-            wanted = min(max(wanted, 0.0), limit)
+            wanted = min(max(wanted, floor), limit)
         quantum = actuators.quantum[channel]
         if quantum > 0.0:
-            wanted = min(math.floor(wanted / quantum + 0.5) * quantum, limit)
+            wanted = max(min(math.floor(wanted / quantum + 0.5) * quantum, limit), floor)
         travel = actuators.travel[channel]
         step = min(max(wanted - held[channel], -travel), travel)
         if actuators.share[channel] < 1.0:

@@ -35,13 +35,16 @@ from gyroctl.plant.kernel import SOURCES
 from gyroctl.simulation import lock, metrics
 from gyroctl.simulation.metrics import UNITS, evaluate
 from gyroctl.simulation.progress import Progress
-from gyroctl.waves import Sea, WaveRealisation, prepare, realise
+from gyroctl.waves import Sea, WaveRealisation, estimation, prepare, realise
 from gyroctl.waves.energy import wave_power
 
 if TYPE_CHECKING:
     import xarray
 
-COUNTS = {"saturations": "1", "step_ms_median": "ms", "step_ms_p99": "ms", "deadline_misses": "1", "fallbacks": "1"}
+COUNTERS = ("deadline_misses", "fallbacks", "clamped", "starts", "pulls", "catches", "unloads")
+"""What a law may count while it runs, see `LawTiming`."""
+
+COUNTS = {"saturations": "1", "step_ms_median": "ms", "step_ms_p99": "ms", **dict.fromkeys(COUNTERS, "1")}
 EXAMPLES = {
     "power": "W", "ring_speed": "rad/s", "phi1": "rad", "phi3": "rad", "cc": "Nms", "cg": "Nms", "load_share": "1",
 }  # fmt: skip
@@ -143,7 +146,7 @@ def compare(
     if not laws:
         raise InputError("laws", {}, "there is nothing to compare", "Give at least one law")
     _check_seeds(waves.seeds, tuning_seeds)
-    if not waves.duration > settings.blend:
+    if not waves.duration > settings.score_from:
         raise InputError("run.duration", waves.duration, f"is not longer than the blend of {settings.blend:g} s",
                          "Give a longer duration, or a shorter run.blend")  # fmt: skip
     items = _items(plant, laws, waves, settings)
@@ -175,12 +178,12 @@ def perform(item: Item) -> Outcome:
     waves = lead_in(realise(item.plant, item.sea, item.seed, item.duration, item.waves_dt), item.settings)
     record, timing = run_law(item.plant, item.law, waves, item.settings, item.name)
     values = evaluate(
-        item.plant, record, waves.moments[1], waves.dt, item.sea.wp, item.settings.blend, item.available
+        item.plant, record, waves.moments[1], waves.dt, item.sea.wp, item.settings.score_from, item.available,
+        from_rest=item.settings.start == "rest",
     )  # fmt: skip
-    counters: dict[str, int] = getattr(item.law, "counters", dict)()  # a law with deadlines reports what it missed
     values |= {
         "saturations": float(record.saturations), "step_ms_median": timing.median, "step_ms_p99": timing.p99,
-        "deadline_misses": float(counters.get("deadline_misses", 0)), "fallbacks": float(counters.get("fallbacks", 0)),
+        **{name: float(timing.counters.get(name, 0)) for name in COUNTERS},
     }  # fmt: skip
     return Outcome(waves.sha256, values, _example(item, record, waves) if item.example else {})
 
@@ -208,7 +211,8 @@ def _example(item: Item, record: metrics.Record, waves: WaveRealisation) -> dict
 def _items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings: Settings) -> list[Item]:
     synthesis = prepare(plant, waves.sea, waves.duration, waves.dt)  # refuses what no run could use
     lead_in(realise(plant, waves.sea, waves.seeds[0], waves.duration, waves.dt), settings)
-    locked_start(plant, waves.sea)
+    if settings.start == "locked":
+        locked_start(plant, waves.sea)
     width = plant.parameters.d + plant.parameters.c  # crests run along the lever, and so does the capsule
     available = wave_power(synthesis, plant.depth) * width
     sources = (loop, sensing, actuation, start, flow, orbit, metrics, lock)
@@ -219,7 +223,7 @@ def _items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings:
             plain = Item(
                 plant, name, law, waves.sea, seed, waves.duration, waves.dt, settings, available, seed == waves.seeds[0]
             )  # fmt: skip
-            key = _key(plain, synthesis.sha256(seed, settings.blend), stamp)
+            key = _key(plain, synthesis.sha256(seed, settings.score_from), stamp)
             items.append(Item(**{**plain.__dict__, "key": key}))
     return items
 
@@ -237,14 +241,21 @@ def _key(item: Item, waves: str, stamp: str) -> str:
 
 
 def _law_content(law: Any) -> bytes:
-    """Every field of a law and the whole file that defines it, helpers included; empty where they cannot be had."""
+    """Every field of a law and the source that defines it, helpers included; empty where they cannot be had."""
     try:
         names = law._asdict() if hasattr(law, "_asdict") else [f.name for f in fields(law)]
         values = [(name, getattr(law, name)) for name in names]
-        source = Path(type(law).step.__code__.co_filename).read_bytes()
-        return pickle.dumps((type(law).__qualname__, values)) + source
+        return pickle.dumps((type(law).__qualname__, values)) + _source(Path(type(law).step.__code__.co_filename))
     except (AttributeError, OSError, TypeError, pickle.PicklingError):
         return b""  # a law with hidden state, or one that was typed in by hand
+
+
+def _source(file: Path) -> bytes:
+    """Text of a law: its file, or, in a package, all files of it and of the estimation that it may rest on."""
+    if not (file.parent / "__init__.py").is_file():
+        return file.read_bytes()
+    folders = (file.parent, Path(str(estimation.__file__)).parent)
+    return b"".join(path.read_bytes() for folder in folders for path in sorted(folder.rglob("*.py")))
 
 
 def _execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bool) -> dict[tuple[str, int], Outcome]:
@@ -352,7 +363,8 @@ def _dataset(
         "tuning_seeds": json.dumps(sorted(int(seed) for seed in tuning_seeds)),
         "parameters": json.dumps({name: describe(law) for name, law in laws.items()}),
         "duration": waves.duration,
-        "blend": settings.blend,
+        "blend": settings.score_from,
+        "start": settings.start,
         "motion_limit": motion_limit,
         "plant": plant.name,
         "wp": waves.sea.wp,
@@ -365,6 +377,12 @@ def _dataset(
 def _default_experiment(plant: Plant, waves: Realisations, settings: Settings) -> dict[str, Any]:
     return {
         "sea": repr(waves.sea),
-        "run": {"duration": waves.duration, "dt": settings.dt, "blend": settings.blend, "seeds": list(waves.seeds)},
+        "run": {
+            "duration": waves.duration,
+            "dt": settings.dt,
+            "blend": settings.blend,
+            "start": settings.start,
+            "seeds": list(waves.seeds),
+        },  # fmt: skip
         "plant": {"name": plant.name},
     }

@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
+import importlib
 import importlib.util
 import inspect
 import math
 from collections.abc import Callable
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from types import ModuleType
 from typing import Any, cast
 
 from gyroctl.errors import InputError
 from gyroctl.harness.controller import INFORMATION, Law
+from gyroctl.harness.tuned import read_sets, seeds_of, tuned_file
 
 GROUP = "gyroctl.controllers"
 
@@ -21,15 +25,43 @@ def registered() -> dict[str, EntryPoint]:
     return {point.name: point for point in sorted(entry_points(group=GROUP), key=lambda point: point.name)}
 
 
-def law(name: str, **parameters: Any) -> Law:
+def home(name: str) -> tuple[Path, str]:
+    """Folder of the code of a law, beside which its task and its tuned sets are, and their name.
+
+    Raises
+    ------
+    InputError
+        For an unknown law or a missing file.
+    """
+    if ".py:" in name:
+        path, _, attribute = name.rpartition(":")
+        return _existing(name, path).parent, attribute
+    module = importlib.import_module(_point(name).module)
+    package = module if hasattr(module, "__path__") else importlib.import_module(str(module.__package__))
+    return Path(str(package.__file__)).parent, name
+
+
+def tuned_sets(name: str) -> dict[str, Any]:
+    """Tuned sets that ship beside a law, by name; empty where there are none."""
+    return read_sets(tuned_file(*home(name)))
+
+
+def tuned_seeds(name: str) -> set[int]:
+    """Seeds on which a law was tuned, and so may not be judged."""
+    return seeds_of(tuned_sets(name))
+
+
+def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
     """Build a law.
 
     Parameters
     ----------
     name : str
         A registered name, or "file.py:Name" for a law in a user's file.
+    tuning : str, optional
+        A set of its tuned parameters: "all", or one for a sea alone, as "gamma1", "gamma5", "gamma50".
     **parameters
-        Parameters of the law; the defaults are its shipped tuning.
+        Parameters of the law; the defaults are its shipped tuning for all seas.
 
     Returns
     -------
@@ -38,9 +70,11 @@ def law(name: str, **parameters: Any) -> Law:
     Raises
     ------
     InputError
-        For an unknown name or parameter, a missing file, a value that is not a finite number, or an object that is
-        no law.
+        For an unknown name, set or parameter, a missing file, a value that is not a finite number, or an object that
+        is no law.
     """
+    if tuning is not None:
+        parameters = {**_tuned_parameters(name, tuning), **parameters}
     factory = _from_file(name) if ".py:" in name else _from_name(name)
     if not callable(factory):
         raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")
@@ -82,19 +116,45 @@ def describe(built: Law) -> dict[str, Any]:
     return {key: getattr(built, key) for key in fields if isinstance(getattr(built, key), int | float | str)}
 
 
-def _from_name(name: str) -> Callable[..., Any]:
+def _tuned_parameters(name: str, tuning: str) -> dict[str, Any]:
+    sets = tuned_sets(name)
+    if tuning not in sets:
+        mend = f"Choose one of {', '.join(sets)}" if sets else f"Tune it: gyroctl tune {name} --ship"
+        raise InputError(f"laws.{name}.tuning", tuning, "there is no such set of tuned parameters", mend)
+    return dict(sets[tuning]["parameters"])
+
+
+def _point(name: str) -> EntryPoint:
     points = registered()
     if name not in points:
         raise InputError("law", name, "unknown law",
                          f'Choose one of {", ".join(points)}, or give "file.py:Name"')  # fmt: skip
-    return cast(Callable[..., Any], points[name].load())
+    return points[name]
+
+
+def _from_name(name: str) -> Callable[..., Any]:
+    return cast(Callable[..., Any], _point(name).load())
+
+
+def _existing(name: str, path: str) -> Path:
+    if not Path(path).is_file():
+        raise InputError("law", name, f"there is no file {path}", "Give the path of a Python file, as file.py:Name")
+    return Path(path)
 
 
 def _from_file(name: str) -> Callable[..., Any]:
     path, _, attribute = name.rpartition(":")
-    file = Path(path)
-    if not file.is_file():
-        raise InputError("law", name, f"there is no file {path}", "Give the path of a Python file, as file.py:Name")
+    module = _module(name, _existing(name, path))
+    if not hasattr(module, attribute):
+        raise InputError("law", name, f"{path} defines no {attribute}", "Name a class or function of the file")
+    return cast(Callable[..., Any], getattr(module, attribute))
+
+
+def _module(name: str, file: Path) -> ModuleType:
+    """Import a user's file; again only when its text has changed, so that its laws are compiled once."""
+    key = (str(file.resolve()), hashlib.sha256(file.read_bytes()).hexdigest())
+    if key in _loaded:
+        return _loaded[key]
     spec = importlib.util.spec_from_file_location(f"gyroctl_user_{file.stem}", file)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -103,6 +163,9 @@ def _from_file(name: str) -> Callable[..., Any]:
     except Exception as error:
         raise InputError("law", name, f"the file cannot be imported: {type(error).__name__}: {error}",
                          "Run the file with Python and correct it") from error  # fmt: skip
-    if not hasattr(module, attribute):
-        raise InputError("law", name, f"{path} defines no {attribute}", "Name a class or function of the file")
-    return cast(Callable[..., Any], getattr(module, attribute))
+    _loaded[key] = module
+    return module
+
+
+_loaded: dict[tuple[str, str], ModuleType] = {}
+"""Users' files by path and text."""

@@ -11,6 +11,7 @@ import math
 import traceback
 from collections.abc import Callable
 from functools import lru_cache
+from itertools import groupby
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -128,36 +129,78 @@ class CompiledLaw(NamedTuple):
 
 
 def compile_law(law: Law) -> CompiledLaw | None:
-    """Compile a law that is a NamedTuple of floats, or return None where it cannot be compiled."""
+    """Compile a law that is a NamedTuple of floats and tables, or return None where it cannot be compiled.
+
+    A table is a tuple of floats or an array of them with one dimension. Compiled, the law's `step` gets it as an array:
+    indices and `len` work alike in both. The state is a tuple of floats alone.
+    """
     start = law.init()
-    if not (_is_floats(law) and _is_floats(start)):
+    if not (isinstance(law, tuple) and _is_floats(start)):
+        return None
+    layout = tuple(_length(value) for value in law)
+    if None in layout:
         return None
     try:
-        entry = _compiled_entry(*cast(Any, (type(law), type(start), len(start))))
+        entry = _compiled_entry(*cast(Any, (type(law), type(start), len(start), layout)))
     except NumbaError:
         return None
-    parameters = cast(tuple[float, ...], law)
-    return CompiledLaw(entry, np.array([*parameters, 0.0]), np.array([*start, 0.0]))
+    parameters = [np.asarray(value, np.float64).ravel() for value in law]
+    return CompiledLaw(entry, np.concatenate([*parameters, np.zeros(1)]), np.array([*start, 0.0]))
 
 
 def _is_floats(value: Any) -> bool:
-    return isinstance(value, tuple) and all(isinstance(v, float | int) and not isinstance(v, bool) for v in value)
+    return isinstance(value, tuple) and all(_is_number(v) for v in value)
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, float | int) and not isinstance(value, bool)
+
+
+def _length(value: Any) -> int | None:
+    """Length of a table, -1 for a number, None for what cannot be compiled."""
+    if _is_number(value):
+        return -1
+    if isinstance(value, np.ndarray):
+        return int(value.size) if value.ndim == 1 and value.dtype == np.float64 else None
+    return len(value) if _is_floats(value) else None
 
 
 @lru_cache(maxsize=256)
-def _compiled_entry(law_type: type[Any], state_type: type[Any], states: int) -> Any:
+def _compiled_entry(law_type: type[Any], state_type: type[Any], states: int, layout: tuple[int, ...]) -> Any:
     step = njit(error_model="numpy")(law_type.step)
-    parameters = len(law_type._fields)
+    fields = _fields(layout)
     pack = njit(_pack_plain(states)) if state_type is tuple else njit(_pack_named(state_type, states))
     unpack = njit(_unpack_nothing if states == 0 else _unpack)
 
     def entry(t: Any, y: Any, p: Any, s: Any, u: Any) -> None:
-        law = law_type(*to_fixed_tuple(p, parameters))
+        law = law_type(*fields(p))
         command, new = step(law, t, Measurement(*to_fixed_tuple(y, 7)), pack(s))
         u[0], u[1] = command
         unpack(new, s)
 
     return cfunc(_SIGNATURE)(entry)
+
+
+def _fields(layout: tuple[int, ...]) -> Any:
+    """Compiled function from the flat parameters to the tuple of a law's fields: numbers and tables in their order."""
+    build, begin = njit(lambda p: ()), 0
+    for is_table, run in groupby(layout, key=lambda length: length >= 0):
+        for length in run if is_table else [sum(1 for _ in run)]:
+            build = _joined(build, _table_at(begin, length) if is_table else _numbers_at(begin, length))
+            begin += length
+    return build
+
+
+def _numbers_at(begin: int, count: int) -> Any:
+    return njit(lambda p: to_fixed_tuple(p[begin : begin + count], count))
+
+
+def _table_at(begin: int, length: int) -> Any:
+    return njit(lambda p: (p[begin : begin + length],))
+
+
+def _joined(left: Any, right: Any) -> Any:
+    return njit(lambda p: left(p) + right(p))
 
 
 def _pack_plain(states: int) -> Callable[[Any], Any]:

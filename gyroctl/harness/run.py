@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from gyroctl.harness.controller import Law, LawError
 from gyroctl.harness.laws import describe
 from gyroctl.harness.loop import CompiledLaw, Kernel, PythonLaw, closed_loop, compile_law, compiled_calls, compiled_loop
 from gyroctl.harness.sensing import CHANNELS, Sensors
-from gyroctl.harness.start import locked_start
+from gyroctl.harness.start import STARTS, locked_start, rest_start
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import rows
 from gyroctl.simulation.ensemble import check_step
@@ -42,20 +43,43 @@ class Settings:
         Between plant and law.
     actuators : Actuators
         Between law and plant.
+    start : {"locked", "rest"}
+        On the locked orbit of the equivalent regular wave, with the blend; or at rest in the irregular sea, where the
+        scoring begins at once.
+
+    Raises
+    ------
+    InputError
+        For an unknown start.
     """
 
     dt: float = 0.01
     blend: float = 100.0
     sensors: Sensors = field(default_factory=Sensors)
     actuators: Actuators = field(default_factory=Actuators)
+    start: str = "locked"
+
+    def __post_init__(self) -> None:
+        if self.start not in STARTS:
+            raise InputError("run.start", self.start, "unknown start", f"Choose one of {', '.join(STARTS)}")
+
+    @property
+    def score_from(self) -> float:
+        """Start of the scoring: the end of the blend, or the beginning where there is none. [s]"""
+        return self.blend if self.start == "locked" else 0.0
 
 
 @dataclass(frozen=True)
 class LawTiming:
-    """Time that one sample of the law took. [ms]"""
+    """Time that one sample of the law took [ms], and what the law counted while it ran.
+
+    A law may have a method ``counters(state) -> dict``, asked once with its last state: deadline_misses, fallbacks,
+    clamped, or counts of its own.
+    """
 
     median: float
     p99: float
+    counters: Mapping[str, int] = field(default_factory=dict)
 
 
 def run_law(
@@ -79,7 +103,7 @@ def run_law(
     compiled : bool
         Compile the law where that is possible; the results are the same to the last bit.
     start : (n,) array, optional
-        State at t = 0; by default the locked orbit of the equivalent regular wave.
+        State at t = 0; by default as the settings say.
 
     Raises
     ------
@@ -98,26 +122,32 @@ def run_law(
     check_step(plant, min(float(largest), actuators.cc_max), settings.dt)
     n, samples = len(plant.labels), math.floor(waves.duration / actuators.period + 1e-9)
     states = np.zeros((samples + 1, rows(plant.coefficients)))
-    first, controls_before = locked_start(plant, waves.sea)
+    if settings.start == "rest":
+        first, controls_before = rest_start(plant, waves.seed), (0.0, 0.0)
+    else:
+        first, controls_before = locked_start(plant, waves.sea)
     states[0, :n] = first if start is None else start
     commands, controls = np.zeros((samples, 2)), np.zeros((samples, 2))
     held, saturations = np.array(controls_before), np.zeros(1, np.int64)
     kernel = Kernel(plant.coefficients, np.ascontiguousarray(waves.moments.T).ravel(), waves.dt, settings.dt)
+    law = informed(law, waves)
     machine = compile_law(law) if compiled else None
     arguments = (
-        every, kernel, settings.sensors.arrays(samples, waves.seed), actuators.arrays(), actuators.period, states,
-        commands, controls, held, saturations,
+        every, kernel, settings.sensors.arrays(samples, waves.seed), actuators.arrays(getattr(law, "motors", False)),
+        actuators.period, states, commands, controls, held, saturations,
     )  # fmt: skip
     if machine is not None:
         state = machine.s.copy()
         bad = compiled_loop(machine.entry, machine.p, state, *arguments)
         timing = _time_compiled(machine)
+        last: Any = type(law.init())(*state[:-1]) if hasattr(law, "counters") else None
     else:
         python = PythonLaw(law, name, time.perf_counter)
         nothing = np.zeros(1)
         bad = closed_loop(python, nothing, nothing, *arguments)
         spent = np.array(python.seconds) * 1e3
         timing = LawTiming(float(np.median(spent)), float(np.quantile(spent, 0.99)))
+        last = python.state
     if bad >= 0:
         raise LawError(
             f"law {name!r} returned a command that is not finite at t = {bad * actuators.period:.1f} s. "
@@ -165,13 +195,22 @@ def simulate(
         "law": name, "information": law.information, "parameters": describe(law), "seed": waves.seed,
         "sha256": acting.sha256, "blend": acting.blend, "dt": settings.dt, "plant": plant.name,
         "wp": waves.sea.wp, "hs": waves.sea.hs, "saturations": record.saturations, "step_ms_median": timing.median,
+        "start": settings.start,
     }  # fmt: skip
     return trajectory(plant, record, signals, attributes)
 
 
+def informed(law: Law, waves: WaveRealisation) -> Law:
+    """Give a law that may look ahead the realisation as it acts; others see their sensors only."""
+    if law.information in ("none", "sensors") or not hasattr(law, "informed"):
+        return law
+    knowing: Law = law.informed(waves)
+    return knowing
+
+
 def lead_in(waves: WaveRealisation, settings: Settings) -> WaveRealisation:
     """Blend the start of a realisation in from the regular wave, unless it has been done or is not wanted."""
-    if waves.blend > 0.0 or settings.blend == 0.0:
+    if waves.blend > 0.0 or settings.blend == 0.0 or settings.start == "rest":
         return waves
     return waves.blended(settings.blend)
 

@@ -1,7 +1,7 @@
-"""The default start: on the locked orbit of the regular wave that is equivalent to the sea.
+"""The start: on the locked orbit of the regular wave that is equivalent to the sea, or at rest in the irregular sea.
 
-From rest only about one initial ring angle in eight locks, even in regular waves. The start is common to all laws: it
-is part of the realisation, not of the law.
+From rest only about one initial ring angle in eight locks by itself, even in regular waves: a law that is to start the
+device has to turn it. The start is common to all laws: it is part of the realisation, not of the law.
 """
 
 from __future__ import annotations
@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.linearisation import lock_orbit
 from gyroctl.plant import Plant
+from gyroctl.plant.equations import PSI
 from gyroctl.waves import Regular, Sea
+
+STARTS = ("locked", "rest")
+"""Where runs may begin."""
+
+STREAM = 0x57A7  # separates the ring's angle at rest from the other random numbers of the same seed
 
 REFERENCE = ((0.052, 3.5e-4), (0.104, 1.5e-4), (0.052, 1e-4), (0.104, 3e-5))
 """Controls on the starting orbit, in the order in which they are tried. [Nms]"""
@@ -33,6 +39,14 @@ def locked_start(plant: Plant, sea: Sea) -> tuple[NDArray[np.float64], tuple[flo
     if key not in _found:
         _found[key] = _search(plant, wave)
     return _found[key]
+
+
+def rest_start(plant: Plant, seed: int) -> NDArray[np.float64]:
+    """State (n,) at rest; the ring stands where it came to rest, at an angle drawn from the seed of the waves."""
+    state = np.zeros(len(plant.labels))
+    rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, STREAM])))
+    state[PSI] = rng.uniform(0.0, 2.0 * math.pi)
+    return state
 
 
 _found: dict[tuple[object, ...], tuple[NDArray[np.float64], tuple[float, float]]] = {}

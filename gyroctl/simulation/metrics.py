@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI
-from gyroctl.simulation.lock import cycle_slips, loss_time, wave_phasor
+from gyroctl.simulation.lock import THRESHOLD, WINDOW, cycle_slips, loss_time, wave_phasor
 
 MODEL_LIMIT = 0.3
 """Float motion beyond which the equations, linear in phi, are outside their range. [rad]"""
@@ -19,6 +19,7 @@ UNITS = {
     "cycle_slips": "1 per 1000 waves", "phi1_p98": "rad", "phi3_p98": "rad", "outside_model": "1",
     "wave_input_w": "W", "radiated_w": "W", "hinge_w": "W", "slip_loss_w": "W", "stored_w": "W",
     "ledger_residual": "1", "capture_width_ratio": "1",
+    "availability": "1", "motor_energy": "J", "net_energy": "J", "lock_begins": "s", "payback_time": "s",
 }  # fmt: skip
 
 
@@ -47,7 +48,7 @@ class Record:
 
 def evaluate(
     plant: Plant, record: Record, moment: NDArray[np.float64], moment_dt: float, wp: float, score_from: float,
-    available: float, sense: int = 1,
+    available: float, sense: int = 1, from_rest: bool = False,
 ) -> dict[str, float]:  # fmt: skip
     """Metrics of a run.
 
@@ -69,18 +70,26 @@ def evaluate(
         Wave power over the width of the float [W]; NaN where it is not defined.
     sense : {1, -1}
         Sense of rotation.
+    from_rest : bool
+        The run began at rest: lock can be lost only after it has begun.
 
     Returns
     -------
     dict
         By the names of `UNITS`. Powers are means over the scored time from the integrated ledger; the ledger's
-        residual is over the whole run, relative to the wave input.
+        residual is over the whole run, relative to the wave input. Power is net: what the generator took as a motor is
+        paid for.
     """
     n = len(plant.labels)
     period, states = record.period, record.states
     first = round(score_from / period)
     psi = states[:, PSI]
-    lost = float(loss_time(psi, period, wp, sense))
+    in_production = production(psi, states[:, n + LEDGER.index("generator")], period, wp, sense)
+    begins = float(np.argmax(in_production)) * period if np.any(in_production) else np.nan
+    if from_rest and np.isfinite(begins):
+        lost = float(loss_time(psi[round(begins / period) :], period, wp, sense)) + begins
+    else:
+        lost = float(loss_time(psi, period, wp, sense))
 
     scored = (states.shape[0] - 1 - first) * period
     energy = dict(zip(LEDGER, states[-1, n:] - states[first, n:], strict=True))
@@ -93,8 +102,10 @@ def evaluate(
     begin, end = cg * speed[:-1] ** 2, cg * speed[1:] ** 2  # cg jumps at the samples: both ends of each interval
     second = 0.5 * float(np.mean(begin**2) + np.mean(end**2))
     per_second = round(1.0 / period)
-    generated = states[first:, n + LEDGER.index("generator")][::per_second]
-    mean_1s = np.diff(generated) / (per_second * period)
+    net = states[:, n + LEDGER.index("generator")]
+    mean_1s = np.diff(net[first::per_second]) / (per_second * period)
+    negative = np.flatnonzero(net < 0.0)
+    repaid = negative[-1] + 1 if negative.size else 0
     phi1, phi3 = np.abs(states[first:, PHI1]), np.abs(states[first:, PHI3])
     phasor = wave_phasor(moment, moment_dt, wp)
     sampled = np.interp(np.arange(first, states.shape[0]) * period, np.arange(moment.size) * moment_dt, phasor)
@@ -117,4 +128,41 @@ def evaluate(
         "stored_w": float(stored[2] - stored[1]) / scored,
         "ledger_residual": float(abs(whole["wave_input"] - spent) / abs(whole["wave_input"])),
         "capture_width_ratio": mean / available,
+        "availability": float(np.mean(in_production[max(first, round(WINDOW / period)) :])),
+        "motor_energy": float(-np.sum(np.minimum(np.diff(net[first:]), 0.0))),
+        "net_energy": energy["generator"],
+        "lock_begins": begins,
+        "payback_time": repaid * period if repaid < net.size else np.nan,
     }
+
+
+def production(
+    psi: NDArray[np.float64], net: NDArray[np.float64], period: float, wp: float, sense: int = 1
+) -> NDArray[np.bool_]:
+    """Tell when the device is in locked production: it keeps its turns by itself, without a motor.
+
+    Parameters
+    ----------
+    psi : (n,) array
+        Ring angle. [rad]
+    net : (n,) array
+        Energy of the generator so far, less that of the motor. [J]
+    period : float
+        Spacing of the samples. [s]
+    wp : float
+        Peak angular frequency. [rad/s]
+    sense : {1, -1}
+        Sense of rotation.
+
+    Returns
+    -------
+    (n,) array of bool
+        Whether over the last 10 s the mean ring speed was at least half of wp and the generator never a motor. False
+        during the first 10 s.
+    """
+    span, found = round(WINDOW / period), np.zeros(psi.size, np.bool_)
+    motored = np.concatenate([[0], np.cumsum(np.diff(net) < 0.0)])
+    with np.errstate(invalid="ignore"):
+        turning = sense * (psi[span:] - psi[:-span]) >= THRESHOLD * wp * WINDOW
+    found[span:] = turning & (motored[span:] == motored[:-span])
+    return found

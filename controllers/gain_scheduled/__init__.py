@@ -1,0 +1,1 @@
+"""Gain-scheduled laws from the linear models along the locked orbits."""

@@ -1,0 +1,246 @@
+"""One cell of the schedule: its wave, its locked orbit, and the exact linear model of plant and law's filters about it.
+
+A cell is asked for by envelope, frequency and bandwidth. The wave height is found at which the orbit that carries the
+wanted share of the lock capacity has that envelope. The filters of the law are part of the linear model, so that a
+gain is designed for what it will be fed with. Irregular waves enter as a random modulation of the regular moments,
+amplitude and phase, that is as slow as the bandwidth says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.controllers.gain_scheduled.scheduled import POINT, ROW, SIGNALS, Scheduled, ScheduledState
+from gyroctl.errors import InputError
+from gyroctl.linearisation import PeriodicOrbit, continue_orbit, lock_orbit
+from gyroctl.linearisation.dual import step_jacobian
+from gyroctl.linearisation.loop_orbit import LoopOrbit, close_loop, read
+from gyroctl.linearisation.orbit_map import Wave
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import PSI, PSI_RATE
+
+Matrices = NDArray[np.float64]
+
+HEIGHT_PER_ENVELOPE = 0.77
+"""First guess of the wave height: 0.2 m gives an envelope of 0.26 rad/s. [m s/rad]"""
+
+SOLVER_STEPS = 12
+
+
+@dataclass(frozen=True)
+class Node:
+    """Where a cell lies in the schedule.
+
+    Parameters
+    ----------
+    envelope : float
+        V. [rad/s]
+    frequency : float
+        Peak frequency. [rad/s]
+    bandwidth : float
+        Variance of the envelope over its squared mean. [-]
+    """
+
+    envelope: float
+    frequency: float
+    bandwidth: float
+
+    def __str__(self) -> str:
+        """Name of the cell in messages."""
+        return f"V = {self.envelope:g} rad/s, w = {self.frequency:g} rad/s, bandwidth {self.bandwidth:g}"
+
+
+@dataclass(frozen=True)
+class Filters:
+    """Time constants of the law that the design must know, see `Scheduled`. [s]"""
+
+    slow: float = 8.0
+    brisk: float = 1.2
+    fast: float = 0.2
+    memory: float = 60.0
+    notch: float = 5.0
+
+
+@dataclass(frozen=True)
+class Cell:
+    """Orbit and linear model x_{k+1} = A_k x_k + B_k u_k + G_k w_k of plant, filters and wave modulation.
+
+    Parameters
+    ----------
+    node : Node
+        Where it lies.
+    height : float
+        Wave height. [m]
+    orbit : PeriodicOrbit
+        With the controls of the operating point.
+    fold : float
+        Largest cg with an orbit at this wave and cc. [Nms]
+    point : (7,) array
+        Operating point, in the order of `POINT`.
+    A, B, G : (N, n, n), (N, n, 2), (N, n, 2) arrays
+        The model; the last two states are the modulation.
+    C : (N, 10, n) array
+        Signals of the law, in the order of `SIGNALS`.
+    rows : dict
+        Rows of the plant's states by name.
+    loop : LoopOrbit
+        Plant and filters without feedback.
+    """
+
+    node: Node
+    height: float
+    orbit: PeriodicOrbit
+    fold: float
+    point: NDArray[np.float64]
+    A: Matrices = field(repr=False)
+    B: Matrices = field(repr=False)
+    G: Matrices = field(repr=False)
+    C: Matrices = field(repr=False)
+    rows: dict[str, int] = field(repr=False)
+    loop: LoopOrbit = field(repr=False)
+
+    @property
+    def share(self) -> float:
+        """Generator gain as a part of that at the fold."""
+        return float(self.point[1]) / self.fold
+
+
+def operating_orbit(plant: Plant, node: Node, cc: float, share: float) -> PeriodicOrbit:
+    """Orbit of the wave height at which the envelope is the node's, with cg a share of the lock capacity J4 V/N.
+
+    Raises
+    ------
+    InputError
+        Where there is none: the message names the cell.
+    """
+    cg = share * plant.parameters.J4 * node.envelope / plant.parameters.N
+    height, guess, orbit = HEIGHT_PER_ENVELOPE * node.envelope, None, None
+    for _ in range(SOLVER_STEPS):
+        orbit = lock_orbit(plant, Wave(height, node.frequency), cc, cg, guess=guess, nearest=False)
+        if orbit.status == "no orbit":
+            height, guess = 1.15 * height, None
+            continue
+        ratio = orbit.lock_share / share  # the envelope wanted over that of the orbit
+        if abs(ratio - 1.0) < 1e-9:
+            return orbit
+        height, guess = height * ratio, orbit.x
+    if orbit is not None and orbit.status != "no orbit" and abs(orbit.lock_share / share - 1.0) < 1e-4:
+        return orbit
+    raise InputError("cell", str(node), f"has no locked orbit at a share of {share:.3g} of the lock capacity",
+                     "Lower the share of this cell")  # fmt: skip
+
+
+def build_cell(
+    plant: Plant, node: Node, cc: float, share: float, filters: Filters, decorrelation: float, scatter: float = 0.5
+) -> Cell:
+    """Find orbit and linear model of a cell.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    node : Node
+        Envelope, frequency and bandwidth.
+    cc : float
+        Coupling of the operating point. [Nms]
+    share : float
+        Part of the lock capacity J4 V/N that the operating point takes.
+    filters : Filters
+        Of the law.
+    decorrelation : float
+        Rate at which the waves forget amplitude and phase. [1/s]
+    scatter : float
+        Standard deviation of that modulation, relative to the regular wave.
+
+    Raises
+    ------
+    InputError
+        Where the cell has no orbit, or none that is stable without feedback.
+    """
+    orbit = operating_orbit(plant, node, cc, share)
+    if orbit.status != "stable":
+        raise InputError("cell", str(node), "its orbit is unstable without feedback", "Raise cc of the operating point")
+    folds = continue_orbit(orbit, "cg", (0.0, 4.0 * orbit.cg / share)).folds
+    fold = max(point.value for point in folds) if folds else float("nan")
+    law = frozen([orbit.cc, orbit.cg, 0.0, 0.0, 0.0, 0.0, 0.0, *[0.0] * (2 * len(SIGNALS))], filters, node.frequency)
+    loop = close_loop(plant, orbit.wave, law, start=orbit, settle=60)
+    if loop.status != "stable":
+        raise InputError("cell", str(node), f"its open loop is {loop.status}", "Raise cc of the operating point")
+    point = _operating_point(loop, orbit)
+    A, B, C = _model(loop, point, filters)
+    A, B, C, G = _modulated(loop, A, B, C, decorrelation, scatter)
+    free = [plant.labels[row] for row in loop.flow.free]
+    return Cell(node, orbit.wave.height, orbit, fold, point, A, B, G, C, {n: i for i, n in enumerate(free)}, loop)
+
+
+def frozen(row: Sequence[float], filters: Filters, frequency: float, **limits: float) -> Scheduled:
+    """Law with a table of one cell: its schedule does not move."""
+    return Scheduled((1.0,), (1.0,), (1.0,), tuple(float(v) for v in row), wp=frequency, **vars(filters), **limits)
+
+
+def _operating_point(loop: LoopOrbit, orbit: PeriodicOrbit) -> NDArray[np.float64]:
+    """Means of the law's signals on the orbit, and the part of the ring speed at twice the ring angle."""
+    states = np.array([[s.U1, s.U3, s.V1, s.V3, s.speed] for s in loop.law_states[1:]] + [list(_last(loop))])
+    V = np.hypot(states[:, 0], states[:, 1])
+    psi, speed = loop.states[:-1, PSI], states[:, 4]
+    ripple = np.linalg.lstsq(
+        np.stack([np.ones_like(psi), np.cos(2 * psi), np.sin(2 * psi)], axis=1), speed, rcond=None
+    )[0]  # fmt: skip
+    names = loop.flow.plant.labels
+    flywheel = np.mean(loop.states[:-1, names.index("omega_rate")]) / loop.flow.plant.parameters.N
+    mean_speed = np.mean(loop.states[:-1, PSI_RATE])
+    return np.array([
+        orbit.cc, orbit.cg, np.mean(states[:, 2] / V), np.mean(states[:, 3] / V), ripple[1], ripple[2],
+        flywheel / mean_speed,
+    ])  # fmt: skip
+
+
+def _last(loop: LoopOrbit) -> tuple[float, ...]:
+    """Filters of the law after the last sample of the period: those before the first."""
+    s: ScheduledState = loop.law_states[0]
+    return s.U1, s.U3, s.V1, s.V3, s.speed
+
+
+def _model(loop: LoopOrbit, point: NDArray[np.float64], filters: Filters) -> tuple[Matrices, Matrices, Matrices]:
+    """A, B of plant and filters from the controls, and the derivative C of each signal of the law."""
+    samples, n, ns = loop.flow.samples, loop.A.shape[1], loop.by_state.shape[2]
+    A = np.zeros((samples, n + ns, n + ns))
+    B = np.zeros((samples, n + ns, 2))
+    C = np.zeros((samples, len(SIGNALS), n + ns))
+    A[:, :n, :n] = loop.A
+    A[:, n:, :n] = loop.by_measurement[:, 2:] @ loop.sensing
+    A[:, n:, n:] = loop.by_state[:, 2:]
+    B[:, :n] = loop.B
+    for i in range(len(SIGNALS)):
+        row = np.zeros(ROW)
+        row[: len(POINT)] = point
+        row[0], row[len(POINT) + i] = 100.0, 1.0  # the signal itself, well inside the limits
+        probe: Any = frozen(row, filters, loop.law.wp, cc_max=1e3)._replace(period=loop.flow.period)
+        for k in range(samples):
+            _, by_y, by_s = step_jacobian(probe, 0.0, read(loop.states[k]), loop.law_states[k])
+            C[k, i, :n], C[k, i, n:] = by_y[0] @ loop.sensing, by_s[0]
+    return A, B, C
+
+
+def _modulated(
+    loop: LoopOrbit, A: Matrices, B: Matrices, C: Matrices, decorrelation: float, scatter: float
+) -> tuple[Matrices, Matrices, Matrices, Matrices]:
+    """Append the random modulation of the wave: two states, in phase with it and a quarter period away."""
+    flow = loop.flow
+    samples, n = A.shape[:2]
+    decay = np.exp(-decorrelation * flow.period)
+    a, b, c = (np.zeros((samples, n + 2, n + 2)), np.zeros((samples, n + 2, 2)), np.zeros((samples, C.shape[1], n + 2)))
+    a[:, :n, :n], b[:, :n], c[:, :, :n] = A, B, C
+    a[:, n, n] = a[:, n + 1, n + 1] = decay
+    for k in range(samples):
+        _, entry = flow.jacobian(loop.states[k], *loop.controls[k], k)
+        turned = flow.forcing.amplitude * np.exp(2j * np.pi * (k + 0.5) / samples)
+        a[k, : flow.free.size, n:] = entry[:, 2:] @ np.stack([turned.real, -turned.imag], axis=1)
+    g = np.zeros((samples, n + 2, 2))
+    g[:, n:] = scatter * np.sqrt(1.0 - decay**2) * np.eye(2)
+    return a, b, c, g

@@ -1,0 +1,194 @@
+"""Law by a table over the locked orbits: operating point and feedback gains, scheduled on what the sensors give.
+
+The table is a grid over three slow quantities, all measured:
+
+- the envelope V, modulus of the slow part of the co-rotating float rate ``u1 + i u3 = exp(i psi)(phi1' + i phi3')``:
+  it stands for the wave height, since it is what can pull the ring;
+- the peak frequency, as the mean rate at which the float's motion turns, weighted with its square: the ring speed less
+  the rate of the load angle, so that a ring that lags behind does not pull its own reference down;
+- the bandwidth, as the part of the square of that rate which the slow filter does not pass, about a minute long. (The
+  variance of the envelope over its squared mean says nothing here: within a minute it is .27 for gamma 1, 5 and 50.)
+
+A cell holds controls and the course of a few signals on its orbit, and gains on their deviations: cos and sin of the load
+angle (as U1/V, U3/V of a brisker filter), ring speed, flywheel speed, and what is left of phi1 and its rate beside the
+wave's frequency, the swing of the lightly damped horizontal mode. The gains on the ring speed vary with twice the ring
+angle and those on the swing with the ring angle: no others act on slow motions, by the half-period symmetry of the
+device. Between the nodes every number of the table is interpolated linearly in each direction, so that the command is
+continuous; outside, the nearest edge is taken and the sample is counted.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, NamedTuple
+
+from gyroctl.plant.compiled import inlined
+
+SIGNALS = (
+    "synchronising", "angle", "speed", "speed_cos2", "speed_sin2", "flywheel",
+    "swing_cos", "swing_sin", "swing_rate_cos", "swing_rate_sin",
+)  # fmt: skip
+"""Deviations that are fed back, in the order of the gains."""
+
+POINT = ("cc", "cg", "synchronising", "angle", "speed_cos2", "speed_sin2", "flywheel")
+"""Operating point: controls [Nms], U1/V and U3/V, ring speed at twice the ring angle [rad/s], omega'/(N w)."""
+
+ROW = len(POINT) + 2 * len(SIGNALS)
+"""Numbers of a cell: operating point, gains to cc, gains to cg."""
+
+
+class ScheduledState(NamedTuple):
+    """Filters of the law.
+
+    Slow and brisk parts of u1, u3 [rad/s]; ring speed [rad/s]; means of the squares of both envelopes [rad^2/s^2] and of
+    the brisk one times its rate of turning; parts of phi1 [rad] and phi1' [rad/s] that turn with the ring; samples
+    outside the table; 1 once begun.
+    """
+
+    U1: float
+    U3: float
+    V1: float
+    V3: float
+    speed: float
+    slow_square: float
+    square: float
+    turning: float
+    phi_c: float
+    phi_s: float
+    rate_c: float
+    rate_s: float
+    clamped: float
+    begun: float
+
+
+class Scheduled(NamedTuple):
+    """Both controls from the table: operating point plus gains times deviations.
+
+    The tables are tuples of floats; `gyroctl.controllers.gain_scheduled.table` reads them from a file.
+    """
+
+    envelopes: tuple[float, ...]  # nodes of V, increasing [rad/s]
+    frequencies: tuple[float, ...]  # nodes of the peak frequency, increasing [rad/s]
+    bandwidths: tuple[float, ...]  # nodes of the bandwidth, increasing [-]
+    cells: tuple[float, ...]  # rows of ROW numbers: envelope slowest, then frequency, then bandwidth
+    load: float = 1.0  # factor on the generator gain of the operating point [-]
+    effort: float = 1.0  # factor on the feedback [-]
+    slow: float = 8.0  # time constant of the envelope [s]
+    brisk: float = 1.2  # time constant of the load angle [s]
+    fast: float = 0.2  # time constant of the ring speed [s]
+    memory: float = 60.0  # time constant of peak frequency and bandwidth [s]
+    notch: float = 5.0  # time constant of the part of phi1 that turns with the ring [s]
+    least: float = 0.02  # no smaller envelope as divisor [rad/s]
+    cc_max: float = 0.12  # [Nms]
+    cg_max: float = 0.02  # [Nms]
+    wp: float = 3.14  # peak frequency at the start [rad/s]
+    N: float = 22.555555555555557  # gear ratio [-]
+    counting: float = 1.0  # 0: samples outside the table are not counted [-]
+    period: float = 0.1  # [s]
+
+    @property
+    def information(self) -> Literal["sensors"]:
+        """What the law looks at."""
+        return "sensors"
+
+    def init(self) -> ScheduledState:
+        """Filters are filled by the first sample; the peak frequency starts at `wp`."""
+        return ScheduledState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def clamped(self, state: ScheduledState) -> int:
+        """Samples so far at which the schedule was asked outside its table."""
+        return round(state.clamped)
+
+    def step(self, t: float, y: Any, state: ScheduledState) -> tuple[tuple[float, float], ScheduledState]:
+        """Filter, look up, feed back."""
+        c, s = math.cos(y.psi), math.sin(y.psi)
+        u1 = c * y.phi1_rate - s * y.phi3_rate
+        u3 = s * y.phi1_rate + c * y.phi3_rate
+        first = state.begun == 0.0
+        slow = 1.0 if first else 1.0 - math.exp(-self.period / self.slow)
+        brisk = 1.0 if first else 1.0 - math.exp(-self.period / self.brisk)
+        fast = 1.0 if first else 1.0 - math.exp(-self.period / self.fast)
+        memory = 1.0 if first else 1.0 - math.exp(-self.period / self.memory)
+        notch = 1.0 - math.exp(-self.period / self.notch)
+        U1 = state.U1 + slow * (u1 - state.U1)
+        U3 = state.U3 + slow * (u3 - state.U3)
+        V1 = state.V1 + brisk * (u1 - state.V1)
+        V3 = state.V3 + brisk * (u3 - state.V3)
+        speed = state.speed + fast * (y.psi_rate - state.speed)
+        square = state.square + memory * (V1 * V1 + V3 * V3 - state.square)
+        slow_square = state.slow_square + memory * (U1 * U1 + U3 * U3 - state.slow_square)
+        turned = 0.0 if first else (state.V1 * V3 - state.V3 * V1) / self.period
+        rate = self.wp * square if first else y.psi_rate * (V1 * V1 + V3 * V3) - turned
+        turning = state.turning + memory * (rate - state.turning)
+
+        envelope = math.sqrt(U1 * U1 + U3 * U3)
+        frequency = turning / max(square, 1e-9)
+        bandwidth = 1.0 - slow_square / max(square, 1e-9)
+        i, a, outside_i = _locate(self.envelopes, envelope)
+        j, b, outside_j = _locate(self.frequencies, frequency)
+        k, d, outside_k = _locate(self.bandwidths, bandwidth)
+        outside = 1.0 if outside_i + outside_j + outside_k > 0 else 0.0
+        across = ROW * len(self.bandwidths)
+        here = (
+            across * (i * len(self.frequencies) + j) + ROW * k,
+            across * len(self.frequencies) if i + 1 < len(self.envelopes) else 0,
+            across if j + 1 < len(self.frequencies) else 0,
+            ROW if k + 1 < len(self.bandwidths) else 0,
+        )
+        at = (a, b, d)
+
+        # what is left of phi1 and its rate beside the part that turns with the ring
+        swing = y.phi1 - state.phi_c * c - state.phi_s * s
+        swing_rate = y.phi1_rate - state.rate_c * c - state.rate_s * s
+        cos2, sin2 = c * c - s * s, 2.0 * s * c
+        divisor = max(envelope, self.least)
+        off = speed - frequency - _mix(self.cells, here, at, 4) * cos2 - _mix(self.cells, here, at, 5) * sin2
+        deviations = (
+            V1 / divisor - _mix(self.cells, here, at, 2),
+            V3 / divisor - _mix(self.cells, here, at, 3),
+            off, off * cos2, off * sin2,
+            y.omega_rate / self.N - _mix(self.cells, here, at, 6) * frequency,
+            swing * c, swing * s, swing_rate * c, swing_rate * s,
+        )  # fmt: skip
+        cc = _mix(self.cells, here, at, 0)
+        cg = self.load * _mix(self.cells, here, at, 1)
+        for n in range(len(SIGNALS)):
+            cc += self.effort * _mix(self.cells, here, at, len(POINT) + n) * deviations[n]
+            cg += self.effort * _mix(self.cells, here, at, len(POINT) + len(SIGNALS) + n) * deviations[n]
+
+        # the count is rounded so that it carries no derivative: margins are those of the feedback
+        count = math.floor(state.clamped + 0.5) + self.counting * outside
+        return (min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max)), ScheduledState(
+            U1, U3, V1, V3, speed, slow_square, square, turning,
+            state.phi_c + 2.0 * notch * swing * c, state.phi_s + 2.0 * notch * swing * s,
+            state.rate_c + 2.0 * notch * swing_rate * c, state.rate_s + 2.0 * notch * swing_rate * s, count, 1.0,
+        )  # fmt: skip
+
+
+@inlined
+def _locate(nodes: Any, value: Any) -> Any:
+    """Interval of `value` among the nodes, its place in it from 0 to 1, and 1 where it is outside the nodes."""
+    last = len(nodes) - 1
+    if last == 0:
+        return 0, 0.0, 0
+    if value < nodes[0]:
+        return 0, 0.0, 1
+    if value > nodes[last]:
+        return last - 1, 1.0, 1
+    i = 0
+    while i < last - 1 and value >= nodes[i + 1]:
+        i += 1
+    return i, (value - nodes[i]) / (nodes[i + 1] - nodes[i]), 0
+
+
+@inlined
+def _mix(cells: Any, here: Any, at: Any, entry: int) -> Any:
+    """One number of the table, linear in each of the three directions."""
+    corner, di, dj, dk = here
+    a, b, d = at
+    o = corner + entry
+    low = (1.0 - b) * ((1.0 - d) * cells[o] + d * cells[o + dk])
+    low += b * ((1.0 - d) * cells[o + dj] + d * cells[o + dj + dk])
+    high = (1.0 - b) * ((1.0 - d) * cells[o + di] + d * cells[o + di + dk])
+    high += b * ((1.0 - d) * cells[o + di + dj] + d * cells[o + di + dj + dk])
+    return (1.0 - a) * low + a * high

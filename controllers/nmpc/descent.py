@@ -1,0 +1,75 @@
+"""Plan by projected gradients: the structure of the problem is all in the adjoint, the box is a clip.
+
+The optimum is nearly bang-bang, on the bounds in most intervals, where second-order models of the cost have little to
+say and the projection finds the active set at once. Steps after Barzilai and Borwein (IMA J. Numer. Anal. 8 (1988)
+141-148), projected as in Birgin, Martinez, Raydan (SIAM J. Optim. 10 (2000) 1196-1211), each accepted only if the cost
+falls: the cost never rises, so any number of iterations gives a plan no worse than the shifted last one.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gyroctl.controllers.nmpc.prediction import STEPS
+from gyroctl.controllers.nmpc.problem import Problem, gradient, predict
+from gyroctl.plant.compiled import entry_point
+
+LENGTH_MIN, LENGTH_MAX = 1e-5, 1.0  # of a step along the gradient [(Nms)^2/J]
+
+
+@entry_point
+def descend(
+    step: Any, pullback: Any, problem: Problem, cc: Any, length: float, iterations: int
+) -> tuple[float, float, float, float]:
+    """Improve a plan in place.
+
+    Parameters
+    ----------
+    step, pullback : cfunc
+        See `prediction`.
+    problem : Problem
+        The horizon.
+    cc : (n,) array
+        Plan, changed in place. [Nms]
+    length : float
+        First step along the gradient, from the last plan. [(Nms)^2/J]
+    iterations : int
+        Gradient steps.
+
+    Returns
+    -------
+    tuple of four floats
+        Cost before and after [J], step length to go on with, largest projected gradient step at unit length [J/Nms].
+    """
+    n = cc.size
+    states, ahead = np.empty((STEPS * n + 1, problem.start.size)), np.empty((STEPS * n + 1, problem.start.size))
+    slope, new_slope, trial = np.empty(n), np.empty(n), np.empty(n)
+    for i in range(n):
+        cc[i] = min(max(cc[i], 0.0), problem.cc_max)
+    first = predict(step, problem, cc, states)
+    cost = first
+    gradient(pullback, problem, cc, states, slope)
+    for _ in range(iterations):
+        for i in range(n):
+            trial[i] = min(max(cc[i] - length * slope[i], 0.0), problem.cc_max)
+        found = predict(step, problem, trial, ahead)
+        if not found < cost:  # not a number counts as no improvement
+            length = max(0.3 * length, LENGTH_MIN)
+            continue
+        gradient(pullback, problem, trial, ahead, new_slope)
+        square, product = 0.0, 0.0
+        for i in range(n):
+            move = trial[i] - cc[i]
+            square += move * move
+            product += move * (new_slope[i] - slope[i])
+            cc[i], slope[i] = trial[i], new_slope[i]
+        wanted = square / product if product > 0.0 else 2.0 * length
+        length = min(max(wanted, 0.3 * length, LENGTH_MIN), 4.0 * length, LENGTH_MAX)
+        cost = found
+    left = 0.0
+    for i in range(n):
+        move = min(max(cc[i] - slope[i], 0.0), problem.cc_max) - cc[i]
+        left = max(left, abs(move))
+    return first, cost, length, left

@@ -1,0 +1,160 @@
+"""The optimal control problem: the most energy from the waves over a horizon, within the motion limit and in lock.
+
+Free is the coupling cc in each control interval. The generator gives a constant power over the horizon, which a slow
+command sets (`gyroctl.controllers.nmpc.power_command`): a constant power costs nothing, since the flywheel stores
+minutes of it. What is left to be won is the energy that reaches the flywheel, so the cost is economic:
+
+    cost = - stored energy at the end (flywheel, and a share of the float's)
+           + integral of motion beyond its limits, squared
+           + integral of ring speed below its floor, squared            (the reserve of lock: no stall is planned)
+           + travel of cc, squared
+
+The two limits are soft: a plan must exist in every state.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.controllers.nmpc.prediction import STEPS
+from gyroctl.plant import Plant
+from gyroctl.plant.compiled import entry_point
+
+PHI1, PHI3, V1, V3, RING, FLYWHEEL = 0, 1, 3, 4, 5, 6  # rows of the prediction model's state
+
+
+class Weights(NamedTuple):
+    """What the cost weighs, in energy [J]."""
+
+    motion: float  # [J/(rad^2 s)]
+    limit1: float  # of |phi1| [rad]
+    limit3: float  # of |phi3| [rad]
+    lock: float  # [J s/rad^2]
+    floor: float  # of the ring speed [rad/s]
+    travel: float  # [J/(Nms)^2]
+    terminal: float  # share of the float's mechanical energy that counts at the end [-]
+    J4: float  # [kg m^2]
+    I1: float  # J1 + Jh1 [kg m^2]
+    I3: float  # J1 + Jh3 [kg m^2]
+    k1: float  # [Nm/rad]
+    k3: float  # [Nm/rad]
+
+
+class Problem(NamedTuple):
+    """One horizon of n control intervals."""
+
+    start: NDArray[np.float64]  # state without omega
+    moments: NDArray[np.float64]  # (2 (n STEPS + 1),): Me1, Me3 at each model step [Nm]
+    power: float  # of the generator [W]
+    before: float  # coupling before the first interval [Nms]
+    cc_max: float  # [Nms]
+    period: float  # control interval [s]
+    h: NDArray[np.float64]  # (1,) model step [s]
+    k: NDArray[np.float64]  # constants of the model
+    weights: Weights
+
+
+def weights(
+    plant: Plant, motion: float, limit1: float, limit3: float, lock: float, floor: float, travel: float,
+    terminal: float,
+) -> Weights:  # fmt: skip
+    """Weights with the inertias and stiffnesses of a device."""
+    k = plant.coefficients
+    return Weights(
+        motion, limit1, limit3, lock, floor, travel, terminal, k.J4, 1.0 / k.i1, 1.0 / k.i3, k.k1, k.k3
+    )  # fmt: skip
+
+
+def stage_cost(x: Any, w: Weights, slope: Any) -> Any:
+    """Cost per second in state `x` [J/s]; its gradient is added to `slope` (n,)."""
+    cost = 0.0
+    for row, limit in ((PHI1, w.limit1), (PHI3, w.limit3)):
+        beyond = abs(x[row]) - limit
+        if beyond > 0.0:
+            cost += w.motion * beyond * beyond
+            slope[row] += 2.0 * w.motion * (beyond if x[row] > 0.0 else -beyond)
+    below = w.floor - x[RING]
+    if below > 0.0:
+        cost += w.lock * below * below
+        slope[RING] -= 2.0 * w.lock * below
+    return cost
+
+
+def terminal_cost(x: Any, w: Weights, slope: Any) -> Any:
+    """Cost of the last state [J]; its gradient is added to `slope` (n,)."""
+    slope[FLYWHEEL] -= w.J4 * x[FLYWHEEL]
+    slope[V1] -= w.terminal * w.I1 * x[V1]
+    slope[V3] -= w.terminal * w.I3 * x[V3]
+    slope[PHI1] -= w.terminal * w.k1 * x[PHI1]
+    slope[PHI3] -= w.terminal * w.k3 * x[PHI3]
+    kinetic = w.I1 * x[V1] * x[V1] + w.I3 * x[V3] * x[V3]
+    spring = w.k1 * x[PHI1] * x[PHI1] + w.k3 * x[PHI3] * x[PHI3]
+    return -0.5 * (w.J4 * x[FLYWHEEL] * x[FLYWHEEL] + w.terminal * (kinetic + spring))
+
+
+_stage = entry_point(stage_cost)
+_terminal = entry_point(terminal_cost)
+
+
+@entry_point
+def predict(step: Any, problem: Problem, cc: Any, states: Any) -> float:
+    """Predict the states of a plan and return its cost.
+
+    Parameters
+    ----------
+    step : cfunc
+        See `prediction.step_of`.
+    problem : Problem
+        The horizon.
+    cc : (n,) array
+        The plan. [Nms]
+    states : (n STEPS + 1, m) array
+        Overwritten.
+
+    Returns
+    -------
+    float
+        Cost. [J]
+    """
+    u, ignored = np.array([0.0, problem.power]), np.zeros(problem.start.size)
+    cost, last = 0.0, problem.before
+    states[0, :] = problem.start
+    for i in range(cc.size):
+        u[0] = cc[i]
+        for q in range(STEPS * i, STEPS * (i + 1)):
+            step(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, states[q + 1])
+        cost += problem.period * _stage(states[STEPS * (i + 1)], problem.weights, ignored)
+        cost += problem.weights.travel * (cc[i] - last) ** 2
+        last = cc[i]
+    return cost + _terminal(states[STEPS * cc.size], problem.weights, ignored)
+
+
+@entry_point
+def gradient(pullback: Any, problem: Problem, cc: Any, states: Any, slope: Any) -> None:
+    """Write the gradient of the cost by the plan into `slope` (n,), by the adjoint of the predicted `states`."""
+    m = problem.start.size
+    u, weight = np.array([0.0, problem.power]), np.zeros(m)
+    by_x, by_u = np.zeros(m), np.zeros(2)
+    _terminal(states[STEPS * cc.size], problem.weights, weight)
+    for i in range(cc.size - 1, -1, -1):
+        by_x[:] = 0.0
+        _stage(states[STEPS * (i + 1)], problem.weights, by_x)
+        for row in range(m):
+            weight[row] += problem.period * by_x[row]
+        u[0] = cc[i]
+        total = 0.0
+        for q in range(STEPS * (i + 1) - 1, STEPS * i - 1, -1):
+            pullback(
+                states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, weight, by_x, by_u
+            )  # fmt: skip
+            total += by_u[0]
+            weight[:] = by_x
+        slope[i] = total
+    travel = 2.0 * problem.weights.travel
+    for i in range(cc.size):
+        slope[i] += travel * (cc[i] - (problem.before if i == 0 else cc[i - 1]))
+        if i + 1 < cc.size:
+            slope[i] += travel * (cc[i] - cc[i + 1])

@@ -1,0 +1,150 @@
+"""Real-time iterations: one linearisation of the horizon, one quadratic program, one safeguarded step.
+
+After Diehl, Bock, Schloeder (SIAM J. Control Optim. 43 (2005) 1714-1736). Full steps lose lock: the plan sits at
+pull-out, where a linear model flatters. So each step is shortened until the true cost falls, and the proximal weight
+follows the ratio of true to promised decrease as in the Levenberg-Marquardt method: the cost never rises.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.controllers.nmpc import problem as problem_file
+from gyroctl.controllers.nmpc import riccati as riccati_file
+from gyroctl.controllers.nmpc import subproblem as subproblem_file
+from gyroctl.controllers.nmpc.prediction import STEPS
+from gyroctl.controllers.nmpc.problem import predict
+from gyroctl.controllers.nmpc.riccati import RiccatiRoom, riccati_room, solve
+from gyroctl.controllers.nmpc.subproblem import NOT_FINITE, SOLVED, Subproblem, empty_subproblem, linearise
+from gyroctl.plant.compiled import entry_point, source_stamp
+
+PROXIMAL_MIN, PROXIMAL_MAX = 1.0, 1e6  # [J/(Nms)^2]
+GOOD, POOR = 0.75, 0.25  # ratio of true to promised decrease above and below which the proximal weight changes
+HALVINGS = 6
+
+
+class Room(NamedTuple):
+    """Arrays that an iteration works in."""
+
+    qp: Subproblem
+    riccati: RiccatiRoom
+    states: NDArray[np.float64]  # (n STEPS + 1, m)
+    ahead: NDArray[np.float64]  # (n STEPS + 1, m)
+    d: NDArray[np.float64]  # (n,)
+    trial: NDArray[np.float64]  # (n,)
+
+
+class Improvement(NamedTuple):
+    """What iterations did to a plan."""
+
+    before: float  # cost [J]
+    after: float  # [J]
+    proximal: float  # weight to go on with [J/(Nms)^2]
+    promised: float  # decrease of the last subproblem [J]: small where the plan is near a local optimum
+    status: int  # of the last subproblem, see `subproblem.SOLVED`
+    newton: int  # Newton steps of the solver, or its iterations
+
+
+def room(n: int, m: int) -> Room:
+    """Room for plans of `n` intervals with a model of `m` states."""
+    return Room(
+        empty_subproblem(n, m), riccati_room(n, m), np.zeros((STEPS * n + 1, m)), np.zeros((STEPS * n + 1, m)),
+        np.zeros(n), np.zeros(n),
+    )  # fmt: skip
+
+
+def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
+    @entry_point
+    def advance(
+        step: Any, problem: Any, cc: Any, d: Any, cost: float, promised: float, proximal: float, room: Any
+    ) -> tuple[float, float]:
+        """Go along `d` as far as the cost falls; `cc`, and `room.states` with it, are changed in place.
+
+        Returns
+        -------
+        tuple of two floats
+            Cost of the plan [J], proximal weight to go on with.
+        """
+        stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
+        part = 1.0
+        for _ in range(HALVINGS):
+            for i in range(cc.size):
+                room.trial[i] = min(max(cc[i] + part * d[i], 0.0), problem.cc_max)
+            found = predict(step, problem, room.trial, room.ahead)
+            if found < cost:  # not a number counts as no improvement
+                ratio = (cost - found) / max(promised, 1e-12)
+                if part == 1.0 and ratio > GOOD:
+                    proximal /= 3.0
+                elif part < 1.0 or ratio < POOR:
+                    proximal *= 3.0 if part >= 0.5 else 9.0
+                cc[:] = room.trial
+                room.states[:] = room.ahead
+                return found, min(max(proximal, PROXIMAL_MIN), PROXIMAL_MAX)
+            part *= 0.5
+        return cost, min(10.0 * proximal, PROXIMAL_MAX)
+
+    return advance
+
+
+SOURCES = (__file__, riccati_file.__file__, subproblem_file.__file__, problem_file.__file__)
+advance = _advance(source_stamp(SOURCES))
+
+
+def _iterate(stamp: str) -> Callable[..., Improvement]:
+    @entry_point
+    def iterate(
+        step: Any, tangent: Any, problem: Any, cc: Any, proximal: float, iterations: int, newton: int,
+        tolerance: float, room: Any,
+    ) -> Improvement:  # fmt: skip
+        """Improve a plan in place by real-time iterations with the Riccati solver.
+
+        Parameters
+        ----------
+        step, tangent : cfunc
+            See `prediction`.
+        problem : Problem
+            The horizon.
+        cc : (n,) array
+            Plan, changed in place. [Nms]
+        proximal : float
+            Weight of the step, from the last plan. [J/(Nms)^2]
+        iterations : int
+            Linearisations.
+        newton : int
+            Most Newton steps per subproblem: each of its iterates is feasible and better than the last, so that a
+            few serve as well as the solution.
+        tolerance : float
+            Largest distance from the solution of a subproblem. [Nms]
+        room : Room
+            Overwritten.
+
+        Returns
+        -------
+        Improvement
+        """
+        stamp  # noqa: B018 - as above
+        for i in range(cc.size):
+            cc[i] = min(max(cc[i], 0.0), problem.cc_max)
+        first = predict(step, problem, cc, room.states)
+        cost, promised, status, total = first, 0.0, SOLVED, 0
+        for _ in range(iterations):
+            if not linearise(tangent, problem, cc, room.states, room.qp):
+                status = NOT_FINITE
+                break
+            room.d[:] = 0.0
+            found = solve(room.qp, proximal, room.d, tolerance, newton, room.riccati)
+            status, promised = found.status, -found.value
+            total += found.iterations
+            if status == NOT_FINITE:
+                break
+            cost, proximal = advance(step, problem, cc, room.d, cost, promised, proximal, room)
+        return Improvement(first, cost, proximal, promised, status, total)
+
+    return iterate
+
+
+iterate = _iterate(source_stamp(SOURCES))

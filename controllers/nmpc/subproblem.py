@@ -1,0 +1,221 @@
+"""The horizon linearised about a plan: a convex quadratic program in the change of the plan.
+
+The states enter linearly, by the exact Jacobians of the prediction model; the penalties on motion and stall enter as
+they are, distances to an interval squared, and are not replaced by parabolas: a step sees the limit it would run into.
+The stored energy is convex and counts negative, so it enters by its tangent, which bounds the cost from above: the
+convex-concave procedure (Yuille, Rangarajan, Neural Comput. 15 (2003) 915-936). With linear dynamics every step would
+lower the cost; what the dynamics' curvature spoils is bounded by the proximal term, the weight of Levenberg's method.
+
+    minimise over d   sum_i sum_r 1/2 weight_r dist(y_ir + e_ir, [low_r, high_r])^2 + terminal' e_n
+                      + travel sum_i (plan_i + d_i - plan_(i-1) - d_(i-1))^2 + 1/2 proximal |d|^2
+    where             e_i = A_i e_(i-1) + b_i d_i,   e_0 = 0,   -plan_i <= d_i <= cc_max - plan_i
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.controllers.nmpc import problem as problem_file
+from gyroctl.controllers.nmpc.prediction import STEPS
+from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, Weights, terminal_cost
+from gyroctl.plant.compiled import entry_point, source_stamp
+
+FloatArray = NDArray[np.float64]
+
+OUTPUTS = (PHI1, PHI3, RING)
+"""Rows of the state that have limits."""
+
+SOLVED, LIMIT_REACHED, NOT_FINITE, NOT_CONVEX = 0, 1, 2, 3
+"""What became of a quadratic program: solved to tolerance, best point so far, no usable numbers, no minimum found."""
+
+
+class Subproblem(NamedTuple):
+    """A horizon of n intervals about a plan; the arrays are filled by `linearise`."""
+
+    A: FloatArray  # (n, m, m): sensitivity of the state after an interval to the one before it
+    b: FloatArray  # (n, m): to the coupling in the interval [1/Nms]
+    outputs: FloatArray  # (n, 3): phi1, phi3 [rad] and ring speed [rad/s] after each interval
+    low: FloatArray  # (3,) where a penalty begins
+    high: FloatArray  # (3,)
+    weight: FloatArray  # (3,) [J/rad^2], [J s^2/rad^2]
+    terminal: FloatArray  # (m,) gradient of the terminal cost
+    plan: FloatArray  # (n,) [Nms]
+    before: FloatArray  # (1,) coupling before the horizon [Nms]
+    travel: FloatArray  # (1,) [J/(Nms)^2]
+    cc_max: FloatArray  # (1,) [Nms]
+
+
+class Step(NamedTuple):
+    """A solution of a subproblem."""
+
+    status: int  # SOLVED, LIMIT_REACHED, NOT_FINITE or NOT_CONVEX
+    iterations: int
+    distance: float  # from the solution at most [Nms]: projected gradient over the modulus of convexity
+    value: float  # of the subproblem's cost at the step, less its value at d = 0 [J]
+
+
+def empty_subproblem(n: int, m: int) -> Subproblem:
+    """Room for a horizon of `n` intervals of a model with `m` states."""
+    return Subproblem(
+        np.zeros((n, m, m)), np.zeros((n, m)), np.zeros((n, 3)), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(m),
+        np.zeros(n), np.zeros(1), np.zeros(1), np.zeros(1),
+    )  # fmt: skip
+
+
+def settle(qp: Any, weights: Weights, period: float, before: float, cc_max: float) -> None:
+    """Write what does not depend on the states: limits, weights, bounds."""
+    qp.low[0], qp.low[1], qp.low[2] = -weights.limit1, -weights.limit3, weights.floor
+    qp.high[0], qp.high[1], qp.high[2] = weights.limit1, weights.limit3, np.inf
+    qp.weight[0] = qp.weight[1] = 2.0 * period * weights.motion
+    qp.weight[2] = 2.0 * period * weights.lock
+    qp.before[0], qp.travel[0], qp.cc_max[0] = before, weights.travel, cc_max
+
+
+_settle = entry_point(settle)
+_terminal = entry_point(terminal_cost)
+
+
+def _linearise(stamp: str) -> Callable[..., bool]:
+    """Compile the linearisation; the stamp makes the cache forget code whose parts have changed."""
+
+    @entry_point
+    def linearise(tangent: Any, problem: Any, cc: Any, states: Any, qp: Any) -> bool:
+        """Linearise the horizon about the plan `cc`, along its predicted `states`.
+
+        Parameters
+        ----------
+        tangent : cfunc
+            See `prediction.tangent_of`.
+        problem : Problem
+            The horizon.
+        cc : (n,) array
+            The plan. [Nms]
+        states : (n STEPS + 1, m) array
+            As `problem.predict` writes them.
+        qp : Subproblem
+            Overwritten.
+
+        Returns
+        -------
+        bool
+            Whether every number is finite.
+        """
+        stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
+        n, m = cc.size, problem.start.size
+        u, after, jacobian = np.array([0.0, problem.power]), np.empty(m), np.empty(m * (m + 2))
+        product = np.empty(m)
+        _settle(qp, problem.weights, problem.period, problem.before, problem.cc_max)
+        total = 0.0
+        for i in range(n):
+            a, b = qp.A[i], qp.b[i]
+            u[0] = cc[i]
+            qp.plan[i] = cc[i]
+            for q in range(STEPS * i, STEPS * (i + 1)):
+                tangent(
+                    states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, after, jacobian
+                )  # fmt: skip
+                by_state = jacobian[: m * m].reshape(m, m)  # column by column: [column, row]
+                if q == STEPS * i:
+                    for row in range(m):
+                        b[row] = jacobian[m * m + row]
+                        for column in range(m):
+                            a[row, column] = by_state[column, row]
+                    continue
+                for row in range(m):
+                    product[row] = jacobian[m * m + row]
+                for inner in range(m):
+                    for row in range(m):
+                        product[row] += by_state[inner, row] * b[inner]
+                b[:] = product
+                _premultiply(by_state, a)
+            for r in range(3):
+                qp.outputs[i, r] = states[STEPS * (i + 1), OUTPUTS[r]]
+            for row in range(m):
+                total += b[row]
+                for column in range(m):
+                    total += a[row, column]
+        qp.terminal[:] = 0.0
+        value = _terminal(states[STEPS * n], problem.weights, qp.terminal)
+        return bool(np.isfinite(total + value))
+
+    return linearise
+
+
+@entry_point
+def _premultiply(by_state: Any, a: Any) -> None:
+    """Overwrite `a` by ``by_state.T @ a``."""
+    m = a.shape[0]
+    out = np.zeros((m, m))
+    for inner in range(m):
+        for row in range(m):
+            factor = by_state[inner, row]
+            if factor != 0.0:
+                for column in range(m):
+                    out[row, column] += factor * a[inner, column]
+    a[:, :] = out
+
+
+SOURCES = (__file__, problem_file.__file__)
+linearise = _linearise(source_stamp(SOURCES))
+
+
+def bounds(qp: Any, low: Any, high: Any) -> None:
+    """Write the least and largest change of each interval."""
+    for i in range(qp.plan.size):
+        low[i], high[i] = -qp.plan[i], qp.cc_max[0] - qp.plan[i]
+
+
+def evaluate(qp: Any, proximal: float, d: Any, states: Any, slopes: Any) -> float:
+    """Cost of a change `d`, with its states (n, m) and the slopes of the penalties by the outputs (n, 3) written."""
+    n, m = qp.b.shape
+    cost, last, planned = 0.0, 0.0, qp.before[0]
+    for i in range(n):
+        for row in range(m):
+            total = qp.b[i, row] * d[i]
+            if i > 0:
+                for column in range(m):
+                    total += qp.A[i, row, column] * states[i - 1, column]
+            states[i, row] = total
+        for r in range(3):
+            value = qp.outputs[i, r] + states[i, OUTPUTS[r]]
+            beyond = value - min(max(value, qp.low[r]), qp.high[r])
+            slopes[i, r] = qp.weight[r] * beyond
+            cost += 0.5 * qp.weight[r] * beyond * beyond
+        jump = qp.plan[i] + d[i] - planned - last
+        cost += qp.travel[0] * jump * jump + 0.5 * proximal * d[i] * d[i]
+        last, planned = d[i], qp.plan[i]
+    for row in range(m):
+        cost += qp.terminal[row] * states[n - 1, row]
+    return cost
+
+
+def slope(qp: Any, proximal: float, d: Any, slopes: Any, out: Any) -> None:
+    """Write the gradient by `d` (n,), from the slopes that `evaluate` left."""
+    n, m = qp.b.shape
+    weight, moved = np.zeros(m), np.zeros(m)
+    weight[:] = qp.terminal
+    for i in range(n - 1, -1, -1):
+        for r in range(3):
+            weight[OUTPUTS[r]] += slopes[i, r]
+        total = proximal * d[i]
+        for row in range(m):
+            total += qp.b[i, row] * weight[row]
+        before = qp.before[0] if i == 0 else qp.plan[i - 1] + d[i - 1]
+        total += 2.0 * qp.travel[0] * (qp.plan[i] + d[i] - before)
+        if i + 1 < n:
+            total += 2.0 * qp.travel[0] * (qp.plan[i] + d[i] - qp.plan[i + 1] - d[i + 1])
+        out[i] = total
+        moved[:] = 0.0
+        for row in range(m):
+            for column in range(m):
+                moved[column] += qp.A[i, row, column] * weight[row]
+        weight[:] = moved
+
+
+evaluate = entry_point(evaluate)
+slope = entry_point(slope)
+bounds = entry_point(bounds)

@@ -1,0 +1,110 @@
+"""`gyroctl tune`: tune laws with equal budgets on tuning seeds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from gyroctl.harness.tuning import Circumstances, Tuned
+    from gyroctl.harness.tuning_task import Task
+
+
+def tune(
+    laws: Annotated[list[str], typer.Argument(help='Laws: registered name, "file.py:Name", or a task, TASK.toml.')],
+    sets: Annotated[
+        str, typer.Option("--for", help="Sets to tune: all (one for all seas) or seas of the task, with commas between.")
+    ] = "all",
+    budget: Annotated[float, typer.Option(help="Simulated time for each set of each law [s].")] = 4e6,
+    out: Annotated[Path, typer.Option(help="Folder for steps, tables and figures.")] = Path("results/tuning"),
+    workers: Annotated[int, typer.Option(min=0, help="Workers; 0 for all cores. Changes no result.")] = 0,
+    begin: Annotated[
+        str, typer.Option("--from", help="Begin at a set that is tuned already, instead of the task's start.")
+    ] = "",
+    experiment: Annotated[
+        Path | None,
+        typer.Option(help="Experiment file for plant, sensors and actuators; its seeds are kept away.", show_default=False),
+    ] = None,
+    ship: Annotated[bool, typer.Option("--ship", help="Also write the sets beside the law, where gyroctl reads them.")] = False,
+) -> None:  # fmt: skip
+    """Tune laws; a tuning that was stopped goes on where it was, one with a larger budget too."""
+    from gyroctl.harness.laws import home, tuned_sets
+    from gyroctl.harness.tuned import tuned_file, write_sets
+    from gyroctl.harness.tuning import tune as run
+    from gyroctl.harness.tuning_bench import workers_wanted
+    from gyroctl.harness.tuning_task import read_task
+
+    on = circumstances(experiment)
+    wanted = [name.strip() for name in sets.split(",") if name.strip()]
+    tasks = [read_task(name) for name in laws]
+    for task in tasks:  # all that can be refused is refused before the first run
+        for which in wanted:
+            task.served(which)
+    out.mkdir(parents=True, exist_ok=True)
+    for task in tasks:
+        for which in wanted:
+            start = _start(tuned_sets(task.law), begin)
+            found = run(task, which, on, budget, out, workers_wanted(workers), start=start)
+            write_sets(out / f"{task.stem}.json", task.law, found.sets)
+            if ship:
+                folder, stem = home(task.law)
+                write_sets(tuned_file(folder, stem), task.stem if ".py:" in task.law else task.law, found.sets)
+            _front(task, which, found, out)
+            _table(task, found)
+    typer.echo(f"Written to {out}" + (" and beside the law" if ship else ""))
+
+
+def circumstances(experiment: Path | None) -> Circumstances:
+    """Plant, sensors and actuators of an experiment, or the default ones."""
+    from gyroctl.devices import zhang2017
+    from gyroctl.harness.experiment import read_experiment
+    from gyroctl.harness.tuning import Circumstances
+
+    if experiment is None:
+        return Circumstances(zhang2017())
+    setup = read_experiment(experiment)
+    return Circumstances(setup.plant, setup.settings, frozenset(setup.run.seeds))
+
+
+def _start(sets: dict[str, Any], name: str) -> dict[str, float] | None:
+    from gyroctl.errors import InputError
+
+    if not name:
+        return None
+    if name not in sets:
+        raise InputError("--from", name, "there is no such tuned set", f"Choose one of {', '.join(sets) or 'none yet'}")
+    return dict(sets[name]["parameters"])
+
+
+def _front(task: Task, which: str, found: Tuned, out: Path) -> None:
+    from gyroctl.harness.front import front_rows, write_front
+    from gyroctl.reports.tuning_front import write_tuning_front
+
+    goals = task.goals[""]
+    rows = front_rows(found.archive, found.sets, {name: goal.motion for name, goal in goals.items()})
+    limits = {name: goal.power_cv for name, goal in goals.items() if goal.power_cv < 10.0}
+    write_front(rows, out / f"{task.stem}.{which}.front.csv")
+    write_tuning_front(rows, out / f"{task.stem}.{which}.front.png", f"{task.stem}, tuned for {which}", limits)
+
+
+def _table(task: Task, found: Tuned) -> None:
+    from rich.console import Console
+    from rich.table import Table
+
+    first = next(iter(found.sets.values()))["found"]
+    table = Table("set", "sea", "power [W]", "power CV", "locked", "95 %", "motion [rad]", "slips/1000", "goal",
+                  title=f"{task.stem}: {first['spent_s']:.3g} s of {first['budget_s']:.3g} s simulated",
+                  title_justify="left")  # fmt: skip
+    for name, entry in found.sets.items():
+        for sea, result in entry["result"].items():
+            low, high = result["locked_ci95"]
+            slips = f"{result['cycle_slips']:.0f}" if "cycle_slips" in result else "-"
+            table.add_row(
+                name, sea, f"{result['mean_power']:.2f}", f"{result['power_cv']:.3f}",
+                f"{round(result['locked'] * result['runs'])} of {result['runs']}", f"{low:.3f} to {high:.3f}",
+                f"{result['phi1_p98']:.3f}, {result['phi3_p98']:.3f}", slips,
+                "met" if entry["met"][sea] else "not met",
+            )  # fmt: skip
+    Console().print(table)

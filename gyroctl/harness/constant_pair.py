@@ -1,0 +1,143 @@
+"""The best constant pair of any sea, with the budget that every law has: the yardstick of all laws.
+
+A coarse grid over all that the device can hold, a fine one about its best pair, and the few best of that on all seeds
+with the fine step. Sixteen runs stand side by side on each core, so that this takes seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from gyroctl.errors import InputError
+from gyroctl.harness.goal import RESERVE, Goal
+from gyroctl.harness.run import Settings
+from gyroctl.harness.scan import scan
+from gyroctl.plant import Plant
+from gyroctl.waves import Sea
+
+Pair = tuple[float, float]
+Means = dict[str, float]
+
+CC = (0.03, 0.04, 0.052, 0.07, 0.09, 0.115)
+CG = tuple(float(f"{value:.4g}") for value in np.geomspace(4e-5, 3e-3, 12))
+"""First grid, and all that may be chosen. [Nms]"""
+
+COARSE, WINDOW, FULL = 0.025, 1000.0, 2000.0
+"""Step of the grids, length of the runs of the first one and of the others. [s]"""
+
+SHARES = (0.15, 0.45, 0.4)
+"""Of the budget for the first grid, the fine one, and the confirmation."""
+
+FINER_CC = (0.85, 0.92, 1.0, 1.08, 1.17)
+FINER_CG = (0.74, 0.82, 0.9, 0.98, 1.06, 1.15, 1.25, 1.36)
+"""The fine grid, as factors on the best pair of the first. [-]"""
+
+FEWEST = 4
+"""Realisations that a grid must at least have."""
+
+
+class BestPair(NamedTuple):
+    """A constant pair and how it was found.
+
+    Parameters
+    ----------
+    cc, cg : float
+        The pair. [Nms]
+    means : mapping
+        Means of the metrics on all seeds.
+    met : bool
+        Whether it meets the goal; otherwise it is the pair that comes nearest.
+    spent : float
+        Simulated time. [s]
+    seen : tuple of (pair, means, stage)
+        Every pair that was run.
+    """
+
+    cc: float
+    cg: float
+    means: Means
+    met: bool
+    spent: float
+    seen: tuple[tuple[Pair, Means, str], ...]
+
+
+def best_pair(
+    plant: Plant, sea: Sea, budget: float, seeds: Sequence[int], goal: Goal | None = None,
+    settings: Settings | None = None, workers: int = 1, title: str = "constant pair", quiet: bool = False,
+) -> BestPair:  # fmt: skip
+    """Find the constant pair of most power within a goal.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    sea : Sea
+        The waves.
+    budget : float
+        Simulated time that may be spent. [s]
+    seeds : sequence of int
+        Tuning seeds.
+    goal : Goal, optional
+        Limits; the default ones otherwise.
+    settings : Settings, optional
+        Step of the confirmation, blend and limits of the actuators.
+    workers, title, quiet
+        Threads and progress bar.
+
+    Raises
+    ------
+    InputError
+        For a budget that is too small.
+    """
+    goal, settings = goal or Goal(), settings or Settings()
+    limits = settings.actuators
+    seen: list[tuple[Pair, Means, str]] = []
+    spent = 0.0
+
+    def order(means: Means) -> tuple[bool, float]:
+        return goal.met(means), goal.score(means, unit)
+
+    def run(pairs: Sequence[Pair], count: int, duration: float, dt: float, stage: str) -> list[Means]:
+        nonlocal spent
+        found = scan(plant, sea, pairs, seeds[:count], duration, settings.blend, dt, workers, title, quiet)
+        values = {"mean_power": found.mean_power, "power_cv": found.power_cv, "locked": found.locked.astype(float),
+                  "phi1_p98": found.phi1_p98, "phi3_p98": found.phi3_p98}  # fmt: skip
+        table = {name: np.nan_to_num(value, nan=10.0).mean(axis=1) for name, value in values.items()}
+        rows = [{name: float(value[i]) for name, value in table.items()} for i in range(len(pairs))]
+        lost = [{**row, "cycle_slips": 0.0, "short_reserve": (RESERVE - 0.5) * (1.0 - row["locked"])} for row in rows]
+        seen.extend((pair, means, stage) for pair, means in zip(pairs, lost, strict=True))
+        spent += len(pairs) * count * duration
+        return lost
+
+    grid = [(cc, cg) for cc in CC if cc <= limits.cc_max for cg in CG if cg <= limits.cg_max]
+    unit = 1.0
+    first = run(grid, _count(budget, 0, len(grid), WINDOW, len(seeds)), WINDOW, COARSE, "search")
+    held = [means["mean_power"] for means in first if means["locked"] >= 0.9]
+    unit = max(held, default=1.0) or 1.0  # a unit of the sea itself: a score in watts would forgive losses in high seas
+    cc, cg = grid[max(range(len(grid)), key=lambda i: order(first[i]))]
+    finer = _finer(cc, cg, limits.cc_max, limits.cg_max)
+    second = run(finer, _count(budget, 1, len(finer), FULL, len(seeds)), FULL, COARSE, "search")
+    ranked = sorted(range(len(finer)), key=lambda i: order(second[i]), reverse=True)
+    few = max(1, min(int(SHARES[2] * budget / (len(seeds) * FULL)), len(finer)))
+    best = [finer[i] for i in ranked[:few]]
+    last = run(best, len(seeds), FULL, settings.dt, "confirm")
+    winner = max(range(len(best)), key=lambda i: order(last[i]))
+    return BestPair(*best[winner], last[winner], goal.met(last[winner]), spent, tuple(seen))
+
+
+def _finer(cc: float, cg: float, cc_max: float, cg_max: float) -> list[Pair]:
+    ccs = [float(f"{cc * factor:.3g}") for factor in FINER_CC]
+    cgs = [float(f"{cg * factor:.3g}") for factor in FINER_CG]
+    return [(a, b) for a in ccs if a <= cc_max for b in cgs if b <= cg_max]
+
+
+def _count(budget: float, stage: int, pairs: int, duration: float, seeds: int) -> int:
+    count = int(SHARES[stage] * budget / (pairs * duration))
+    if count < FEWEST:
+        least = FEWEST * pairs * duration / SHARES[stage]
+        raise InputError("budget", budget, f"is too small for the grid of {pairs} pairs",
+                         f"Give {least:g} s or more")  # fmt: skip
+    return min(count, seeds)

@@ -1,0 +1,52 @@
+"""What a tuning is to reach, and the one score by which every law is tuned."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+METRICS = ("mean_power", "power_cv", "locked", "phi1_p98", "phi3_p98", "cycle_slips", "short_reserve")
+"""What a tuning records of each run; `short_reserve` is how far the least 10 s mean of the ring speed, as a part of wp,
+is below `RESERVE`."""
+
+RESERVE = 0.65
+"""Least 10 s mean of the ring speed, as a part of wp, below which a run counts as nearly lost (at 0.5 it is)."""
+
+WORST = (0.0, 10.0, 0.0, 1.0, 1.0, 1000.0, RESERVE)
+"""Counted for a run in which the law gave no number, or instead of a metric that is not defined."""
+
+
+@dataclass(frozen=True)
+class Goal:
+    """The most power within limits.
+
+    Parameters
+    ----------
+    locked : float
+        Least part of the realisations that must stay locked. [-]
+    motion : float
+        Largest mean of the 98 % motion, for each of phi1 and phi3. [rad]
+    power_cv : float
+        Largest mean coefficient of variation of the power. [-]
+    """
+
+    locked: float = 0.99
+    motion: float = 0.34
+    power_cv: float = float("inf")
+
+    def met(self, means: Mapping[str, float]) -> bool:
+        """Whether the limits are kept by means over realisations."""
+        within = max(means["phi1_p98"], means["phi3_p98"]) <= self.motion and means["power_cv"] <= self.power_cv
+        return within and means["locked"] >= self.locked
+
+    def score(self, means: Mapping[str, float], power: float) -> float:
+        """Mean power over `power` [W], less penalties: smooth, so that a search finds back from outside the limits.
+
+        Every realisation lost counts, also within the limit: 16 for all of them. A realisation that is nearly lost
+        counts 4 per unit of missing reserve, since of losses below one in a hundred a search would see none. 30 per
+        rad of motion and 10 per unit of power CV beyond the limits.
+        """
+        motion = sum(max(0.0, means[name] - self.motion) for name in ("phi1_p98", "phi3_p98"))
+        rough = 10.0 * max(0.0, means["power_cv"] - self.power_cv)
+        lost = 16.0 * (1.0 - means["locked"]) + 4.0 * means["short_reserve"]
+        return means["mean_power"] / power - lost - 30.0 * motion - rough

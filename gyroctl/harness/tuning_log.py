@@ -1,0 +1,54 @@
+"""What a tuning has run, one line of JSON per step, so that a tuning that was stopped is gone through again from it.
+
+A line is written when its step has ended. A line that was cut short by a kill is dropped and its step run again.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from gyroctl.errors import InputError
+
+
+class TuningLog:
+    """Steps that have been run, by key, in a file that only grows.
+
+    Parameters
+    ----------
+    path : Path
+        The file; made with its folder when the first step is added.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.steps: dict[str, Any] = {}
+        if not path.exists():
+            return
+        try:
+            text = path.read_text(encoding="utf-8")
+        except (OSError, UnicodeDecodeError) as error:
+            raise InputError("out", str(path), f"cannot be read: {error}", "Give another folder") from None
+        whole = text[: text.rfind("\n") + 1]
+        for line in whole.splitlines():
+            step = json.loads(line)
+            self.steps[step["key"]] = step["value"]
+        if whole != text:
+            path.write_text(whole, encoding="utf-8")
+
+    def get(self, key: str) -> Any:
+        """Value of a step, or None where it has not been run."""
+        return self.steps.get(key)
+
+    def add(self, key: str, value: Any) -> None:
+        """Keep the value of a step. Floats come back from the file to the last bit."""
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        with self.path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps({"key": key, "value": value}) + "\n")
+        self.steps[key] = value
