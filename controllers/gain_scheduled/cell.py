@@ -26,10 +26,10 @@ from gyroctl.plant.equations import PSI, PSI_RATE
 
 Matrices = NDArray[np.float64]
 
-HEIGHT_PER_ENVELOPE = 0.77
-"""First guess of the wave height: 0.2 m gives an envelope of 0.26 rad/s. [m s/rad]"""
+OFFSET, SLOPE = 0.05, 1.7
+"""First guess of the wave height: envelope = SLOPE (height - OFFSET), since the ring moves the float too. [m, rad/s/m]"""
 
-SOLVER_STEPS = 12
+SOLVER_STEPS = 40
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ class Node:
 class Filters:
     """Time constants of the law that the design must know, see `Scheduled`. [s]"""
 
-    slow: float = 8.0
+    slow: float = 5.0
     brisk: float = 1.2
     fast: float = 0.2
     memory: float = 60.0
@@ -107,7 +107,7 @@ class Cell:
     @property
     def share(self) -> float:
         """Generator gain as a part of that at the fold."""
-        return float(self.point[1]) / self.fold
+        return self.orbit.cg / self.fold
 
 
 def operating_orbit(plant: Plant, node: Node, cc: float, share: float) -> PeriodicOrbit:
@@ -119,18 +119,20 @@ def operating_orbit(plant: Plant, node: Node, cc: float, share: float) -> Period
         Where there is none: the message names the cell.
     """
     cg = share * plant.parameters.J4 * node.envelope / plant.parameters.N
-    height, guess, orbit = HEIGHT_PER_ENVELOPE * node.envelope, None, None
+    height, slope, guess, before = OFFSET + node.envelope / SLOPE, SLOPE, None, (np.nan, np.nan)
     for _ in range(SOLVER_STEPS):
         orbit = lock_orbit(plant, Wave(height, node.frequency), cc, cg, guess=guess, nearest=False)
-        if orbit.status == "no orbit":
-            height, guess = 1.15 * height, None
+        if orbit.status == "no orbit" or abs(orbit.load_angle) > 0.5 * np.pi:  # behind pull-out: from above again
+            height, guess = height + 0.02, None
             continue
-        ratio = orbit.lock_share / share  # the envelope wanted over that of the orbit
-        if abs(ratio - 1.0) < 1e-9:
+        envelope = node.envelope * share / orbit.lock_share
+        if abs(envelope / node.envelope - 1.0) < 1e-8:
             return orbit
-        height, guess = height * ratio, orbit.x
-    if orbit is not None and orbit.status != "no orbit" and abs(orbit.lock_share / share - 1.0) < 1e-4:
-        return orbit
+        if np.isfinite(before[0]) and abs(height - before[0]) > 1e-12:
+            slope = float(np.clip((envelope - before[1]) / (height - before[0]), 0.2 * SLOPE, 3.0 * SLOPE))
+        before = (height, envelope)
+        height = max(height + (node.envelope - envelope) / slope, 0.6 * height)
+        guess = orbit.x
     raise InputError("cell", str(node), f"has no locked orbit at a share of {share:.3g} of the lock capacity",
                      "Lower the share of this cell")  # fmt: skip
 
@@ -167,11 +169,11 @@ def build_cell(
         raise InputError("cell", str(node), "its orbit is unstable without feedback", "Raise cc of the operating point")
     folds = continue_orbit(orbit, "cg", (0.0, 4.0 * orbit.cg / share)).folds
     fold = max(point.value for point in folds) if folds else float("nan")
-    law = frozen([orbit.cc, orbit.cg, 0.0, 0.0, 0.0, 0.0, 0.0, *[0.0] * (2 * len(SIGNALS))], filters, node.frequency)
+    law = frozen([orbit.cc, share, 0.0, 0.0, 0.0, 0.0, 0.0, *[0.0] * (2 * len(SIGNALS))], filters, node.frequency)
     loop = close_loop(plant, orbit.wave, law, start=orbit, settle=60)
     if loop.status != "stable":
         raise InputError("cell", str(node), f"its open loop is {loop.status}", "Raise cc of the operating point")
-    point = _operating_point(loop, orbit)
+    point = _operating_point(loop, share)
     A, B, C = _model(loop, point, filters)
     A, B, C, G = _modulated(loop, A, B, C, decorrelation, scatter)
     free = [plant.labels[row] for row in loop.flow.free]
@@ -183,10 +185,12 @@ def frozen(row: Sequence[float], filters: Filters, frequency: float, **limits: f
     return Scheduled((1.0,), (1.0,), (1.0,), tuple(float(v) for v in row), wp=frequency, **vars(filters), **limits)
 
 
-def _operating_point(loop: LoopOrbit, orbit: PeriodicOrbit) -> NDArray[np.float64]:
+def _operating_point(loop: LoopOrbit, share: float) -> NDArray[np.float64]:
     """Means of the law's signals on the orbit, and the part of the ring speed at twice the ring angle."""
     states = np.array([[s.U1, s.U3, s.V1, s.V3, s.speed] for s in loop.law_states[1:]] + [list(_last(loop))])
-    V = np.hypot(states[:, 0], states[:, 1])
+    brisk = states[:, 2] + 1j * states[:, 3]
+    mean = np.mean(brisk / np.abs(brisk))
+    mean = mean / abs(mean)
     psi, speed = loop.states[:-1, PSI], states[:, 4]
     ripple = np.linalg.lstsq(
         np.stack([np.ones_like(psi), np.cos(2 * psi), np.sin(2 * psi)], axis=1), speed, rcond=None
@@ -195,7 +199,7 @@ def _operating_point(loop: LoopOrbit, orbit: PeriodicOrbit) -> NDArray[np.float6
     flywheel = np.mean(loop.states[:-1, names.index("omega_rate")]) / loop.flow.plant.parameters.N
     mean_speed = np.mean(loop.states[:-1, PSI_RATE])
     return np.array([
-        orbit.cc, orbit.cg, np.mean(states[:, 2] / V), np.mean(states[:, 3] / V), ripple[1], ripple[2],
+        loop.controls[0, 0], share, mean.real, mean.imag, ripple[1], ripple[2],
         flywheel / mean_speed,
     ])  # fmt: skip
 
@@ -212,7 +216,8 @@ def _model(loop: LoopOrbit, point: NDArray[np.float64], filters: Filters) -> tup
     A = np.zeros((samples, n + ns, n + ns))
     B = np.zeros((samples, n + ns, 2))
     C = np.zeros((samples, len(SIGNALS), n + ns))
-    A[:, :n, :n] = loop.A
+    A[:, :n, :n] = loop.A + loop.B @ loop.by_measurement[:, :2] @ loop.sensing
+    A[:, :n, n:] = loop.B @ loop.by_state[:, :2]  # the share is one of the live envelope
     A[:, n:, :n] = loop.by_measurement[:, 2:] @ loop.sensing
     A[:, n:, n:] = loop.by_state[:, 2:]
     B[:, :n] = loop.B

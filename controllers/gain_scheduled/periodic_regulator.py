@@ -21,7 +21,7 @@ from gyroctl.linearisation.riccati import periodic_lqr, periodic_lyapunov
 Matrices = NDArray[np.float64]
 
 HALVINGS = 12
-STEPS = 60
+STEPS = 20
 
 
 @dataclass(frozen=True)
@@ -31,9 +31,7 @@ class Weights:
     Parameters
     ----------
     angle : float
-        Of U3/V, the load angle. [-]
-    synchronising : float
-        Of U1/V. [-]
+        Of the load angle. [rad]
     speed : float
         Of the ring. [rad/s]
     flywheel : float
@@ -47,12 +45,11 @@ class Weights:
     """
 
     angle: float = 0.3
-    synchronising: float = 0.3
     speed: float = 0.3
     flywheel: float = 0.3
     swing: float = 0.1
-    cc: float = 0.02
-    cg: float = 0.3
+    cc: float = 0.003
+    cg: float = 0.25
 
 
 @dataclass(frozen=True)
@@ -107,8 +104,7 @@ def _costs(cell: Cell, weights: Weights, detuning: float) -> tuple[Matrices, NDA
         (("psi_rate", weights.speed), ("omega_rate", weights.flywheel * parameters.N), ("phi1", weights.swing))
     ):
         plant[:, i, cell.rows[name]] = 1.0 / unit
-    seen = cell.C[:, :2] / np.array([weights.synchronising, weights.angle])[None, :, None]
-    outputs = np.concatenate([plant, seen], axis=1)
+    outputs = np.concatenate([plant, cell.C[:, 1:2] / weights.angle], axis=1)
     unit = np.array([weights.cc, weights.cg * parameters.J4 * cell.node.envelope / parameters.N])
     return outputs.transpose(0, 2, 1) @ outputs, np.diag(detuning / unit**2)
 

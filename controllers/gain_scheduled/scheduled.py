@@ -9,11 +9,11 @@ The table is a grid over three slow quantities, all measured:
 - the bandwidth, as the part of the square of that rate which the slow filter does not pass, about a minute long. (The
   variance of the envelope over its squared mean says nothing here: within a minute it is .27 for gamma 1, 5 and 50.)
 
-A cell holds controls and the course of a few signals on its orbit, and gains on their deviations: cos and sin of the load
-angle (as U1/V, U3/V of a brisker filter), ring speed, flywheel speed, and what is left of phi1 and its rate beside the
-wave's frequency, the swing of the lightly damped horizontal mode. The gains on the ring speed vary with twice the ring
-angle and those on the swing with the ring angle: no others act on slow motions, by the half-period symmetry of the
-device. Between the nodes every number of the table is interpolated linearly in each direction, so that the command is
+A cell holds the coupling, the share of the lock capacity that the generator takes, and the course of a few signals on its orbit, and gains on their deviations: envelope and load angle of a brisker filter (the angle by
+its sine, so that a ring that slips a turn asks for no more than one that lags), ring speed, flywheel speed, and what is
+left of phi1 and its rate beside the wave's frequency, the swing of the lightly damped horizontal mode. The gains on the
+ring speed vary with twice the ring angle and those on the swing with the ring angle: no others act on slow motions, by
+the half-period symmetry of the device. Between the nodes every number of the table is interpolated linearly in each direction, so that the command is
 continuous; outside, the nearest edge is taken and the sample is counted.
 """
 
@@ -25,13 +25,14 @@ from typing import Any, Literal, NamedTuple
 from gyroctl.plant.compiled import inlined
 
 SIGNALS = (
-    "synchronising", "angle", "speed", "speed_cos2", "speed_sin2", "flywheel",
+    "envelope", "angle", "speed", "speed_cos2", "speed_sin2", "flywheel",
     "swing_cos", "swing_sin", "swing_rate_cos", "swing_rate_sin",
 )  # fmt: skip
 """Deviations that are fed back, in the order of the gains."""
 
-POINT = ("cc", "cg", "synchronising", "angle", "speed_cos2", "speed_sin2", "flywheel")
-"""Operating point: controls [Nms], U1/V and U3/V, ring speed at twice the ring angle [rad/s], omega'/(N w)."""
+POINT = ("cc", "share", "angle_cos", "angle_sin", "speed_cos2", "speed_sin2", "flywheel")
+"""Operating point: coupling [Nms], generator gain as a part of the lock capacity J4 V/N, load angle, ring speed at
+twice the ring angle [rad/s], omega'/(N w)."""
 
 ROW = len(POINT) + 2 * len(SIGNALS)
 """Numbers of a cell: operating point, gains to cc, gains to cg."""
@@ -73,16 +74,18 @@ class Scheduled(NamedTuple):
     cells: tuple[float, ...]  # rows of ROW numbers: envelope slowest, then frequency, then bandwidth
     load: float = 1.0  # factor on the generator gain of the operating point [-]
     effort: float = 1.0  # factor on the feedback [-]
-    slow: float = 8.0  # time constant of the envelope [s]
+    slow: float = 5.0  # time constant of the envelope [s]
     brisk: float = 1.2  # time constant of the load angle [s]
     fast: float = 0.2  # time constant of the ring speed [s]
     memory: float = 60.0  # time constant of peak frequency and bandwidth [s]
     notch: float = 5.0  # time constant of the part of phi1 that turns with the ring [s]
-    least: float = 0.02  # no smaller envelope as divisor [rad/s]
+    least: float = 0.01  # floor of the envelope, where an angle says nothing [rad/s]
+    cc_min: float = 0.03  # the feedback goes no lower: at less the horizontal swing grows [Nms]
     cc_max: float = 0.12  # [Nms]
     cg_max: float = 0.02  # [Nms]
     wp: float = 3.14  # peak frequency at the start [rad/s]
     N: float = 22.555555555555557  # gear ratio [-]
+    J4: float = 0.3671  # inertia of the flywheel [kg m^2]
     counting: float = 1.0  # 0: samples outside the table are not counted [-]
     period: float = 0.1  # [s]
 
@@ -141,24 +144,24 @@ class Scheduled(NamedTuple):
         swing = y.phi1 - state.phi_c * c - state.phi_s * s
         swing_rate = y.phi1_rate - state.rate_c * c - state.rate_s * s
         cos2, sin2 = c * c - s * s, 2.0 * s * c
-        divisor = max(envelope, self.least)
+        size = math.sqrt(V1 * V1 + V3 * V3 + self.least * self.least)
         off = speed - frequency - _mix(self.cells, here, at, 4) * cos2 - _mix(self.cells, here, at, 5) * sin2
         deviations = (
-            V1 / divisor - _mix(self.cells, here, at, 2),
-            V3 / divisor - _mix(self.cells, here, at, 3),
+            size - envelope,
+            (V3 * _mix(self.cells, here, at, 2) - V1 * _mix(self.cells, here, at, 3)) / size,
             off, off * cos2, off * sin2,
             y.omega_rate / self.N - _mix(self.cells, here, at, 6) * frequency,
             swing * c, swing * s, swing_rate * c, swing_rate * s,
         )  # fmt: skip
         cc = _mix(self.cells, here, at, 0)
-        cg = self.load * _mix(self.cells, here, at, 1)
+        cg = self.load * _mix(self.cells, here, at, 1) * self.J4 * envelope / self.N
         for n in range(len(SIGNALS)):
             cc += self.effort * _mix(self.cells, here, at, len(POINT) + n) * deviations[n]
             cg += self.effort * _mix(self.cells, here, at, len(POINT) + len(SIGNALS) + n) * deviations[n]
 
         # the count is rounded so that it carries no derivative: margins are those of the feedback
         count = math.floor(state.clamped + 0.5) + self.counting * outside
-        return (min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max)), ScheduledState(
+        return (min(max(cc, self.cc_min), self.cc_max), min(max(cg, 0.0), self.cg_max)), ScheduledState(
             U1, U3, V1, V3, speed, slow_square, square, turning,
             state.phi_c + 2.0 * notch * swing * c, state.phi_s + 2.0 * notch * swing * s,
             state.rate_c + 2.0 * notch * swing_rate * c, state.rate_s + 2.0 * notch * swing_rate * s, count, 1.0,

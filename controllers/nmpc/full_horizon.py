@@ -18,7 +18,7 @@ The last term is what pins the power: 1 J in the flywheel and 1 J generated are 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.descent import descend
-from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of
+from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import FLYWHEEL, Problem, Weights, stage_cost, terminal_cost
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
@@ -103,7 +103,7 @@ def reduced(x: NDArray[np.float64]) -> NDArray[np.float64]:
 def window(
     plant: Plant, start: NDArray[np.float64], moments: NDArray[np.float64], dt: float, intervals: int,
     weights: Weights, period: float = 0.1, at: float = 0.0, substeps: int = SUBSTEPS, cc_max: float = 0.3,
-    power_max: float = 80.0, closing: float = 0.02,
+    power_max: float = 80.0, closing: float = 5e-4,
 ) -> Window:  # fmt: skip
     """Set up a window.
 
@@ -269,9 +269,7 @@ def optimise(
     pieces = -(-n // PIECE)
     states = np.empty((PIECE * w.substeps + 1, m))
     by_cc, by_power, by_nodes = np.empty(n), np.empty(n), np.empty((pieces, m))
-    scale = np.std(start.states, axis=0)
-    scale[2] = 0.3  # the ring angle grows
-    scale = np.maximum(scale, 1e-6)
+    scale = _sizes(start.states)
     powers = 1 if smooth else n
     multipliers = np.zeros((pieces, m))
     cost = start.cost
@@ -334,10 +332,53 @@ def _path(step: Any, w: Window, cc: Any, power: Any, nodes: Any, states: Any) ->
     return path
 
 
-def receding(
-    plant: Plant, w: Window, power: float, horizon: int = 80, every: int = 2, iterations: int = 6,
-    cc_first: float = 0.05,
-) -> Plan:  # fmt: skip
+class Habit(NamedTuple):
+    """How a receding horizon plans."""
+
+    horizon: int = 80  # control intervals looked ahead
+    every: int = 2  # and applied before the next plan
+    iterations: int = 6  # gradient steps per plan
+    cc_max: float = 0.12  # [Nms]
+    cc_first: float = 0.05  # guess of the coupling at the far end [Nms]
+
+
+HABITS = (
+    Habit(), Habit(cc_max=0.3), Habit(horizon=40), Habit(horizon=40, cc_max=0.3), Habit(cc_first=0.1),
+    Habit(horizon=60, cc_first=0.0, cc_max=0.2),
+)  # fmt: skip
+"""Habits that end in different local optima."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """How far a receding horizon has come.
+
+    Parameters
+    ----------
+    cc, power : (i,) arrays
+        Controls so far. [Nms], [W]
+    states : (i + 1, m) array
+        States so far.
+    plan : (horizon,) array
+        Coupling planned on. [Nms]
+    length : float
+        Step length of the solver.
+    level : float
+        Integral part of the power command. [W]
+    value : float
+        Energy harvested so far, with a share of the float's, less the penalties. [J]
+    """
+
+    cc: NDArray[np.float64]
+    power: NDArray[np.float64]
+    states: NDArray[np.float64]
+    plan: NDArray[np.float64]
+    length: float
+    level: float
+    value: float
+
+
+def receding(plant: Plant, w: Window, power: float, habit: Habit = HABITS[0]) -> Plan:
     """Plan of the receding horizon over a window: a start for `optimise`.
 
     The power follows the flywheel: a proportional-integral command about its speed at the start.
@@ -350,39 +391,88 @@ def receding(
         The window.
     power : float
         Generator power to begin with. [W]
-    horizon, every : int
-        Control intervals planned, and applied before the next plan.
-    iterations : int
-        Gradient steps per plan.
-    cc_first : float
-        First guess of the coupling. [Nms]
+    habit : Habit
+        How to plan.
     """
+    return _planned(w, _continued(plant, w, _begun(w, power, habit), habit, w.intervals))
+
+
+def beam(
+    plant: Plant, w: Window, power: float, habits: Sequence[Habit] = HABITS, width: int = 5, piece: int = 100,
+    tick: Callable[[], None] | None = None,
+) -> list[Plan]:  # fmt: skip
+    """Beam search over the local optima of receding horizons: plans of a window, the best first.
+
+    After each piece every track that was kept goes on with every habit, and of all the best are kept. One unlucky
+    choice, a turn of the ring taken or not, is felt for half a minute; a single receding horizon makes many.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    w : Window
+        The window.
+    power : float
+        Generator power to begin with. [W]
+    habits : sequence of Habit
+        How to plan.
+    width : int
+        Tracks kept.
+    piece : int
+        Control intervals between two choices.
+    tick : callable, optional
+        Called after each piece.
+    """
+    kept = [_begun(w, power, habits[0])]
+    for i in range(0, w.intervals, piece):
+        tried = [_continued(plant, w, track, habit, min(i + piece, w.intervals)) for track in kept for habit in habits]
+        tried = sorted((track for track in tried if np.isfinite(track.value)), key=lambda track: -track.value)
+        kept = []
+        for track in tried:
+            if len(kept) < width and all(abs(track.value - other.value) > 0.2 for other in kept):  # J: no twins
+                kept.append(track)
+        if tick:
+            tick()
+    return [_planned(w, track) for track in kept]
+
+
+def _begun(w: Window, power: float, habit: Habit) -> Track:
+    nothing = np.empty(0)
+    return Track(nothing, nothing, w.start[None, :], np.full(habit.horizon, habit.cc_first), 0.01, power, 0.0)
+
+
+def _planned(w: Window, track: Track) -> Plan:
+    return Plan(track.cc, track.power, track.states, cost_of(w, track.power, track.states))
+
+
+def _continued(plant: Plant, w: Window, track: Track, habit: Habit, until: int) -> Track:
+    """Go on with a track up to interval `until`."""
     step, pullback = step_of(orders_of(plant)), pullback_of(orders_of(plant))
-    n, s = w.intervals, w.substeps
+    n, s, begin = w.intervals, w.substeps, track.cc.size
     pairs = w.moments.reshape(-1, 2)
     h = np.array([w.period / STEPS])
-    cc, used = np.empty(n), np.empty(n)
-    path = np.empty((n + 1, w.start.size))
-    path[0] = w.start
-    before, length, level = cc_first, 0.01, power
-    plan = np.full(horizon, cc_first)
-    states = np.empty((every * s + 1, w.start.size))
-    for i in range(0, n, every):
-        ahead = min(horizon, n - i)
+    cc, used, path = np.empty(until), np.empty(until), np.empty((until + 1, w.start.size))
+    cc[:begin], used[:begin], path[: begin + 1] = track.cc, track.power, track.states
+    before, length, level, plan = habit.cc_first, track.length, track.level, track.plan
+    if begin:
+        before = float(cc[begin - 1])
+    for i in range(begin, until, habit.every):
+        ahead = min(habit.horizon, n - i)
+        plan = np.concatenate([plan, np.full(max(ahead - plan.size, 0), habit.cc_first)])[:ahead]
         error = path[i, FLYWHEEL] - w.start[FLYWHEEL]
-        level = max(level + 5e-4 * every * w.period * error, 0.0)
+        level = max(level + 5e-4 * habit.every * w.period * error, 0.0)
         now = min(max(level + 0.3 * error, 0.3), w.power_max)
         moments = np.ascontiguousarray(pairs[s * i : s * (i + ahead) + 1 : s // STEPS]).ravel()
-        problem = Problem(path[i].copy(), moments, now, before, w.cc_max, w.period, h, w.k, w.weights)
-        plan = plan[:ahead].copy()
-        _, _, length, _ = descend(step, pullback, problem, plan, length, iterations if i else 100)
-        m = min(every, ahead)
+        problem = Problem(path[i].copy(), moments, now, before, habit.cc_max, w.period, h, w.k, w.weights)
+        _, _, length, _ = descend(step, pullback, problem, plan, length, habit.iterations if i else 100)
+        m = min(habit.every, until - i)
         cc[i : i + m], used[i : i + m] = plan[:m], now
+        states = np.empty((m * s + 1, w.start.size))
         follow(step, w, i, path[i], cc[i : i + m], used[i : i + m], states)
-        path[i + 1 : i + m + 1] = states[s : m * s + 1 : s]
-        before = float(plan[m - 1])
-        plan = np.concatenate([plan[m:], np.full(m, cc_first)])
-    return Plan(cc, used, path, cost_of(w, used, path))
+        path[i + 1 : i + m + 1] = states[s::s]
+        before, plan = float(plan[m - 1]), plan[m:]
+    value = -cost_of(w._replace(closing=0.0), used, path)
+    return Track(cc, used, path, plan, length, level, value)
 
 
 def cost_of(w: Window, power: NDArray[np.float64], states: NDArray[np.float64]) -> float:
@@ -391,3 +481,49 @@ def cost_of(w: Window, power: NDArray[np.float64], states: NDArray[np.float64]) 
     gained = 0.5 * w.weights.J4 * (states[-1, FLYWHEEL] ** 2 - w.start[FLYWHEEL] ** 2)
     cost = sum(stage_cost(x, w.weights, ignored) for x in states[1:]) - power.sum()
     return float(w.period * cost + terminal_cost(states[-1], w.weights, ignored) + 0.5 * w.closing * gained * gained)
+
+
+def tracking_gains(plant: Plant, w: Window, plan: Plan, caution: float = 4.0) -> NDArray[np.float64]:
+    """Gains (n, m) of the coupling on the deviation from a plan, by the Riccati equation along it. [Nms per unit]
+
+    A plan of minutes at pull-out must be held by feedback. It is nearly bang-bang: where the coupling stands on a bound
+    it can move to one side only, which the regulator reckons as `caution` times dearer.
+    """
+    gains = np.empty((plan.cc.size, w.start.size))
+    on_bound = (plan.cc <= 0.0) | (plan.cc >= w.cc_max)
+    price = np.where(on_bound, caution, 1.0) / CC_SCALE**2
+    _riccati(tangent_of(orders_of(plant)), w, plan.cc, plan.power, plan.states, _sizes(plan.states), price, gains)
+    return gains
+
+
+def _sizes(states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Typical size of each state."""
+    sizes = np.std(states, axis=0)
+    sizes[2] = 0.3  # the ring angle grows
+    return np.asarray(np.maximum(sizes, 1e-6))
+
+
+@entry_point
+def _riccati(
+    tangent: Any, w: Window, cc: Any, power: Any, states: Any, sizes: Any, price: Any, gains: Any
+) -> None:  # fmt: skip
+    m, s = w.start.size, w.substeps
+    cost = np.diag(1.0 / sizes**2)
+    ahead = cost.copy()
+    u, after, flat = np.empty(2), np.empty(m), np.empty((m + 2) * m)
+    for i in range(cc.size - 1, -1, -1):
+        u[0], u[1] = cc[i], power[i]
+        x, by_x, by_cc = states[i].copy(), np.eye(m), np.zeros(m)
+        for q in range(s * i, s * (i + 1)):
+            tangent(x, u, w.moments[2 * q : 2 * q + 4], w.h, w.k, after, flat)
+            columns = flat.reshape((m + 2, m))
+            part = np.ascontiguousarray(columns[:m].T)
+            by_x = part @ by_x
+            by_cc = part @ by_cc + columns[m]
+            x[:] = after
+        weighed = ahead @ by_cc
+        row = (weighed @ by_x) / (price[i] + weighed @ by_cc)
+        gains[i] = row
+        pulled = ahead @ by_x
+        ahead = cost + by_x.T @ pulled - np.outer(by_x.T @ weighed, row)
+        ahead = 0.5 * (ahead + ahead.T)

@@ -11,31 +11,31 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.descent import descend
+from gyroctl.controllers.nmpc.foresight import Foresight, ForesightState, copied, foresee
+from gyroctl.controllers.nmpc.planner import planner_of
 from gyroctl.controllers.nmpc.power_command import PowerCommand
-from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of
-from gyroctl.controllers.nmpc.preview import Preview, Waves, between, preview
-from gyroctl.controllers.nmpc.problem import Problem, Weights, weights
+from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of
+from gyroctl.controllers.nmpc.preview import Preview, Waves, preview
+from gyroctl.controllers.nmpc.problem import weights
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
-from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, observe, predict, update
+from gyroctl.plant.equations import OMEGA, OMEGA_RATE
+from gyroctl.waves.estimation import EstimatorState, MomentEstimator, update
 
-NO_OMEGA = np.array([0, 1, 2, 4, 5, 6, 7])
-"""Rows of the plant's state that the prediction model has, before the radiation states."""
-BEYOND = 10
+PATIENCE = 10
 """Samples for which the rest of a good plan is followed when no new one comes."""
 
 
 class Fallback(NamedTuple):
-    """A cautious constant pair: what remains when planning fails. It keeps lock in most seas."""
+    """A cautious constant pair: what remains when planning fails."""
 
     cc: float = 0.052  # [Nms]
     cg: float = 2e-4  # [Nms]
@@ -52,20 +52,34 @@ class Fallback(NamedTuple):
 class NmpcState(NamedTuple):
     """What the law carries from sample to sample; replaced at each, never changed."""
 
-    plan: NDArray[np.float64]  # (n,) couplings from this sample on [Nms]
+    plan: NDArray[np.float64]  # (n,) couplings from the last sample on [Nms]
     length: float  # step length of the solver, see `descend`
-    mean: float  # integral part of the power [W]
-    speed: float  # slow ring speed: the frequency of the waves [rad/s]
+    power: float  # last power command [W]
+    mean: float  # its integral part [W]
     cc: float  # last command [Nms]
     cg: float  # [Nms]
     estimate: EstimatorState
-    forecast: PredictorState
+    foresight: ForesightState
     age: int  # samples since the last good plan
     fallback: Any  # state of the fallback law
-    fallbacks: int  # samples at which the fallback law acted
-    misses: int  # plans that came too late
-    failures: int  # plans that failed
-    samples: int
+    counts: Counts
+
+
+class Counts(NamedTuple):
+    """What went otherwise than planned, in samples."""
+
+    late: int = 0  # plans beyond the deadline
+    failed: int = 0  # plans that are not numbers
+    kept: int = 0  # the last good plan was followed on
+    fallbacks: int = 0  # the fallback law acted
+
+
+class Plan(NamedTuple):
+    """Answer of the planner, with its status."""
+
+    cc: NDArray[np.float64]  # (n,) [Nms]
+    length: float
+    status: Literal["good", "late", "failed"]
 
 
 @dataclass(frozen=True)
@@ -75,14 +89,16 @@ class Nmpc:
     Parameters
     ----------
     information : {"oracle", "forecast", "sensors"}
-        Where the moments ahead come from: the realisation itself, a probe `lead` up-wave and a prediction from there,
-        or the sensors alone.
+        Where the moments ahead come from: the realisation itself; a probe that tells them `lead` ahead, and a
+        prediction from there; or the sensors alone. The state comes from the sensors in all three.
     horizon : float
         How far a plan looks. [s]
     iterations : int
         Of the solver, per sample.
-    speed_ratio : float
-        Flywheel speed wanted, as a part of N times the frequency of the waves. [-]
+    lead : float
+        How far ahead the probe sees, for "forecast". [s]
+    flywheel : float
+        Flywheel speed wanted, the same in every sea: one that follows the ring would follow it into a stall. [rad/s]
     proportional, integral : float
         Of the power command. [W/(rad/s)], [W/rad]
     power : float
@@ -90,23 +106,26 @@ class Nmpc:
     motion, limit1, limit3 : float
         Weight [J/(rad^2 s)] and limits [rad] of the motion.
     lock, floor : float
-        Weight [J s/rad^2] and least ring speed, as a part of the frequency of the waves [-].
+        Weight [J s/rad^2] and least ring speed [rad/s].
     travel : float
         Weight of the coupling's changes. [J/(Nms)^2]
     terminal : float
         Share of the float's mechanical energy that counts at the end of the horizon. [-]
     cc_max, cg_max : float
-        Limits of the actuators. [Nms]
-    wp : float
-        Frequency of the waves to begin with. [rad/s]
+        Limits of the plan. [Nms]
     deadline : float
-        Processor time that a plan may take; one that takes longer is not used. [s]
+        Time that a sample may take; a plan that comes later is not used. Infinite by default: a simulation is to be
+        repeatable, whatever else the machine does. [s]
     period : float
         Control interval. [s]
     plant : Plant
         The design model.
     fallback : law
         Acts where planning fails: any object with `init` and `step`.
+    seen : Preview, optional
+        Moments that the law may look into; given by `informed`.
+    clock : callable
+        Time. [s]
 
     Raises
     ------
@@ -117,91 +136,145 @@ class Nmpc:
     information: Literal["oracle", "forecast", "sensors"] = "sensors"
     horizon: float = 4.0
     iterations: int = 10
-    speed_ratio: float = 0.8
-    proportional: float = 0.3
-    integral: float = 5e-4
-    power: float = 8.0
+    lead: float = 0.0
+    flywheel: float = 60.0
+    proportional: float = 0.6
+    integral: float = 1e-3
+    power: float = 5.0
     motion: float = 2000.0
     limit1: float = 0.25
     limit3: float = 0.25
     lock: float = 50.0
-    floor: float = 0.5
+    floor: float = 1.57
     travel: float = 0.0
     terminal: float = 0.3
     cc_max: float = 0.12
     cg_max: float = 0.02
-    wp: float = 3.14
-    deadline: float = 0.1
+    deadline: float = math.inf
     period: float = 0.1
     plant: Plant = field(default_factory=zhang2017, repr=False)
     fallback: Any = Fallback()
     seen: Preview | None = field(default=None, repr=False)
-    clock: Callable[[], float] = field(default=time.thread_time, repr=False)
+    clock: Callable[[], float] = field(default=time.perf_counter, repr=False)
 
-    @cached_property
+    def __post_init__(self) -> None:
+        """Refuse what no plan can be made with."""
+        if self.information not in ("oracle", "forecast", "sensors"):
+            raise InputError("nmpc.information", self.information, "unknown level",
+                             "Choose oracle, forecast or sensors")  # fmt: skip
+        for name in ("horizon", "iterations", "period", "cc_max", "cg_max", "deadline", "flywheel"):
+            value = getattr(self, name)
+            finite = math.isfinite(value) or name == "deadline"
+            if not (isinstance(value, int | float) and finite and value > 0.0):
+                raise InputError(f"nmpc.{name}", value, "must be positive", "Leave it out for the default")
+        for name in ("lead", "motion", "limit1", "limit3", "lock", "floor", "travel", "terminal"):
+            value = getattr(self, name)
+            if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0):
+                raise InputError(f"nmpc.{name}", value, "must not be negative", "Leave it out for the default")
+        if not math.isclose(self.intervals * self.period, self.horizon, rel_tol=1e-9):
+            raise InputError("nmpc.horizon", self.horizon, f"is no multiple of the period of {self.period:g} s",
+                             f"Give for example {max(self.intervals, 1) * self.period:g} s")  # fmt: skip
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Fields alone: compiled tools are found again by whoever receives the law."""
+        return {f.name: getattr(self, f.name) for f in fields(self)}
+
+    @property
     def intervals(self) -> int:
         """Control intervals of the horizon."""
         return round(self.horizon / self.period)
 
+    def informed(self, waves: Waves) -> Nmpc:
+        """Return the law with the realisation that it may look into."""
+        return replace(self, seen=preview(waves, self.period / STEPS, self.horizon))
+
+    def counters(self, state: NmpcState) -> dict[str, int]:
+        """Counts of a run from its last state."""
+        c = state.counts
+        return {"deadline_misses": c.late, "fallbacks": c.fallbacks, "failed_plans": c.failed, "kept_plans": c.kept}
+
+    def init(self) -> NmpcState:
+        """Before the first sample."""
+        pair = (0.052, 3.5e-4)
+        return NmpcState(
+            np.full(self.intervals, pair[0]), 1e-3, self.power, self.power, *pair, self._estimator.init(),
+            self._foresight.init(), 0, self.fallback.init(), Counts(),
+        )  # fmt: skip
+
+    def step(self, t: float, y: Any, state: NmpcState) -> tuple[tuple[float, float], NmpcState]:
+        """Estimate, look ahead, command the power, plan, act."""
+        begin = self.clock()
+        state = self._observed(y, state)
+        moments, foresight = foresee(self._foresight, t, state.estimate, state.foresight)
+        state = self._powered(state._replace(foresight=foresight))
+        plan = self._planned(moments, state, begin)
+        return self._acted(t, y, plan, state)
+
+    def _observed(self, y: Any, state: NmpcState) -> NmpcState:
+        """Estimate the state."""
+        estimate = copied(state.estimate)
+        update(self._estimator, estimate, np.array(y), state.cc, state.cg)
+        if not np.isfinite(estimate.x_hat).all():
+            estimate = self._estimator.init()
+            update(self._estimator, estimate, np.array(y), state.cc, state.cg)
+        return state._replace(estimate=estimate)
+
+    def _powered(self, state: NmpcState) -> NmpcState:
+        """Set the power by the flywheel's speed."""
+        speed = state.estimate.x_hat[OMEGA_RATE]
+        regulator = PowerCommand(self.proportional, self.integral, self.cg_max)
+        power, mean = regulator.step(speed - self.flywheel, speed, state.mean, self.period)
+        return state._replace(power=power, mean=mean)
+
+    def _planned(self, moments: NDArray[np.float64], state: NmpcState, begin: float) -> Plan:
+        """Improve the last plan, shifted by one interval."""
+        planner, k, h, cost, rows = self._tools
+        cc = np.append(state.plan[1:], state.plan[-1])
+        now = np.array([state.power, state.cc, self.cc_max, self.period])
+        start = state.estimate.x_hat[rows]
+        _, after, length, _ = planner(start, moments, now, cost, h, k, cc, state.length, self.iterations)
+        if not math.isfinite(after):
+            return Plan(cc, 1e-3, "failed")
+        return Plan(cc, length, "late" if self.clock() - begin > self.deadline else "good")
+
+    def _acted(self, t: float, y: Any, plan: Plan, state: NmpcState) -> tuple[tuple[float, float], NmpcState]:
+        """Apply the plan, or what stands in for it."""
+        speed, counts = state.estimate.x_hat[OMEGA_RATE], state.counts
+        cg = min(state.power / max(speed * speed, 1.0), self.cg_max)
+        if plan.status == "good":
+            command = (float(plan.cc[0]), float(cg))
+            return command, state._replace(plan=plan.cc, length=plan.length, cc=command[0], cg=command[1], age=0)
+        counts = counts._replace(
+            late=counts.late + (plan.status == "late"), failed=counts.failed + (plan.status == "failed")
+        )  # fmt: skip
+        if state.age < PATIENCE:
+            rest = np.append(state.plan[1:], state.plan[-1])
+            command, fallback = (float(rest[0]), float(cg)), state.fallback
+            counts = counts._replace(kept=counts.kept + 1)
+        else:
+            rest = np.full(self.intervals, state.cc)
+            command, fallback = self.fallback.step(t, y, state.fallback)
+            counts = counts._replace(fallbacks=counts.fallbacks + 1)
+        state = state._replace(
+            plan=rest, length=1e-3, cc=command[0], cg=command[1], age=state.age + 1, fallback=fallback, counts=counts
+        )  # fmt: skip
+        return command, state
+
     @cached_property
-    def _tools(self) -> tuple[Any, Any, NDArray[np.float64], NDArray[np.float64], Weights, NDArray[np.intp]]:
+    def _tools(self) -> tuple[Any, ...]:
+        """Compiled planner, constants, step and cost of the model; rows of the plant's state that it has."""
         orders = orders_of(self.plant)
-        cost = weights(self.plant, self.motion, self.limit1, self.limit3, self.lock, self.floor * self.wp, self.travel,
+        cost = weights(self.plant, self.motion, self.limit1, self.limit3, self.lock, self.floor, self.travel,
                        self.terminal)  # fmt: skip
-        rows = np.concatenate([NO_OMEGA, np.arange(8, 8 + orders[1] + orders[3])])
-        h = np.array([self.period / STEPS])
-        return step_of(orders), pullback_of(orders), constants(self.plant), h, cost, rows
+        rows = np.array([row for row in range(len(self.plant.labels)) if row != OMEGA])
+        return planner_of(orders), constants(self.plant), np.array([self.period / STEPS]), np.array(cost), rows
 
     @cached_property
     def _estimator(self) -> MomentEstimator:
         return MomentEstimator.design(self.plant, period=self.period)
 
     @cached_property
-    def _predictor(self) -> Predictor:
-        return Predictor.design(self.plant, self.period, horizon=self.horizon, estimator=self._estimator)
-
-    def _ahead(self, t: float, estimate: EstimatorState, forecast: PredictorState) -> NDArray[np.float64]:
-        """Moments at each step of the model over the horizon, flat."""
-        if self.information == "oracle":
-            return self.seen.window(t, STEPS * self.intervals + 1)
-        observe(self._predictor, forecast, estimate.me_hat[0], estimate.me_hat[1])
-        out = np.empty((2, self.intervals))
-        predict(self._predictor, forecast, out)
-        return between(np.vstack([forecast.now, out.T])).ravel()
-
-    def informed(self, waves: Waves) -> Nmpc:
-        """Return the law with the realisation that it may look into."""
-        return replace(self, seen=preview(waves, self.period / STEPS))
-
-    def init(self) -> NmpcState:
-        """Before the first sample."""
-        return NmpcState(
-            np.full(self.intervals, 0.05), 1e-3, self.power, self.wp, 0.052, 3.5e-4, self._estimator.init(), self._predictor.init(), 0,
-            self.fallback.init(), 0, 0, 0, 0,
+    def _foresight(self) -> Foresight:
+        return Foresight.design(
+            self.plant, self.information, self._estimator, self.seen, self.period, self.horizon, self.lead
         )  # fmt: skip
-
-    def step(self, t: float, y: Any, state: NmpcState) -> tuple[tuple[float, float], NmpcState]:
-        """Estimate, look ahead, command the power, plan, act."""
-        begin = self.clock()
-        step, pullback, k, h, cost, rows = self._tools
-        estimate = EstimatorState(*(a.copy() for a in state.estimate))
-        forecast = PredictorState(*(a.copy() for a in state.forecast))
-        update(self._estimator, estimate, np.array(y), state.cc, state.cg)
-        speed = state.speed + (self.period / 60.0) * (y.psi_rate - state.speed)
-        flywheel = estimate.x_hat[7]
-        regulator = PowerCommand(self.proportional, self.integral, self.cg_max)
-        error = flywheel - self.speed_ratio * self.plant.parameters.N * self.wp
-        power, mean = regulator.step(error, flywheel, state.mean, self.period)
-
-        plan = np.append(state.plan[1:], state.plan[-1])
-        problem = Problem(
-            estimate.x_hat[rows], self._ahead(t, estimate, forecast), power, state.cc, self.cc_max,
-            self.period, h, k, cost,
-        )  # fmt: skip
-        _, after, length, _ = descend(step, pullback, problem, plan, state.length, self.iterations)
-        failed, late = not math.isfinite(after), self.clock() - begin > self.deadline
-        state = state._replace(
-            plan=plan, length=length, mean=mean, speed=speed, cc=plan[0], cg=power / max(flywheel * flywheel, 1.0),
-            estimate=estimate, forecast=forecast, samples=state.samples + 1,
-        )
-        return (state.cc, state.cg), state

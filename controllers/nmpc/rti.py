@@ -8,7 +8,7 @@ follows the ratio of true to promised decrease as in the Levenberg-Marquardt met
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,12 +17,12 @@ from gyroctl.controllers.nmpc import problem as problem_file
 from gyroctl.controllers.nmpc import riccati as riccati_file
 from gyroctl.controllers.nmpc import subproblem as subproblem_file
 from gyroctl.controllers.nmpc.prediction import STEPS
-from gyroctl.controllers.nmpc.problem import predict
+from gyroctl.controllers.nmpc.problem import Problem, predict
 from gyroctl.controllers.nmpc.riccati import RiccatiRoom, riccati_room, solve
-from gyroctl.controllers.nmpc.subproblem import NOT_FINITE, SOLVED, Subproblem, empty_subproblem, linearise
+from gyroctl.controllers.nmpc.subproblem import NOT_FINITE, SOLVED, Step, Subproblem, empty_subproblem, linearise
 from gyroctl.plant.compiled import entry_point, source_stamp
 
-PROXIMAL_MIN, PROXIMAL_MAX = 1.0, 1e6  # [J/(Nms)^2]
+PROXIMAL_MIN, PROXIMAL_MAX = 1.0, 1e5  # [J/(Nms)^2]
 GOOD, POOR = 0.75, 0.25  # ratio of true to promised decrease above and below which the proximal weight changes
 HALVINGS = 6
 
@@ -70,22 +70,24 @@ def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
             Cost of the plan [J], proximal weight to go on with.
         """
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
+        if not promised > 0.0:  # the plan stands, or the weight holds it: look further next time
+            return cost, max(proximal / 3.0, PROXIMAL_MIN)
         part = 1.0
         for _ in range(HALVINGS):
             for i in range(cc.size):
                 room.trial[i] = min(max(cc[i] + part * d[i], 0.0), problem.cc_max)
             found = predict(step, problem, room.trial, room.ahead)
             if found < cost:  # not a number counts as no improvement
-                ratio = (cost - found) / max(promised, 1e-12)
+                ratio = (cost - found) / promised
                 if part == 1.0 and ratio > GOOD:
                     proximal /= 3.0
                 elif part < 1.0 or ratio < POOR:
-                    proximal *= 3.0 if part >= 0.5 else 9.0
+                    proximal *= 3.0
                 cc[:] = room.trial
                 room.states[:] = room.ahead
                 return found, min(max(proximal, PROXIMAL_MIN), PROXIMAL_MAX)
             part *= 0.5
-        return cost, min(10.0 * proximal, PROXIMAL_MAX)
+        return cost, min(9.0 * proximal, PROXIMAL_MAX)
 
     return advance
 
@@ -148,3 +150,33 @@ def _iterate(stamp: str) -> Callable[..., Improvement]:
 
 
 iterate = _iterate(source_stamp(SOURCES))
+
+
+class QpSolver(Protocol):
+    """A solver of subproblems that keeps what it needs, such as `osqp_solver.OsqpSolver`."""
+
+    def solve(self, qp: Subproblem, proximal: float, d: NDArray[np.float64]) -> Step:
+        """Write the solution into `d` (n,)."""
+        ...
+
+
+def iterate_with(
+    solver: QpSolver, step: Any, tangent: Any, problem: Problem, cc: NDArray[np.float64], proximal: float,
+    iterations: int, room: Room,
+) -> Improvement:  # fmt: skip
+    """Improve a plan in place as `iterate` does, with any solver of the subproblems."""
+    np.clip(cc, 0.0, problem.cc_max, out=cc)
+    first = predict(step, problem, cc, room.states)
+    cost, promised, status, total = first, 0.0, SOLVED, 0
+    for _ in range(iterations):
+        if not linearise(tangent, problem, cc, room.states, room.qp):
+            status = NOT_FINITE
+            break
+        room.d[:] = 0.0
+        found = solver.solve(room.qp, proximal, room.d)
+        status, promised = found.status, -found.value
+        total += found.iterations
+        if status == NOT_FINITE:
+            break
+        cost, proximal = advance(step, problem, cc, room.d, cost, promised, proximal, room)
+    return Improvement(first, cost, proximal, promised, status, total)

@@ -30,7 +30,7 @@ class Constant(NamedTuple):
 
 
 def best_constant(gamma: float = 5.0) -> Constant:
-    """Return the best constant pair found on the tuning seeds.
+    """Return the best constant pair found on the tuning seeds, by ``gyroctl tune constant``.
 
     Parameters
     ----------
@@ -44,6 +44,7 @@ def best_constant(gamma: float = 5.0) -> Constant:
     """
     if not (math.isfinite(gamma) and gamma > 0.0):
         raise ValueError(f"gamma = {gamma} must be a positive number: give the peak enhancement of the sea")
-    pairs = shipped()["best_constant"]
-    nearest = min(pairs, key=lambda tuned: abs(math.log(float(tuned) / gamma)))
-    return Constant(**pairs[nearest]["parameters"])
+    sets = shipped("constant")
+    tuned = {name: float(entry["found"]["seas"][name]["sea"]["gamma"]) for name, entry in sets.items()}
+    nearest = min(tuned, key=lambda name: abs(math.log(tuned[name] / gamma)))
+    return Constant(**sets[nearest]["parameters"])

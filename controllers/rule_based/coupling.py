@@ -1,6 +1,7 @@
 """Coupling law: the magnetic coupling works within the cycle, the generator slowly and smoothly.
 
-The flywheel stores minutes of output. So the generator may be slow: it gives a power that a PI regulator sets to hold
+The flywheel stores minutes of output. So the generator may be slow: like the governor of a turbine it gives a power
+that rises with the speed of the flywheel (a droop) about a level that goes with the height of the waves, and so holds
 the flywheel a little below the speed of the ring's gear, which makes the slip that the coupling needs. The coupling
 acts as a clipped semi-active brake on the ring: it can give a torque of the sign of the slip only, so it gives the
 wanted torque where the instantaneous slip allows it and none elsewhere. (Filtering the slip instead gives more power on
@@ -12,11 +13,15 @@ which the float drives the ring in (24):
 - most of that driving torque, as it comes: what the float gives within the cycle goes straight through the coupling
   into the flywheel instead of swinging the ring. With a part in u1 beside it, it is the drive of a ring that stands a
   little behind the true one, which holds the true one back from pull-out. The two directions of the float have each
-  their part: one drives the ring, the other swings in a mode of its own that is lightly damped;
-- a share of the lock capacity J4 omega' V and of the synchronising torque J4 omega' U1 that is left;
-- damping of the ring speed about the peak frequency.
+  their part: phi3 drives the ring, phi1 swings in a mode of its own that is lightly damped, and more than its drive
+  handed on damps it;
+- a part of the synchronising torque J4 omega' u1 where there is any;
+- damping of the ring speed about the frequency of the waves (`wave_clock`).
 
-Shares and generator ease off when the float swings far in phi1, the direction that only a light damping holds.
+The last but one and the generator ease off when the float swings far in phi1.
+
+Source: clipped semi-active control, D. Karnopp, M. J. Crosby and R. A. Harwood, Vibration control using semi-active
+force generators, J. Eng. Ind. 96 (1974) 619-626; the flywheel's droop is the governor of every turbine.
 """
 
 from __future__ import annotations
@@ -24,37 +29,39 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
+from gyroctl.controllers.rule_based.wave_clock import QUIET, easing, follow, lag
+
 
 class CouplingState(NamedTuple):
-    """Slow parts of u1, u3 [rad/s], phi1 amplitude squared [rad^2], integral part of the power [W], 1 once begun."""
+    """Wave clock: angle [rad], speed [rad/s], mean square [rad^2/s^2], age [s]; phi1 amplitude squared [rad^2]."""
 
-    U1: float
-    U3: float
+    theta: float
+    speed: float
+    square: float
+    age: float
     swing: float
-    power: float
-    begun: float
 
 
 class Coupling(NamedTuple):
-    """Torque on the ring by clipped coupling; generator power by a slow PI on the flywheel speed."""
+    """Torque on the ring by clipped coupling; generator power by a droop of the flywheel speed."""
 
-    through1: float = 1.14  # part of the driving torque handed on, as far as it comes from phi1' [-]
-    through3: float = 0.8621  # and from phi3' [-]
-    direct1: float = 0.8299  # of the torque a quarter turn from it, in u1, as far as it comes from phi1' [-]
-    direct3: float = 0.6921  # and from phi3' [-]
-    share: float = 0.04567  # of the lock capacity [-]
-    margin: float = 0.3088  # of the synchronising torque left [-]
-    damping: float = 17.98  # torque on the ring per deviation of its speed [Nms]
-    slow: float = 0.5391  # time constant of V and of the synchronising torque [s]
-    motion: float = 0.3516  # amplitude of phi1 at which shares and generator are halved [rad]
-    recall: float = 3.303  # time constant of that amplitude [s]
-    speed_ratio: float = 0.9349  # flywheel speed wanted, as a part of N wp [-]
-    proportional: float = 0.2337  # generator power per deviation of the flywheel speed [W/(rad/s)]
-    integral: float = 0.0003973  # and per its integral [W/rad]
-    power: float = 3.0  # integral part at the start [W]
+    through1: float = 2.1  # part of the driving torque handed on, as far as it comes from phi1' [-]
+    through3: float = 0.97  # and from phi3' [-]
+    direct1: float = 0.8  # of the torque a quarter turn from it, in u1, as far as it comes from phi1' [-]
+    direct3: float = 0.45  # and from phi3' [-]
+    margin: float = 0.7  # of the synchronising torque left [-]
+    damping: float = 0.4  # of J4 omega' V per deviation of the ring speed [s/rad]
+    motion: float = 0.36  # amplitude of phi1 at which the load is halved [rad]
+    relative: float = 1.8  # and the same in units of the float's motion [-]
+    recall: float = 3.3  # time constant of that amplitude [s]
+    speed_ratio: float = 0.93  # flywheel speed at the level, as a part of N times the frequency of the waves [-]
+    level: float = 0.14  # generator power there, as a part of J4 omega' V times that frequency [-]
+    droop: float = 0.28  # rise of that part with the relative speed of the flywheel [-]
+    bandwidth: float = 0.15  # of the wave clock [rad/s]
+    memory: float = 150.0  # of the height of the waves [s]
     cc_max: float = 0.12  # [Nms]
     cg_max: float = 0.02  # [Nms]
-    wp: float = 3.14  # peak frequency, the speed that the ring is to keep [rad/s]
+    wp: float = 3.14  # where the wave clock begins [rad/s]
     N: float = 22.555555555555557  # gear ratio [-]
     J4: float = 0.3671  # inertia of the flywheel [kg m^2]
     period: float = 0.1  # [s]
@@ -65,31 +72,30 @@ class Coupling(NamedTuple):
         return "sensors"
 
     def init(self) -> CouplingState:
-        """Filters are filled by the first sample."""
-        return CouplingState(0.0, 0.0, 0.0, self.power, 0.0)
+        """The clock begins at the first sample."""
+        return CouplingState(0.0, self.wp, 0.0, 0.0, 0.0)
 
     def step(self, t: float, y: Any, state: CouplingState) -> tuple[tuple[float, float], CouplingState]:
-        """Filter, want a torque, give what the slip allows; regulate the flywheel."""
-        c, s = math.cos(y.psi), math.sin(y.psi)
-        u1 = c * y.phi1_rate - s * y.phi3_rate
-        u3 = s * y.phi1_rate + c * y.phi3_rate
-        slow = 1.0 if state.begun == 0.0 else 1.0 - math.exp(-self.period / self.slow)
-        U1 = state.U1 + slow * (u1 - state.U1)
-        U3 = state.U3 + slow * (u3 - state.U3)
-        swing = state.swing + (1.0 - math.exp(-self.period / self.recall)) * (2.0 * y.phi1 * y.phi1 - state.swing)
-        ease = 1.0 / (1.0 + (swing / (self.motion * self.motion)) ** 2)
+        """Follow the waves, want a torque, give what the slip allows; regulate the flywheel."""
+        theta, speed, square, age = follow(
+            y, state.theta, state.speed, state.square, state.age, self.period, self.bandwidth, self.memory
+        )
+        V = math.sqrt(max(square, QUIET))
+        swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
+        ease = easing(swing, self.motion, self.relative, V, speed)
 
-        pull = ease * (self.share * math.sqrt(U1 * U1 + U3 * U3) + self.margin * max(U1, 0.0))
+        c, s = math.cos(y.psi), math.sin(y.psi)
+        pull = ease * self.margin * max(c * y.phi1_rate - s * y.phi3_rate, 0.0)
         pull += (self.direct1 * c - self.through1 * s) * y.phi1_rate
         pull -= (self.direct3 * s + self.through3 * c) * y.phi3_rate
-        torque = self.J4 * y.omega_rate * pull + self.damping * (y.psi_rate - self.wp)  # against the ring [Nm]
+        pull += self.damping * V * (y.psi_rate - speed)
+        torque = self.J4 * y.omega_rate * pull  # against the ring [Nm]
         slip = self.N * y.psi_rate - y.omega_rate
         cc = 0.0
         if torque * slip > 0.0:
             cc = min(torque / (self.N * slip), self.cc_max)
 
-        error = y.omega_rate - self.speed_ratio * self.N * self.wp
-        power = max(state.power + self.integral * self.period * error, 0.0)
-        # the square is kept off zero: a flywheel at rest must not ask for an infinite gain
-        cg = ease * (power + self.proportional * error) / max(y.omega_rate * y.omega_rate, 400.0)
-        return (cc, min(max(cg, 0.0), self.cg_max)), CouplingState(U1, U3, swing, power, 1.0)
+        part = self.level + self.droop * (y.omega_rate / (self.speed_ratio * self.N * speed) - 1.0)
+        # the speed is kept off zero: a flywheel at rest must not ask for an infinite gain
+        cg = ease * part * self.J4 * V * speed / max(y.omega_rate, 20.0)
+        return (cc, min(max(cg, 0.0), self.cg_max)), CouplingState(theta, speed, square, age, swing)

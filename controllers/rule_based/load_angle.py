@@ -8,9 +8,13 @@ the ring in three parts:
 - a share of V, so that the load eases in a lull before the lock is lost;
 - a share of U1 = V cos delta, the synchronising torque left: near pull-out it falls to zero and takes its load off, so
   that the angle at which the ring settles is stable wherever it is, tan(-delta) = margin for this part alone;
-- the deviation of the ring speed, as a power-system stabiliser does on a synchronous machine.
+- the deviation of the ring speed from that of the waves (`wave_clock`): a ring that turns too fast stands in for a
+  float that gives more than is taken.
 
 All but the last ease off when the float swings far in phi1, the direction that only a light damping holds.
+
+Source: the power-angle curve and the damping torque of the synchronous machine, P. Kundur, Power System Stability and
+Control, McGraw-Hill 1994, chapters 2 and 12; the lock balance is from (24)-(25) of the paper.
 """
 
 from __future__ import annotations
@@ -18,32 +22,43 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
+from gyroctl.controllers.rule_based.wave_clock import QUIET, easing, follow, lag
+
 
 class LoadAngleState(NamedTuple):
-    """Slow parts of u1, u3, faster part of u1, ring speed [rad/s], phi1 amplitude squared [rad^2], 1 once begun."""
+    """Wave clock: angle [rad], speed [rad/s], mean square [rad^2/s^2], age [s]; phi1 amplitude squared [rad^2];
+    slow parts of u1, u3, faster part of u1, ring speed less that of the waves [rad/s].
+    """
 
+    theta: float
+    speed: float
+    square: float
+    age: float
+    swing: float
     U1: float
     U3: float
     V1: float
-    speed: float
-    swing: float
-    begun: float
+    fast: float
 
 
 class LoadAngle(NamedTuple):
     """Generator gain from the share of lock capacity, its margin and the ring speed; coupling constant."""
 
-    share: float = 0.6146  # of the lock capacity [-]
-    margin: float = 0.629  # of the synchronising torque left [-]
-    damping: float = 0.004897  # generator gain per deviation of the ring speed [Nms/(rad/s)]
-    cc: float = 0.06211  # [Nms]
-    slow: float = 9.196  # time constant of V [s]
-    brisk: float = 1.47  # time constant of the synchronising torque [s]
-    fast: float = 0.4376  # time constant of the ring speed [s]
-    motion: float = 0.546  # amplitude of phi1 at which the shares are halved [rad]
-    recall: float = 2.968  # time constant of that amplitude [s]
+    share: float = 0.4328  # of the lock capacity [-]
+    margin: float = 0.5629  # of the synchronising torque left [-]
+    damping: float = 0.8  # of the capacity J4 V/N per deviation of the ring speed [s/rad]
+    lean: float = 0.04  # how much slower than the waves the ring may turn without damping [-]
+    cc: float = 0.0675  # [Nms]
+    slow: float = 10.0  # time constant of the capacity [s]
+    brisk: float = 0.74  # time constant of the synchronising torque [s]
+    fast: float = 0.32  # time constant of the ring speed [s]
+    motion: float = 0.63  # amplitude of phi1 at which the shares are halved [rad]
+    relative: float = 4.0  # and the same in units of the float's motion [-]
+    recall: float = 0.8  # time constant of that amplitude [s]
+    bandwidth: float = 0.065  # of the wave clock [rad/s]
+    memory: float = 27.0  # of the height of the waves [s]
     cg_max: float = 0.02  # [Nms]
-    wp: float = 3.14  # peak frequency, the speed that the ring is to keep [rad/s]
+    wp: float = 3.14  # where the wave clock begins [rad/s]
     N: float = 22.555555555555557  # gear ratio [-]
     J4: float = 0.3671  # inertia of the flywheel [kg m^2]
     period: float = 0.1  # [s]
@@ -55,24 +70,30 @@ class LoadAngle(NamedTuple):
 
     def init(self) -> LoadAngleState:
         """Filters are filled by the first sample."""
-        return LoadAngleState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return LoadAngleState(0.0, self.wp, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, t: float, y: Any, state: LoadAngleState) -> tuple[tuple[float, float], LoadAngleState]:
-        """Filter, take the shares, add the damping."""
+        """Follow the waves, filter, take the shares, add the damping."""
+        theta, speed, square, age = follow(
+            y, state.theta, state.speed, state.square, state.age, self.period, self.bandwidth, self.memory
+        )
+        V = math.sqrt(max(square, QUIET))
+        swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
+
         c, s = math.cos(y.psi), math.sin(y.psi)
         u1 = c * y.phi1_rate - s * y.phi3_rate
         u3 = s * y.phi1_rate + c * y.phi3_rate
-        first = state.begun == 0.0
-        slow = 1.0 if first else 1.0 - math.exp(-self.period / self.slow)
-        brisk = 1.0 if first else 1.0 - math.exp(-self.period / self.brisk)
-        fast = 1.0 if first else 1.0 - math.exp(-self.period / self.fast)
+        first = state.age == 0.0
+        slow = 1.0 if first else lag(self.period, self.slow)
         U1 = state.U1 + slow * (u1 - state.U1)
         U3 = state.U3 + slow * (u3 - state.U3)
-        V1 = state.V1 + brisk * (u1 - state.V1)
-        speed = state.speed + fast * (y.psi_rate - state.speed)
-        swing = state.swing + (1.0 - math.exp(-self.period / self.recall)) * (2.0 * y.phi1 * y.phi1 - state.swing)
+        V1 = state.V1 + (1.0 if first else lag(self.period, self.brisk)) * (u1 - state.V1)
+        fast = state.fast + (1.0 if first else lag(self.period, self.fast)) * (y.psi_rate - state.fast)
 
-        ease = 1.0 / (1.0 + (swing / (self.motion * self.motion)) ** 2)
         pull = self.share * math.sqrt(U1 * U1 + U3 * U3) + self.margin * max(V1, 0.0)
-        cg = self.J4 / self.N * ease * pull + self.damping * (speed - self.wp)
-        return (self.cc, min(max(cg, 0.0), self.cg_max)), LoadAngleState(U1, U3, V1, speed, swing, 1.0)
+        pull = pull * easing(swing, self.motion, self.relative, V, speed)
+        pull += self.damping * V * (fast - (1.0 - self.lean) * speed)
+        cg = self.J4 / self.N * pull
+        return (self.cc, min(max(cg, 0.0), self.cg_max)), LoadAngleState(
+            theta, speed, square, age, swing, U1, U3, V1, fast
+        )

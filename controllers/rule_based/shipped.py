@@ -1,4 +1,4 @@
-"""The shipped tuning of the laws of this folder, as tune.py wrote it."""
+"""The tuned sets of the laws of this folder, as `gyroctl tune --ship` wrote them into ``tuned/``."""
 
 from __future__ import annotations
 
@@ -7,17 +7,11 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-FILE = Path(__file__).with_name("tuning.json")
+FOLDER = Path(__file__).with_name("tuned")
 
 
-@lru_cache(maxsize=1)
-def shipped() -> dict[str, Any]:
-    """Content of tuning.json: for each law its parameters, budget and result on the tuning seeds."""
-    content: dict[str, Any] = json.loads(FILE.read_text())
-    return content
-
-
-def tuning_seeds() -> list[int]:
-    """Seeds that served for tuning and so may not judge the laws."""
-    seeds = shipped()["tuning_seeds"]
-    return list(range(seeds["first"], seeds["last"] + 1))
+@lru_cache(maxsize=32)
+def shipped(law: str) -> dict[str, Any]:
+    """Tuned sets of a law by name, each with ``parameters``, ``goal``, ``result`` and ``found``."""
+    sets: dict[str, Any] = json.loads((FOLDER / f"{law}.json").read_text(encoding="utf-8"))["sets"]
+    return sets

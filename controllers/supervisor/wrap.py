@@ -90,13 +90,22 @@ def wrap(law: Any, rules: Rules | None = None) -> Any:
     -------
     Law
         One NamedTuple where the law is one and its state a tuple of floats, else a `Supervisor`.
+
+    Raises
+    ------
+    ValueError
+        For a rule out of range.
     """
     rules = rules or Rules()
-    start = law.init()
+    for name, value in rules._asdict().items():
+        least = "positive" if name in ("window", "handover", "wp", "N") else "zero or positive"
+        if not value >= 0.0 or (value == 0.0 and least == "positive"):
+            raise ValueError(f"{name} = {value!r} must be {least}")
+    start, period = law.init(), float(law.period)
     if not (isinstance(law, tuple) and hasattr(law, "_fields") and _is_floats(start)):
         return Supervisor(law, rules)
     compose: Any = _composed
-    return compose(type(law), type(start), len(law), len(start))(*rules, *law, *start, float(law.period))
+    return compose(type(law), type(start), len(law), len(start))(*rules, *law, *start, period)
 
 
 def supervisor(wraps: Any = "load_angle", **rules: float) -> Any:
@@ -114,7 +123,7 @@ def supervisor(wraps: Any = "load_angle", **rules: float) -> Any:
     ValueError
         For an unknown law, or the supervisor itself.
     """
-    if isinstance(wraps, str):
+    if isinstance(wraps, str):  # laws know nothing of the harness: a table with parameters is built there
         points = {point.name: point for point in entry_points(group=GROUP)}
         if wraps not in points or wraps == "supervisor":
             known = ", ".join(sorted(set(points) - {"supervisor"}))
@@ -131,7 +140,7 @@ supervisor.__signature__ = inspect.Signature([  # type: ignore[attr-defined]  # 
 
 
 @lru_cache(maxsize=256)
-def _composed(law_type: type[Any], state_type: type[Any], fields: int, states: int) -> type[Any]:
+def _composed(law_type: type[Any], state_type: type[Any], fields: int, states: int) -> Any:
     """NamedTuple of rules, the fields of a law and its first state, with the members of a law."""
     inner_step = inlined(law_type.step)
     pack = inlined(_pack_plain) if state_type is tuple else _pack_named(state_type)

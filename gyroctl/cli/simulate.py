@@ -22,29 +22,38 @@ def simulate(
     duration: Annotated[float, typer.Option(help="Length of the run [s].")] = 2000.0,
     blend: Annotated[float, typer.Option(help="Blend from the regular wave at the start [s].")] = 100.0,
     dt: Annotated[float, typer.Option(help="Longest step [s].")] = 0.01,
+    start: Annotated[str, typer.Option(help="Start: locked, or rest for a law that starts the device.")] = "locked",
+    motor: Annotated[float, typer.Option(help="Largest gain of the generator as a motor [Nms].")] = 0.0,
     variant: Annotated[str, typer.Option(help="Form of the plant: corrected or paper.")] = "corrected",
 ) -> None:
     """Run one law on one realisation and write the trajectory."""
     import gyroctl as gy
     from gyroctl.simulation.lock import loss_time
+    from gyroctl.simulation.metrics import production
 
     built = gy.law(law, **parse(settings or []))
     if not out.parent.is_dir():
         raise gy.InputError("out", str(out), "its folder does not exist", f"Make the folder {out.parent} first")
     if out.is_dir():
         raise gy.InputError("out", str(out), "is a folder", "Give the name of a file, for example run.nc")
-    if not duration > blend:
+    if start == "locked" and not duration > blend:
         raise gy.InputError("duration", duration, f"is not longer than the blend of {blend:g} s",
                             "Give a longer --duration, or a shorter --blend")  # fmt: skip
+    setup = gy.Settings(dt=dt, blend=blend, actuators=gy.Actuators(cg_min=-motor), start=start)
     plant = gy.zhang2017(variant)
     waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)
-    ds = gy.simulate(plant, built, waves, gy.Settings(dt=dt, blend=blend), law)
+    ds = gy.simulate(plant, built, waves, setup, law)
     part = out.with_name(out.name + ".part")
     ds.to_netcdf(part, engine="h5netcdf")
     os.replace(part, out)
-    lost = float(loss_time(ds.psi.values, float(ds.time[1] - ds.time[0]), wp))
+    period = float(ds.time[1] - ds.time[0])
+    lost = float(loss_time(ds.psi.values, period, wp))
     lock = "kept lock" if lost != lost else f"lost lock after {lost:.0f} s"
-    scored = ds.sel(time=slice(blend, None))
+    if start == "rest":
+        locked = production(ds.psi.values, ds.energy_generator.values, period, wp)
+        began = f"locked from {float(locked.argmax()) * period:.0f} s on" if locked.any() else "never locked"
+        lock = f"{began}, {100.0 * float(locked.mean()):.0f} % of the time in locked production"
+    scored = ds.sel(time=slice(setup.score_from, None))
     mean = float(scored.energy_generator[-1] - scored.energy_generator[0]) / float(scored.time[-1] - scored.time[0])
     typer.echo(f"{law}: {mean:.2f} W mean power, {lock}. Trajectory: {out}")
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def tune(
     laws: Annotated[list[str], typer.Argument(help='Laws: registered name, "file.py:Name", or a task, TASK.toml.')],
     sets: Annotated[
-        str, typer.Option("--for", help="Sets to tune: all (one for all seas) or seas of the task, with commas between.")
+        str, typer.Option("--for", help="Sets to tune, with commas: all (one for all seas), or seas of the task.")
     ] = "all",
     budget: Annotated[float, typer.Option(help="Simulated time for each set of each law [s].")] = 4e6,
     out: Annotated[Path, typer.Option(help="Folder for steps, tables and figures.")] = Path("results/tuning"),
@@ -25,9 +25,9 @@ def tune(
     ] = "",
     experiment: Annotated[
         Path | None,
-        typer.Option(help="Experiment file for plant, sensors and actuators; its seeds are kept away.", show_default=False),
+        typer.Option(help="Experiment file: plant, sensors, actuators, seeds to keep away.", show_default=False),
     ] = None,
-    ship: Annotated[bool, typer.Option("--ship", help="Also write the sets beside the law, where gyroctl reads them.")] = False,
+    ship: Annotated[bool, typer.Option("--ship", help="Also write the sets beside the law.")] = False,
 ) -> None:  # fmt: skip
     """Tune laws; a tuning that was stopped goes on where it was, one with a larger budget too."""
     from gyroctl.harness.laws import home, tuned_sets
@@ -90,21 +90,25 @@ def _front(task: Task, which: str, found: Tuned, out: Path) -> None:
 
 
 def _table(task: Task, found: Tuned) -> None:
+    from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
 
     first = next(iter(found.sets.values()))["found"]
-    table = Table("set", "sea", "power [W]", "power CV", "locked", "95 %", "motion [rad]", "slips/1000", "goal",
-                  title=f"{task.stem}: {first['spent_s']:.3g} s of {first['budget_s']:.3g} s simulated",
-                  title_justify="left")  # fmt: skip
+    title = f"{task.stem}: {first['spent_s']:.3g} s of {first['budget_s']:.3g} s simulated"
+    caption = "power in W, 98 % motion of phi1 and phi3 in rad, cycle slips per 1000 waves"
+    table = Table(
+        "set", "sea", "power", "CV", "locked", "95 %", "motion", "slips", "goal", title=title, caption=caption,
+        box=SIMPLE_HEAD, padding=(0, 1, 0, 0), title_justify="left", caption_justify="left",
+    )  # fmt: skip
     for name, entry in found.sets.items():
         for sea, result in entry["result"].items():
             low, high = result["locked_ci95"]
-            slips = f"{result['cycle_slips']:.0f}" if "cycle_slips" in result else "-"
             table.add_row(
-                name, sea, f"{result['mean_power']:.2f}", f"{result['power_cv']:.3f}",
-                f"{round(result['locked'] * result['runs'])} of {result['runs']}", f"{low:.3f} to {high:.3f}",
-                f"{result['phi1_p98']:.3f}, {result['phi3_p98']:.3f}", slips,
-                "met" if entry["met"][sea] else "not met",
+                name, sea, f"{result['mean_power']:.2f}", f"{result['power_cv']:.2f}",
+                f"{round(result['locked'] * result['runs'])}/{result['runs']}", f"{low:.2f}-{high:.2f}",
+                f"{result['phi1_p98']:.2f} {result['phi3_p98']:.2f}",
+                f"{result['cycle_slips']:.0f}" if "cycle_slips" in result else "-",
+                "met" if entry["met"][sea] else "missed",
             )  # fmt: skip
     Console().print(table)

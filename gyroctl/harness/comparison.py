@@ -245,7 +245,11 @@ def _law_content(law: Any) -> bytes:
     try:
         names = law._asdict() if hasattr(law, "_asdict") else [f.name for f in fields(law)]
         values = [(name, getattr(law, name)) for name in names]
-        return pickle.dumps((type(law).__qualname__, values)) + _source(Path(type(law).step.__code__.co_filename))
+        source = _source(Path(type(law).step.__code__.co_filename))
+        if hasattr(law, "law"):  # a law around a law: the source of both
+            inner = _law_content(law.law)
+            source = source + inner if inner else b""
+        return pickle.dumps((type(law).__qualname__, values)) + source if source else b""
     except (AttributeError, OSError, TypeError, pickle.PicklingError):
         return b""  # a law with hidden state, or one that was typed in by hand
 

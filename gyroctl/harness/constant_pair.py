@@ -16,6 +16,7 @@ from gyroctl.harness.goal import RESERVE, Goal
 from gyroctl.harness.run import Settings
 from gyroctl.harness.scan import scan
 from gyroctl.plant import Plant
+from gyroctl.simulation.lock import THRESHOLD
 from gyroctl.waves import Sea
 
 Pair = tuple[float, float]
@@ -31,8 +32,8 @@ COARSE, WINDOW, FULL = 0.025, 1000.0, 2000.0
 SHARES = (0.15, 0.45, 0.4)
 """Of the budget for the first grid, the fine one, and the confirmation."""
 
-FINER_CC = (0.85, 0.92, 1.0, 1.08, 1.17)
-FINER_CG = (0.74, 0.82, 0.9, 0.98, 1.06, 1.15, 1.25, 1.36)
+FINER_CC = (0.8, 0.9, 1.0, 1.12, 1.25, 1.4)
+FINER_CG = (0.58, 0.68, 0.78, 0.88, 0.98, 1.08, 1.2)
 """The fine grid, as factors on the best pair of the first. [-]"""
 
 FEWEST = 4
@@ -98,7 +99,8 @@ def best_pair(
     spent = 0.0
 
     def order(means: Means) -> tuple[bool, float]:
-        return goal.met(means), goal.score(means, unit)
+        met = goal.met(means)  # within the goal a loss costs a yardstick nothing
+        return met, means["mean_power"] if met else goal.score(means, unit)
 
     def run(pairs: Sequence[Pair], count: int, duration: float, dt: float, stage: str) -> list[Means]:
         nonlocal spent
@@ -107,10 +109,11 @@ def best_pair(
                   "phi1_p98": found.phi1_p98, "phi3_p98": found.phi3_p98}  # fmt: skip
         table = {name: np.nan_to_num(value, nan=10.0).mean(axis=1) for name, value in values.items()}
         rows = [{name: float(value[i]) for name, value in table.items()} for i in range(len(pairs))]
-        lost = [{**row, "cycle_slips": 0.0, "short_reserve": (RESERVE - 0.5) * (1.0 - row["locked"])} for row in rows]
-        seen.extend((pair, means, stage) for pair, means in zip(pairs, lost, strict=True))
+        for row in rows:
+            row["short_reserve"] = (RESERVE - THRESHOLD) * (1.0 - row["locked"])
+        seen.extend((pair, means, stage) for pair, means in zip(pairs, rows, strict=True))
         spent += len(pairs) * count * duration
-        return lost
+        return rows
 
     grid = [(cc, cg) for cc in CC if cc <= limits.cc_max for cg in CG if cg <= limits.cg_max]
     unit = 1.0
@@ -120,12 +123,27 @@ def best_pair(
     cc, cg = grid[max(range(len(grid)), key=lambda i: order(first[i]))]
     finer = _finer(cc, cg, limits.cc_max, limits.cg_max)
     second = run(finer, _count(budget, 1, len(finer), FULL, len(seeds)), FULL, COARSE, "search")
-    ranked = sorted(range(len(finer)), key=lambda i: order(second[i]), reverse=True)
     few = max(1, min(int(SHARES[2] * budget / (len(seeds) * FULL)), len(finer)))
-    best = [finer[i] for i in ranked[:few]]
+    best = _edge(finer, [order(means) for means in second])[:few]
     last = run(best, len(seeds), FULL, settings.dt, "confirm")
     winner = max(range(len(best)), key=lambda i: order(last[i]))
     return BestPair(*best[winner], last[winner], goal.met(last[winner]), spent, tuple(seen))
+
+
+def _edge(pairs: Sequence[Pair], orders: Sequence[tuple[bool, float]]) -> list[Pair]:
+    """Pairs in the order in which they are worth confirming: at each cc the best cg, then in turn those below it.
+
+    The few realisations of a grid flatter the pairs at the edge of lock, so that those below it belong to the list.
+    """
+    steps: list[list[tuple[tuple[bool, float], Pair]]] = []
+    for cc in dict.fromkeys(pair[0] for pair in pairs):
+        column = sorted((pair[1], i) for i, pair in enumerate(pairs) if pair[0] == cc)
+        top = max(range(len(column)), key=lambda at: orders[column[at][1]])
+        for step, at in enumerate(range(top, -1, -1)):
+            if len(steps) <= step:
+                steps.append([])
+            steps[step].append((orders[column[at][1]], pairs[column[at][1]]))
+    return [pair for step in steps for _, pair in sorted(step, reverse=True)]
 
 
 def _finer(cc: float, cg: float, cc_max: float, cg_max: float) -> list[Pair]:

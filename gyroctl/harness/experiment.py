@@ -15,9 +15,10 @@ from gyroctl.devices import VARIANTS, zhang2017
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.controller import Law
-from gyroctl.harness.laws import law, registered
+from gyroctl.harness.laws import law, registered, tuned_seeds
 from gyroctl.harness.run import Settings
 from gyroctl.harness.sensing import CHANNELS, Channel, Sensors
+from gyroctl.harness.start import STARTS
 from gyroctl.plant import Parameters, Plant
 from gyroctl.waves import Bichromatic, ElevationRecord, Regular, Sea, SeaState, read_record, read_spectrum
 
@@ -51,6 +52,8 @@ class RunTable:
         One realisation each.
     motion_limit : float
         Limit of the 98 % motion. [rad]
+    start : str
+        "locked": on the locked orbit of the regular wave, with the blend; "rest": at rest, scored from the beginning.
     """
 
     duration: float = 2000.0
@@ -58,6 +61,7 @@ class RunTable:
     blend: float = 100.0
     seeds: tuple[int, ...] = tuple(range(1, 9))
     motion_limit: float = 0.35
+    start: str = "locked"
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ class Experiment:
     @property
     def settings(self) -> Settings:
         """What is common to all runs."""
-        return Settings(self.run.dt, self.run.blend, self.sensors, self.actuators)
+        return Settings(self.run.dt, self.run.blend, self.sensors, self.actuators, self.run.start)
 
     def record(self) -> dict[str, Any]:
         """Tables with every default filled in, safe for JSON."""
@@ -148,7 +152,7 @@ def build_experiment(tables: Mapping[str, Any], quick: bool = False, folder: Pat
         run = dataclasses.replace(run, seeds=(1,))  # such a sea is the same for every seed
     if quick:
         run = dataclasses.replace(run, seeds=run.seeds[:4], duration=max(600.0, run.blend))
-    if not run.duration > run.blend:
+    if run.start == "locked" and not run.duration > run.blend:
         raise InputError("run.duration", run.duration, f"is not longer than the blend of {run.blend:g} s",
                          "Give a longer duration, or a shorter run.blend")  # fmt: skip
     return Experiment(
@@ -163,9 +167,13 @@ def build_experiment(tables: Mapping[str, Any], quick: bool = False, folder: Pat
 
 
 def all_tuning_seeds() -> tuple[int, ...]:
-    """Seeds on which any registered law was tuned: packages of laws tell by a function `tuning_seeds`."""
+    """Seeds on which any registered law was tuned.
+
+    The tuned sets beside a law tell; packages of laws that were tuned in another way tell by a function `tuning_seeds`.
+    """
     seeds: set[int] = set()
-    for point in registered().values():
+    for name, point in registered().items():
+        seeds |= tuned_seeds(name)
         package = inspect.getmodule(point.load())
         for module in (package, import_module(point.module)):
             tell = getattr(module, "tuning_seeds", None)
@@ -181,6 +189,8 @@ def _run(table: dict[str, Any]) -> RunTable:
             table[name] = _number(f"run.{name}", table[name])
             if table[name] < 0.0 or (table[name] == 0.0 and name != "blend"):
                 raise InputError(f"run.{name}", table[name], "must be positive", "Leave it out for the default")
+    if table.get("start", "locked") not in STARTS:
+        raise InputError("run.start", table["start"], "unknown start", f"Choose one of {', '.join(STARTS)}")
     if "seeds" in table:
         seeds = table["seeds"]
         if not isinstance(seeds, list) or not seeds or not all(type(s) is int and s >= 0 for s in seeds):

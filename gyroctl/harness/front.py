@@ -43,7 +43,7 @@ class FrontRow(NamedTuple):
 
 
 def nondominated(values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which rows of `values` (n, k), the higher the better, no other row beats in one column and matches in the rest."""
+    """Which rows of `values` (n, k), the higher the better, no other beats in one column and matches in the rest."""
     keep = np.ones(values.shape[0], bool)
     for i, row in enumerate(values):
         better = np.all(values >= row, axis=1) & np.any(values > row, axis=1)

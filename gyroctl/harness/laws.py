@@ -7,7 +7,7 @@ import importlib
 import importlib.util
 import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
@@ -75,6 +75,8 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
     """
     if tuning is not None:
         parameters = {**_tuned_parameters(name, tuning), **parameters}
+    if isinstance(parameters.get("wraps"), str | Mapping):
+        parameters = {**parameters, "wraps": _wrapped(name, parameters["wraps"])}
     factory = _from_file(name) if ".py:" in name else _from_name(name)
     if not callable(factory):
         raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")
@@ -113,7 +115,20 @@ def describe(built: Law) -> dict[str, Any]:
     if hasattr(built, "_asdict"):
         return {key: value for key, value in built._asdict().items()}
     fields = getattr(built, "__dataclass_fields__", {})
-    return {key: getattr(built, key) for key in fields if isinstance(getattr(built, key), int | float | str)}
+    found = {key: getattr(built, key) for key in fields if isinstance(getattr(built, key), int | float | str)}
+    if hasattr(built, "law") and hasattr(built, "rules"):  # a law around a law, see gyroctl.controllers.supervisor
+        found |= {**built.rules._asdict(), **{f"law_{key}": value for key, value in describe(built.law).items()}}
+    return found
+
+
+def _wrapped(name: str, wraps: str | Mapping[str, Any]) -> Law:
+    """Build the law that another one wraps: a name, or a table with `law` and its parameters."""
+    table = {"law": wraps} if isinstance(wraps, str) else dict(wraps)
+    inner = table.pop("law", None)
+    if not isinstance(inner, str) or inner == name:
+        raise InputError(f"laws.{name}.wraps", inner, "is no law to wrap",
+                         'Give its name, or a table with law = "load_angle" and its parameters')  # fmt: skip
+    return law(inner, **table)
 
 
 def _tuned_parameters(name: str, tuning: str) -> dict[str, Any]:

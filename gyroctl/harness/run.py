@@ -153,6 +153,8 @@ def run_law(
             f"law {name!r} returned a command that is not finite at t = {bad * actuators.period:.1f} s. "
             "Guard divisions and square roots in its step"
         )
+    if hasattr(law, "counters"):
+        timing = replace(timing, counters=dict(law.counters(last)))
     return Record(states, commands, controls, actuators.period, int(saturations[0])), timing
 
 

@@ -1,4 +1,4 @@
-"""The files in which tuned parameters ship beside their law: ``tuned/LAW.json``, named sets with how they were found."""
+"""The files in which tuned parameters ship beside their law: ``tuned/LAW.json``, sets with how they were found."""
 
 from __future__ import annotations
 

@@ -150,14 +150,15 @@ def tune(
     seas = task.served(which)
     if start:
         task = starting(task, start)
-    example = law(task.law, **task.at(np.zeros(len(task.knobs))))
+    example = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
     plan = planned(task, seas, budget)
     key = _key(task, which, on)
     log = TuningLog(folder / f"{task.stem}.{which}.{key}.jsonl") if folder is not None else TuningLog(Path(""))
     total = plan.generations * plan.generation + plan.points * plan.confirmation
-    with Bench(on.plant, on.settings, example, workers) as bench, Progress(
-        f"tune {task.stem} for {which}", round(total), quiet
-    ) as progress:
+    with (
+        Bench(on.plant, on.settings, example, workers) as bench,
+        Progress(f"tune {task.stem} for {which}", round(total), quiet) as progress,
+    ):
         work = _Work(task, seas, on, bench, log if folder is not None else None, progress)
         means, archive = _search(work, plan)
         points = _shortlist(work, plan, means, archive)
@@ -380,7 +381,7 @@ def _key(task: Task, which: str, on: Circumstances) -> str:
     """Hash of all that can change a bit of the search but its length: by it a tuning finds itself again."""
     engine = (evolution, goal, tuning_bench, tuning_task, loop, sensing, actuation, metrics, lock)
     stamp = source_stamp((__file__, *SOURCES, *(str(part.__file__) for part in engine)))
-    built = law(task.law, **task.at(np.zeros(len(task.knobs))))
+    built = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
     source = Path(type(built).step.__code__.co_filename).read_text(encoding="utf-8")
     text = json.dumps([
         repr(task), which, plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), stamp, source,

@@ -55,7 +55,7 @@ class Runner:
 
     def __call__(self, job: Job) -> tuple[float, ...]:
         """Run a job and return its `METRICS`."""
-        built = law(job.law, **dict(job.parameters))
+        built = law(job.law, None, **dict(job.parameters))
         acting = self.acting(job.sea, job.seed, job.duration)
         settings = scanning(self.plant, built, self.settings, job.dt)
         try:

@@ -229,7 +229,8 @@ def read_task(name: str) -> Task:
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError("task", str(path), f"cannot be read: {error.strerror}", "Give the path of a TOML file") from None
+        raise InputError("task", str(path), f"cannot be read: {error.strerror}",
+                         "Give the path of a TOML file") from None  # fmt: skip
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError("task", str(path), f"is no TOML: {error}", "Correct the line") from None
     return build_task(tables, stem, path.parent)

@@ -46,7 +46,7 @@ def write_tuning_front(
             ax.set_xlabel("power CV [1]")
         axes[0][0].set_ylabel("mean power [W]")
         handles, labels = axes[0][0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=5, frameon=False)
+        figure.legend(handles, labels, loc="outside lower center", ncols=min(5, 2 * len(seas)), frameon=False)
         if title:
             figure.suptitle(title, x=0.01, ha="left", color=LIGHT["muted"])
         part = path.with_name(f"{path.stem}.part{path.suffix}")

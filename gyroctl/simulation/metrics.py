@@ -108,8 +108,9 @@ def evaluate(
     repaid = negative[-1] + 1 if negative.size else 0
     phi1, phi3 = np.abs(states[first:, PHI1]), np.abs(states[first:, PHI3])
     phasor = wave_phasor(moment, moment_dt, wp)
-    sampled = np.interp(np.arange(first, states.shape[0]) * period, np.arange(moment.size) * moment_dt, phasor)
-    waves = scored * wp / (2.0 * np.pi)
+    held = round(begins / period) if from_rest and np.isfinite(begins) else first  # turns count once lock has begun
+    sampled = np.interp(np.arange(held, states.shape[0]) * period, np.arange(moment.size) * moment_dt, phasor)
+    waves = (states.shape[0] - 1 - held) * period * wp / (2.0 * np.pi)
     return {
         "mean_power": mean,
         "power_cv": float(np.sqrt(max(second - mean**2, 0.0)) / mean) if mean > 0 else np.nan,
@@ -117,7 +118,7 @@ def evaluate(
         "power_cv_1s": float(np.std(mean_1s) / mean) if mean > 0 else np.nan,
         "locked": float(np.isnan(lost)),
         "loss_time": lost,
-        "cycle_slips": 1000.0 * cycle_slips(psi[first:], sampled, period, sense) / waves,
+        "cycle_slips": 1000.0 * cycle_slips(psi[held:], sampled, period, sense) / waves,
         "phi1_p98": float(np.quantile(phi1, 0.98)),
         "phi3_p98": float(np.quantile(phi3, 0.98)),
         "outside_model": float(max(phi1.max(), phi3.max()) > MODEL_LIMIT),
@@ -129,7 +130,7 @@ def evaluate(
         "ledger_residual": float(abs(whole["wave_input"] - spent) / abs(whole["wave_input"])),
         "capture_width_ratio": mean / available,
         "availability": float(np.mean(in_production[max(first, round(WINDOW / period)) :])),
-        "motor_energy": float(-np.sum(np.minimum(np.diff(net[first:]), 0.0))),
+        "motor_energy": float(np.sum(np.maximum(-np.diff(net[first:]), 0.0))),
         "net_energy": energy["generator"],
         "lock_begins": begins,
         "payback_time": repaid * period if repaid < net.size else np.nan,

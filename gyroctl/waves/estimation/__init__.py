@@ -14,18 +14,24 @@ and change nothing but the arrays of the state that they are given::
     predict(predictor, memory, out)                      # out (2, n): Me1, Me3 at 0.1, 0.2, .. s ahead [Nm]
     memory.now                                           # (2,) the moments at the sample with less noise than me_hat
 
-Left out of the design, `estimator` means that the observed moments are the true ones. A compiled function that calls
-these should carry `source_stamp(SOURCES)`, see `gyroctl.plant.compiled`.
+    probe = Probe.design(predictor, waves.moments, waves.dt, lead=2.0)      # a predictor without `estimator`
+    foresee(predictor, probe, memory, sample, out)       # as told up to 2 s ahead, forecast beyond
+
+Left out of the design, `estimator` means that the observed moments are the true ones. `forecast` is `predict` for
+Python, with a check of the horizon. A compiled function that calls these should carry ``source_stamp(SOURCES)``, see
+`gyroctl.plant.compiled`.
 """
 
 from __future__ import annotations
 
-from gyroctl.waves.estimation import observer, predictor
+from gyroctl.waves.estimation import observer, probe
 from gyroctl.waves.estimation.observer import SENSOR_NOISE, EstimatorState, MomentEstimator, update
-from gyroctl.waves.estimation.predictor import Predictor, PredictorState, observe, predict
+from gyroctl.waves.estimation.predictor import Predictor, PredictorState, forecast, observe, predict
+from gyroctl.waves.estimation.probe import Probe, foresee
+from gyroctl.waves.estimation.skill import Replay, relative_error, replay, replay_moments
 
-SOURCES = (*observer.SOURCES, *predictor.SOURCES)
-"""Files that are compiled into `update`, `observe` and `predict`."""
+SOURCES = (*observer.SOURCES, *probe.SOURCES)
+"""Files that are compiled into `update`, `observe`, `predict` and `foresee`."""
 
 __all__ = [
     "SENSOR_NOISE",
@@ -34,7 +40,14 @@ __all__ = [
     "MomentEstimator",
     "Predictor",
     "PredictorState",
+    "Probe",
+    "Replay",
+    "forecast",
+    "foresee",
     "observe",
     "predict",
+    "relative_error",
+    "replay",
+    "replay_moments",
     "update",
 ]

@@ -39,7 +39,7 @@ class Kernels(NamedTuple):
     noise: Array  # (4, past), added to `seen`
 
 
-def bins(low: float = 1.0, high: float = 10.0, width: float = 0.05) -> Bins:
+def bins(low: float = 1.0, high: float = 12.6, width: float = 0.1) -> Bins:
     """Even bins from `low` to `high`. [rad/s]"""
     count = round((high - low) / width)
     return Bins(low + width * (np.arange(count) + 0.5), width)
@@ -78,3 +78,18 @@ def kernels(
     for p, (i, j) in enumerate(PAIRS):
         floor[p, :count] = noise[i, j, :count]
     return Kernels(np.ascontiguousarray(both), np.ascontiguousarray(ahead), floor)
+
+
+def steering(
+    plant: Excited, heading: float, grid: Bins, step: float, ages: NDArray[np.int64],
+    transfer: NDArray[np.complex128] | None,
+) -> Array:  # fmt: skip
+    """Moments (2 m, 2 b) that a unit wave of each bin gives at the ages looked at: real parts, then imaginary ones.
+
+    Rows are Me1, Me3 of the youngest, then of the next; the parameters are those of `kernels`.
+    """
+    true = plant.excitation(grid.omega, heading)
+    seen = true if transfer is None else np.einsum("ijb,jb->ib", transfer, true)
+    wave = np.exp(-1j * step * np.outer(ages, grid.omega))
+    both = (wave[:, None, :] * seen[None, :, :]).reshape(2 * ages.size, grid.omega.size)
+    return np.ascontiguousarray(np.hstack([both.real, both.imag]))

@@ -55,7 +55,7 @@ class MomentEstimator(NamedTuple):
     @classmethod
     def design(
         cls, plant: Plant, sea: SeaState | None = None, sensor_noise: tuple[float, ...] = SENSOR_NOISE,
-        period: float = 0.1, delay: int = 0, spread: float = 0.5, unmodelled: float = 0.3,
+        period: float = 0.1, delay: int = 0, spread: float = 0.2, unmodelled: float = 0.3,
         ring_drift: tuple[float, float, float] = (2e-4, 0.02, 0.05),
     ) -> MomentEstimator:  # fmt: skip
         """Design the estimator.

@@ -1,8 +1,8 @@
 """Forecast of both moments: the conditional mean of two jointly Gaussian signals, given their past.
 
 With G the covariance of the past values that are looked at and g that of a future value with them, the best forecast is
-g^T G^-1 m (Wiener). G is factorised when the spectrum is learnt anew, every few seconds; a sample costs two triangular
-solves and a table of products. The values looked at stand recent first, so that a past that is still too short uses
+g^T G^-1 m (Wiener). Both follow from one spectrum of the sea (`gaussian`), which is learnt from the same moments
+(`learning`) every few seconds. The values looked at stand recent first, so that a past that is still too short uses
 the leading block of the same factor.
 """
 
@@ -18,14 +18,21 @@ from gyroctl.errors import InputError
 from gyroctl.plant import compiled
 from gyroctl.plant.compiled import entry_point, source_stamp
 from gyroctl.plant.plant import Plant
-from gyroctl.waves.estimation.averaged import Array, float_model, noise_covariance, transfer
-from gyroctl.waves.estimation.gaussian import Bins, bins, kernels
+from gyroctl.waves import spectrum
+from gyroctl.waves.estimation import learning, sea_shape
+from gyroctl.waves.estimation.averaged import Array, FloatModel, float_model, noise_covariance, transfer
+from gyroctl.waves.estimation.gaussian import Bins, bins, kernels, steering
+from gyroctl.waves.estimation.learning import Learner, LearnerState, correlate, factorise, learn
 from gyroctl.waves.estimation.observer import MomentEstimator
+from gyroctl.waves.estimation.sea_shape import shape_of
 from gyroctl.waves.spectrum import SeaState
 
-SOURCES = (compiled.__file__, __file__)
+SOURCES = (compiled.__file__, spectrum.__file__, sea_shape.__file__, learning.__file__, __file__)
 
-DENSE, SPARSE = 2.0, 6.0
+GENERIC = SeaState(gamma=3.3)
+"""The sea that is expected before anything has been seen."""
+
+DENSE, SPARSE = 3.0, 6.0
 """Every value is looked at up to the first age, every second up to the second, every fourth beyond. [s]"""
 
 
@@ -33,17 +40,14 @@ class Predictor(NamedTuple):
     """Constants of the forecast; build it with `Predictor.design`."""
 
     step: float  # sampling period [s]
-    ages: NDArray[np.int64]  # (m,) of the values looked at, recent first [steps]
     horizon: int  # [steps]
-    seen: Array  # (4, past, b), see `Kernels`
-    ahead: Array  # (4, past + horizon, b)
-    noise: Array  # (4, past) [Nm^2]
-    prior: Array  # (b,) spectrum to start from [m^2 s]
+    learner: Learner
 
     @classmethod
     def design(
         cls, plant: Plant, step: float = 0.1, past: float = 12.0, horizon: float = 8.0, sea: SeaState | None = None,
-        estimator: MomentEstimator | None = None, floor: float = 0.5, grid: Bins | None = None,
+        estimator: MomentEstimator | None = None, forgetting: float | None = 240.0, every: float = 5.0,
+        floor: float = 0.3, doubt: float = 6.0, grid: Bins | None = None,
     ) -> Predictor:  # fmt: skip
         """Design the forecast.
 
@@ -56,24 +60,39 @@ class Predictor(NamedTuple):
         past, horizon : float
             How far the forecast looks back and ahead. [s]
         sea : SeaState, optional
-            The sea to start from; the default sea.
+            The sea to start from; by default a generic one.
         estimator : MomentEstimator, optional
             What the observed moments come from: its response and its noise are then known. Without, they are taken as
             true.
+        forgetting : float, optional
+            Time after which what was seen counts e times less; None learns nothing and stays with `sea`. [s]
+        every : float
+            Time between two fits of the spectrum. [s]
         floor : float
             Standard deviation of white noise added to the observed moments. [Nm]
+        doubt : float
+            The same for the fit of the spectrum alone, see `learning`. [Nm]
         grid : Bins, optional
             Frequency bins of the spectrum.
+
+        Raises
+        ------
+        InputError
+            For a length that is not positive, a horizon or past shorter than a step, a step other than the estimator's.
         """
-        for name, value in (("step", step), ("past", past), ("horizon", horizon), ("floor", floor)):
-            if isinstance(value, bool) or not isinstance(value, int | float) or not (0.0 < value < math.inf):
+        lengths = {"step": step, "past": past, "horizon": horizon, "every": every, "floor": floor, "doubt": doubt}
+        lengths.update({} if forgetting is None else {"forgetting": forgetting})
+        for name, value in lengths.items():
+            if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
                 raise InputError(f"predictor.{name}", value, "must be positive", f"Give {name} as a number")
-        if past < step or horizon < step:
-            raise InputError("predictor.horizon", horizon, "is shorter than a step", f"Give at least {step} s")
-        sea, grid = sea or SeaState(), grid or bins()
+        for name, value in (("past", past), ("horizon", horizon)):
+            if round(value / step) < 1:
+                raise InputError(f"predictor.{name}", value, f"is shorter than the step of {step} s",
+                                 "Give some seconds")  # fmt: skip
+        sea, grid = sea or GENERIC, grid or bins()
         ages = np.array([a for a in range(round(past / step) + 1) if _looked_at(a, step)], np.int64)
         count, leads = int(ages[-1]) + 1, round(horizon / step)
-        noise = np.zeros((2, 2, count))
+        noise: Array = np.zeros((2, 2, count))
         response = None
         if estimator is not None:
             if not math.isclose(estimator.period, step):
@@ -85,29 +104,52 @@ class Predictor(NamedTuple):
         noise[0, 0, 0] += floor**2
         noise[1, 1, 0] += floor**2
         table = kernels(plant, sea.heading, grid, step, count, leads, response, noise)
-        return cls(float(step), ages, leads, table.seen, table.ahead, table.noise, sea.spectrum(grid.omega))
+        learner = Learner(
+            ages, table.seen, table.ahead, table.noise, steering(plant, sea.heading, grid, step, ages, response),
+            grid.omega, grid.width, sea.spectrum(grid.omega), np.array(shape_of(sea)),
+            0 if forgetting is None else max(round(every / step), 1),
+            0.0 if forgetting is None else math.exp(-step / forgetting), past / step, float(doubt) ** 2,
+        )  # fmt: skip
+        return cls(float(step), leads, learner)
 
     def init(self) -> PredictorState:
         """Return a fresh state that knows the prior only."""
-        values, count = 2 * self.ages.size, self.seen.shape[1]
-        state = PredictorState(self.prior.copy(), np.zeros((count, 2)), np.zeros(1, np.int64),
-                               np.zeros((values, values)), np.zeros(values), np.zeros((4, count)),
-                               np.zeros((4, count + self.horizon)), np.zeros(2))  # fmt: skip
-        factorise(self, state)
-        return state
+        learner = self.learner
+        values, count = learner.steering.shape[0], learner.seen.shape[1]
+        memory = learner.init()
+        factorise(learner, memory, 0.0)
+        return PredictorState(np.zeros((count, 2)), np.zeros(1, np.int64), np.zeros(values), np.zeros(values),
+                              np.zeros((2, self.horizon)), np.zeros(2), memory)  # fmt: skip
 
 
 class PredictorState(NamedTuple):
     """State of the forecast, changed in place by `observe` and `predict`."""
 
-    spectrum: Array  # (b,) as learnt [m^2 s]
     history: Array  # (past, 2), round buffer of observed moments [Nm]
     count: NDArray[np.int64]  # (1,) observations so far
-    factor: Array  # (2 m, 2 m), lower triangle
+    values: Array  # (2 m,), those looked at, whitened
     weights: Array  # (2 m,), G^-1 m
-    seen: Array  # (4, past) covariances at the learnt spectrum
-    ahead: Array  # (4, past + horizon)
+    coming: Array  # (2, horizon), working space for callers
     now: Array  # (2,) moments at the last sample, noise smoothed [Nm]
+    memory: LearnerState
+
+
+def forecast(predictor: Predictor, state: PredictorState, seconds: float) -> Array:
+    """Moments (2, n) at 1 .. n steps ahead of the last observation, up to `seconds`. [Nm]
+
+    Raises
+    ------
+    InputError
+        Where `seconds` is beyond the horizon of the design.
+    """
+    count = round(seconds / predictor.step) if math.isfinite(seconds) else -1
+    if not 1 <= count <= predictor.horizon:
+        raise InputError("forecast.seconds", seconds,
+                         f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s",
+                         "Ask for less or design the predictor with a longer horizon")  # fmt: skip
+    out = np.empty((2, count))
+    predict(predictor, state, out)
+    return out
 
 
 def _looked_at(age: int, step: float) -> bool:
@@ -115,48 +157,32 @@ def _looked_at(age: int, step: float) -> bool:
     return age % stride == 0
 
 
-def _closed(plant: Plant, estimator: MomentEstimator) -> tuple[Any, Array]:
+def _closed(plant: Plant, estimator: MomentEstimator) -> tuple[FloatModel, Array]:
     """Averaged model of the estimator and its transition over a period."""
     from scipy.linalg import expm
 
     model = float_model(plant, estimator.wp, estimator.spread, (1.0, 1.0), 0.0)
-    return model, expm(model.A * estimator.period)
-
-
-def _factorise(stamp: str) -> Any:
-    def factorise(predictor: Predictor, state: PredictorState) -> None:
-        """Covariances at the present spectrum and the factor of those looked at."""
-        assert stamp
-        S, ages, G = state.spectrum, predictor.ages, state.factor
-        for p in range(4):
-            for lag in range(predictor.seen.shape[1]):
-                state.seen[p, lag] = predictor.noise[p, lag] + np.dot(predictor.seen[p, lag], S)
-            for lag in range(predictor.ahead.shape[1]):
-                state.ahead[p, lag] = np.dot(predictor.ahead[p, lag], S)
-        for a in range(ages.size):
-            for b in range(a + 1):
-                lag = ages[a] - ages[b]  # value b is the younger: E o_j(t - b) o_i(t - a)
-                for i in range(2):
-                    for j in range(2):
-                        G[2 * a + i, 2 * b + j] = state.seen[2 * j + i, lag]
-        size = G.shape[0]
-        for r in range(size):
-            for c in range(r + 1):
-                total = G[r, c]
-                for i in range(c):
-                    total -= G[r, i] * G[c, i]
-                G[r, c] = math.sqrt(total) if r == c else total / G[c, c]
-
-    return entry_point(factorise)
+    return model, np.asarray(expm(model.A * estimator.period))
 
 
 def _observe(stamp: str) -> Any:
     def observe(predictor: Predictor, state: PredictorState, me1: float, me3: float) -> None:
-        """Take the moments of one sample, in place. [Nm]"""
+        """Take the moments of one sample, in place. [Nm]
+
+        Every few seconds the spectrum is learnt anew, which costs as much as a hundred samples.
+        """
         assert stamp
-        at = state.count[0] % state.history.shape[0]
-        state.history[at, 0], state.history[at, 1] = me1, me3
+        learner = predictor.learner
+        length = state.history.shape[0]
+        at = state.count[0] % length
+        before = (state.count[0] - 1) % length  # a value that is no number must not stay: the last one stands for it
+        state.history[at, 0] = me1 if math.isfinite(me1) else state.history[before, 0]
+        state.history[at, 1] = me3 if math.isfinite(me3) else state.history[before, 1]
         state.count[0] += 1
+        if learner.every > 0 and state.count[0] >= length:
+            correlate(learner, state.memory, state.history, at)
+            if state.count[0] % learner.every == 0 and state.count[0] >= length + learner.every:
+                learn(learner, state.memory)
 
     return entry_point(observe)
 
@@ -165,43 +191,43 @@ def _predict(stamp: str) -> Any:
     def predict(predictor: Predictor, state: PredictorState, out: NDArray[np.float64]) -> None:
         """Write the moments (2, n) at 1 .. n steps ahead of the last observation, n up to the horizon. [Nm]
 
-        `state.now` holds the moments at the last observation afterwards.
+        `state.now` holds the moments at the last observation afterwards. Beyond the horizon `out` is zero, the mean of
+        what is not known; `forecast` refuses to be asked for it.
         """
         assert stamp
-        ages, G, w = predictor.ages, state.factor, state.weights
+        ages, ahead, V = predictor.learner.ages, state.memory.ahead, state.memory.whitener
+        v, w = state.values, state.weights
         length, count = state.history.shape[0], state.count[0]
-        size = 0
-        for a in range(ages.size):
-            if ages[a] >= count:
-                break
-            at = (count - 1 - ages[a]) % length
-            w[2 * a], w[2 * a + 1] = state.history[at, 0], state.history[at, 1]
-            size += 2
-        for r in range(size):
-            total = w[r]
-            for i in range(r):
-                total -= G[r, i] * w[i]
-            w[r] = total / G[r, r]
-        for r in range(size - 1, -1, -1):
-            w[r] /= G[r, r]
-            for i in range(r):
-                w[i] -= G[r, i] * w[r]
+        known = 0
+        while known < ages.size and ages[known] < count:
+            known += 1
+        for i in range(2 * known):
+            w[i] = 0.0
+        for i in range(2 * known):  # the values looked at
+            v[i] = state.history[(count - 1 - ages[i // 2]) % length, i % 2]
+        for i in range(2 * known):  # G^-1 = V^T V
+            first, second = 0.0, 0.0
+            for j in range(0, i, 2):
+                first += V[i, j] * v[j]
+                second += V[i, j + 1] * v[j + 1]
+            if i % 2 == 0:
+                first += V[i, i] * v[i]
+            total = first + second
+            for j in range(i + 1):
+                w[j] += V[i, j] * total
+        leads = min(out.shape[1], predictor.horizon)
         for i in range(2):
-            first, second = state.ahead[2 * i], state.ahead[2 * i + 1]
-            for lead in range(min(out.shape[1], predictor.horizon) + 1):
-                total = 0.0
-                for a in range(size // 2):
-                    total += first[lead + ages[a]] * w[2 * a] + second[lead + ages[a]] * w[2 * a + 1]
-                if lead == 0:
-                    state.now[i] = total
-                else:
-                    out[i, lead - 1] = total
-            for lead in range(predictor.horizon, out.shape[1]):
-                out[i, lead] = 0.0  # beyond the horizon nothing is known; the Python layer refuses it
+            state.now[i] = 0.0
+            for lead in range(out.shape[1]):
+                out[i, lead] = 0.0
+            for a in range(known):
+                of1, of3, age = w[2 * a], w[2 * a + 1], ages[a]
+                state.now[i] += ahead[2 * i, age] * of1 + ahead[2 * i + 1, age] * of3
+                for lead in range(leads):
+                    out[i, lead] += ahead[2 * i, age + 1 + lead] * of1 + ahead[2 * i + 1, age + 1 + lead] * of3
 
     return entry_point(predict)
 
 
-factorise = _factorise(source_stamp(SOURCES))
 observe = _observe(source_stamp(SOURCES))
 predict = _predict(source_stamp(SOURCES))

@@ -1,0 +1,73 @@
+"""Margins of a cell's loop, and what is demanded of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from gyroctl.controllers.gain_scheduled.cell import Cell, Filters, frozen
+from gyroctl.linearisation.loop_margins import ChannelMargins, channel_margins
+from gyroctl.linearisation.loop_orbit import LoopOrbit, close_loop
+from gyroctl.linearisation.orbit_map import Wave
+from gyroctl.plant import Plant
+
+CHANNELS = ("cc", "cg", "controls", "psi", "psi_rate", "omega_rate", "phi1", "phi1_rate", "phi3_rate")
+"""Signals at which a cell's margins are given; phi3 itself is not used."""
+
+
+@dataclass(frozen=True)
+class Demand:
+    """Margins that every cell must have, at each control apart and at both together.
+
+    Parameters
+    ----------
+    gain : float
+        The feedback may be raised by this factor, and lowered by it. [-]
+    phase : float
+        Constant phase. [deg]
+    delay : float
+        At each control apart. [s]
+    disk : float
+        Disk margin alpha. [-]
+    """
+
+    gain: float = 2.0
+    phase: float = 45.0
+    delay: float = 0.2
+    disk: float = 0.5
+
+    def shortfall(self, margins: Mapping[str, ChannelMargins]) -> tuple[float, str]:
+        """Least ratio of a margin to its demand, and which it is; at least 1 where all are met."""
+        worst = (math.inf, "")
+        for channel in ("cc", "cg", "controls"):
+            found = margins[channel]
+            low, high = found.gain
+            entries = {
+                "gain above": (high, self.gain), "gain below": (1.0 / low if low > 0.0 else math.inf, self.gain),
+                "phase": (found.phase, self.phase), "disk": (found.disk, self.disk),
+            }  # fmt: skip
+            if not math.isnan(found.delay):
+                entries["delay"] = (found.delay, self.delay)
+            for kind, (value, wanted) in entries.items():
+                ratio = value / wanted if wanted > 0.0 else math.inf
+                if ratio < worst[0]:
+                    worst = (ratio, f"{kind} {value:.3g} at {channel}, {wanted:g} demanded")
+        return worst
+
+
+def cell_loop(plant: Plant, height: float, frequency: float, row: list[float], filters: Filters) -> LoopOrbit:
+    """Loop of a cell in its own wave, with the schedule held at the cell."""
+    law = frozen(row, filters, frequency)
+    return close_loop(plant, Wave(height, frequency), law, settle=150)
+
+
+def cell_margins(loop: LoopOrbit, channels: tuple[str, ...] = CHANNELS) -> dict[str, ChannelMargins]:
+    """Margins of a stable loop at the given signals."""
+    return {name: channel_margins(loop, name) for name in channels}
+
+
+def loop_of(cell: Cell, row: list[float], filters: Filters) -> LoopOrbit:
+    """Loop of a cell that has just been designed, begun at its own orbit."""
+    law = frozen(row, filters, cell.node.frequency)
+    return close_loop(cell.orbit.plant, Wave(cell.height, cell.node.frequency), law, start=cell.orbit, settle=150)

@@ -1,0 +1,99 @@
+"""The table of a scheduled law as a readable file: cells with operating point, gains and margins, units, provenance."""
+
+from __future__ import annotations
+
+import math
+import tomllib
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from gyroctl.controllers.gain_scheduled.scheduled import POINT, SIGNALS, Scheduled
+from gyroctl.errors import InputError
+
+NODES = ("envelope", "frequency", "bandwidth")
+
+UNITS = {
+    "envelope": "rad/s", "frequency": "rad/s", "bandwidth": "-", "wave_height": "m", "fold_cg": "Nms",
+    "share_of_fold": "-", "point.cc": "Nms", "point.share": "-, of the lock capacity J4 V/N",
+    "point.angle_cos, point.angle_sin": "-", "point.speed_cos2, point.speed_sin2": "rad/s",
+    "point.flywheel": "-, omega'/(N w)", "cc, cg by envelope, speed, flywheel": "Nms/(rad/s)",
+    "cc, cg by angle": "Nms", "cc, cg by swing": "Nms/rad", "cc, cg by swing_rate": "Nms/(rad/s)",
+    "margins.*.gain": "-", "margins.*.phase": "deg", "margins.*.delay": "s", "margins.*.disk": "-",
+}  # fmt: skip
+
+
+def table_file(name: str) -> Path:
+    """Path of a shipped table."""
+    return Path(__file__).with_name(f"{name}.toml")
+
+
+@lru_cache(maxsize=8)
+def read_table(path: Path) -> dict[str, Any]:
+    """Content of a table file.
+
+    Raises
+    ------
+    InputError
+        For a file that is missing or no table: the message says what to run.
+    """
+    mend = "Write it with python -m gyroctl.controllers.gain_scheduled.design"
+    try:
+        content = tomllib.loads(path.read_text(encoding="utf-8"))
+        wanted = math.prod(len(content["nodes"][name]) for name in NODES)
+    except (OSError, tomllib.TOMLDecodeError, KeyError) as error:
+        raise InputError("table", str(path), f"cannot be read: {type(error).__name__}: {error}", mend) from None
+    if len(content.get("cells", ())) != wanted:
+        raise InputError("table", str(path), f"has {len(content.get('cells', ()))} cells for {wanted} nodes", mend)
+    return content
+
+
+def law_of(content: Mapping[str, Any], **fields: float) -> Scheduled:
+    """Law of a table's content; `fields` replace the law's own."""
+    nodes = [tuple(float(value) for value in content["nodes"][name]) for name in NODES]
+    rows = [row_of(cell) for cell in content["cells"]]
+    return Scheduled(*nodes, tuple(value for row in rows for value in row), **{**content["filters"], **fields})
+
+
+def row_of(cell: Mapping[str, Any]) -> list[float]:
+    """Row of numbers of a cell, in the order of the law."""
+    return [
+        *(float(cell["point"][name]) for name in POINT),
+        *(float(cell["cc"][name]) for name in SIGNALS),
+        *(float(cell["cg"][name]) for name in SIGNALS),
+    ]
+
+
+def write_table(
+    path: Path, name: str, nodes: Mapping[str, Sequence[float]], filters: Mapping[str, float],
+    provenance: Mapping[str, Any], cells: Sequence[Mapping[str, Any]],
+) -> None:  # fmt: skip
+    """Write a table file, whole or not at all."""
+    lines = [f"# Written by python -m gyroctl.controllers.gain_scheduled.design {name}; do not edit the numbers.", ""]
+    for title, entries in (("provenance", provenance), ("units", UNITS), ("filters", filters), ("nodes", nodes)):
+        lines += [f"[{title}]", *(f"{_key(key)} = {_value(value)}" for key, value in entries.items()), ""]
+    for cell in cells:
+        lines += ["[[cells]]", *(f"{_key(key)} = {_value(value)}" for key, value in cell.items()), ""]
+    part = path.with_name(path.name + ".part")
+    part.write_text("\n".join(lines), encoding="utf-8")
+    part.replace(path)
+    read_table.cache_clear()
+
+
+def _key(key: str) -> str:
+    return key if key.replace("_", "").isalnum() else f'"{key}"'
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{_key(key)} = {_value(entry)}" for key, entry in value.items()) + " }"
+    if isinstance(value, Sequence):
+        return "[" + ", ".join(_value(entry) for entry in value) + "]"
+    number = float(value)
+    if not math.isfinite(number):
+        return "nan" if math.isnan(number) else "inf" if number > 0.0 else "-inf"
+    text = f"{number:.6g}"
+    return text if any(mark in text for mark in ".e") else text + ".0"

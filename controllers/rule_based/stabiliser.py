@@ -1,0 +1,96 @@
+"""Libration stabiliser: a load that follows the waves, and a power-system stabiliser that damps the swings about it.
+
+The ring's libration is the rotor oscillation of a synchronous machine on a grid: slow, and damped by little more than
+the slip. There a stabiliser adds to a steady operating point a signal made of the rotor speed: a washout takes out what
+is lasting, so that the operating point stays, and a lead-lag turns the phase so that the torque comes with the speed.
+Here:
+
+- operating point: a share of the capacity J4 V/N with V from the height of the waves, and a constant coupling;
+- governor: the lasting part of the ring speed's deviation from the waves (`wave_clock`) moves the load by a droop. The
+  grid of a machine is stiff; the waves are not, and with the washout alone the ring drifts off and stalls;
+- stabiliser: the rest, through the lead-lag, moves the load against it and may move the coupling: a softer coupling
+  damps more.
+
+The operating point eases off when the float swings far in phi1.
+
+Source: F. P. deMello and C. Concordia, Concepts of synchronous machine stability as affected by excitation control,
+IEEE Trans. Power App. Syst. 88 (1969) 316-329; P. Kundur, Power System Stability and Control, McGraw-Hill 1994,
+section 12.5.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, NamedTuple
+
+from gyroctl.controllers.rule_based.wave_clock import QUIET, easing, follow, lag
+
+
+class StabiliserState(NamedTuple):
+    """Wave clock: angle [rad], speed [rad/s], mean square [rad^2/s^2], age [s]; phi1 amplitude squared [rad^2];
+    lasting part of the speed deviation and lagged part of the rest [rad/s].
+    """
+
+    theta: float
+    speed: float
+    square: float
+    age: float
+    swing: float
+    lasting: float
+    lagged: float
+
+
+class Stabiliser(NamedTuple):
+    """Load-following operating point, governor on the lasting, stabiliser on the passing deviation of the speed."""
+
+    share: float = 0.22  # of the capacity J4 V/N [-]
+    steady: float = 0.065  # coupling of the operating point [Nms]
+    governor: float = 0.8  # of the capacity per lasting deviation of the ring speed [s/rad]
+    lean: float = 0.04  # how much slower than the waves the ring may turn without it [-]
+    stabiliser: float = 0.6  # of the capacity per passing deviation [s/rad]
+    soften: float = 0.0  # part of the coupling taken away per passing deviation [s/rad]
+    washout: float = 10.0  # time constant that parts lasting from passing [s]
+    lead: float = 0.4  # time constants of the lead-lag [s]
+    behind: float = 0.5  # [s]
+    motion: float = 0.5  # amplitude of phi1 at which the share is halved [rad]
+    relative: float = 2.5  # and the same in units of the float's motion [-]
+    recall: float = 2.0  # time constant of that amplitude [s]
+    bandwidth: float = 0.1  # of the wave clock [rad/s]
+    memory: float = 20.0  # of the height of the waves [s]
+    cc_max: float = 0.12  # [Nms]
+    cg_max: float = 0.02  # [Nms]
+    wp: float = 3.14  # where the wave clock begins [rad/s]
+    N: float = 22.555555555555557  # gear ratio [-]
+    J4: float = 0.3671  # inertia of the flywheel [kg m^2]
+    period: float = 0.1  # [s]
+
+    @property
+    def information(self) -> Literal["sensors"]:
+        """What the law looks at."""
+        return "sensors"
+
+    def init(self) -> StabiliserState:
+        """The clock begins at the first sample."""
+        return StabiliserState(0.0, self.wp, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def step(self, t: float, y: Any, state: StabiliserState) -> tuple[tuple[float, float], StabiliserState]:
+        """Follow the waves, part the deviation by the washout, lead it, add it to the operating point."""
+        theta, speed, square, age = follow(
+            y, state.theta, state.speed, state.square, state.age, self.period, self.bandwidth, self.memory
+        )
+        V = math.sqrt(max(square, QUIET))
+        swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
+
+        deviation = y.psi_rate - (1.0 - self.lean) * speed
+        lasting = state.lasting + lag(self.period, self.washout) * (deviation - state.lasting)
+        passing = deviation - lasting
+        lagged = state.lagged + lag(self.period, self.behind) * (passing - state.lagged)
+        signal = lagged + self.lead / self.behind * (passing - lagged)  # (1 + lead s)/(1 + behind s)
+
+        pull = self.share * easing(swing, self.motion, self.relative, V, speed)
+        pull += self.governor * lasting + self.stabiliser * signal
+        cg = self.J4 * V / self.N * pull
+        cc = self.steady * (1.0 - self.soften * signal)
+        return (min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max)), StabiliserState(
+            theta, speed, square, age, swing, lasting, lagged
+        )

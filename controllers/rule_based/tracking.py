@@ -1,0 +1,93 @@
+"""Frequency-tracking law: a phase-locked loop gives the waves' frequency and phase, generator and coupling follow.
+
+The wave clock (`wave_clock`) turns as a ring without load would. So the load angle is simply the angle of the ring
+against the clock, ``delta = psi - theta``, and the slip of frequency is ``psi' - theta'``. No filter in the frame of the
+ring is needed, and a peak frequency that drifts moves the law's whole operating point along:
+
+- the generator takes a part of the capacity J4 V/N, and a part of what is left of it at this angle, V cos delta: it
+  lets go where the ring falls a quarter turn behind the waves, and while it slips;
+- it damps the speed of the ring against the clock;
+- the coupling goes with the frequency of the waves, and is softened while the ring is behind: a softer coupling damps
+  the libration more.
+
+The generator eases off when the float swings far in phi1.
+
+Source: phase-locked loops, F. M. Gardner, Phaselock Techniques, 3rd ed., Wiley 2005; scheduling on a tracked frequency
+is how grid converters follow a weak grid, R. Teodorescu, M. Liserre and P. Rodriguez, Grid Converters for Photovoltaic
+and Wind Power Systems, Wiley 2011, chapter 4.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, NamedTuple
+
+from gyroctl.controllers.rule_based.wave_clock import QUIET, easing, follow, lag
+
+
+class TrackingState(NamedTuple):
+    """Wave clock: angle [rad], speed [rad/s], mean square [rad^2/s^2], age [s]; phi1 amplitude squared [rad^2];
+    ring speed and its share of the synchronising torque, filtered [rad/s, -].
+    """
+
+    theta: float
+    speed: float
+    square: float
+    age: float
+    swing: float
+    fast: float
+    left: float
+
+
+class Tracking(NamedTuple):
+    """Generator and coupling scheduled on frequency, height and phase of the waves."""
+
+    share: float = 0.22  # of the capacity J4 V/N [-]
+    margin: float = 0.28  # of the part V cos delta that is left of it [-]
+    damping: float = 0.8  # of the capacity per deviation of the ring speed [s/rad]
+    lean: float = 0.04  # how much slower than the waves the ring may turn without damping [-]
+    stiff: float = 0.0675  # coupling of a ring in phase, at the reference frequency [Nms]
+    soften: float = 0.0  # part of it taken away from a ring a quarter turn behind [-]
+    rise: float = 0.0  # power of the frequency with which the coupling goes [-]
+    fast: float = 0.32  # time constant of the ring speed and of cos delta [s]
+    motion: float = 0.6  # amplitude of phi1 at which the shares are halved [rad]
+    relative: float = 4.0  # and the same in units of the float's motion [-]
+    recall: float = 1.5  # time constant of that amplitude [s]
+    bandwidth: float = 0.2  # of the wave clock [rad/s]
+    memory: float = 20.0  # of the height of the waves [s]
+    cc_max: float = 0.12  # [Nms]
+    cg_max: float = 0.02  # [Nms]
+    wp: float = 3.14  # reference frequency, where the wave clock begins [rad/s]
+    N: float = 22.555555555555557  # gear ratio [-]
+    J4: float = 0.3671  # inertia of the flywheel [kg m^2]
+    period: float = 0.1  # [s]
+
+    @property
+    def information(self) -> Literal["sensors"]:
+        """What the law looks at."""
+        return "sensors"
+
+    def init(self) -> TrackingState:
+        """The clock begins at the first sample."""
+        return TrackingState(0.0, self.wp, 0.0, 0.0, 0.0, 0.0, 1.0)
+
+    def step(self, t: float, y: Any, state: TrackingState) -> tuple[tuple[float, float], TrackingState]:
+        """Follow the waves, read the load angle, schedule both controls."""
+        theta, speed, square, age = follow(
+            y, state.theta, state.speed, state.square, state.age, self.period, self.bandwidth, self.memory
+        )
+        V = math.sqrt(max(square, QUIET))
+        swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
+        begun = 1.0 if state.age == 0.0 else lag(self.period, self.fast)
+        fast = state.fast + begun * (y.psi_rate - state.fast)
+        now = state.theta if state.age > 0.0 else y.psi  # the clock's angle at this sample
+        left = state.left + begun * (math.cos(y.psi - now) - state.left)
+
+        pull = self.share + self.margin * max(left, 0.0)
+        pull = pull * easing(swing, self.motion, self.relative, V, speed)
+        pull += self.damping * (fast - (1.0 - self.lean) * speed)
+        cg = self.J4 * V / self.N * pull
+        cc = self.stiff * (speed / self.wp) ** self.rise * (1.0 - self.soften * (1.0 - max(left, 0.0)))
+        return (min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max)), TrackingState(
+            theta, speed, square, age, swing, fast, left
+        )

@@ -1,0 +1,375 @@
+"""Whether a law keeps the protocol: what it returns, how it behaves under shocks, what a sample costs, in one table.
+
+Each check says what it found and, where it failed, the mend. The runs are on tuning seeds: looking at a law is part of
+designing it.
+"""
+
+from __future__ import annotations
+
+import copy
+import inspect
+import math
+import pickle
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numba.core.errors import NumbaError
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.harness.controller import Law, LawError, Measurement
+from gyroctl.harness.laws import defined, law
+from gyroctl.harness.loop import compile_law, why_not_compiled
+from gyroctl.harness.preview import informed
+from gyroctl.harness.run import LawTiming, Settings, lead_in, run_law
+from gyroctl.harness.sensing import CHANNELS, Sensors, measure
+from gyroctl.plant import Plant
+from gyroctl.simulation.metrics import Record, evaluate
+from gyroctl.waves import SeaState, WaveRealisation, realise
+
+SEED, RUNS = 100200, 8
+"""First seed, and realisations of the check of the step."""
+
+SHORT, LONG = 150.0, 500.0
+"""Lengths of the run of the law and of those of the check of the step. [s]"""
+
+TOLERANCE, SIGMAS = 0.02, 3.0
+"""The mean power may differ between the steps by 2 %, or by three standard errors of the paired differences."""
+
+
+class Check(NamedTuple):
+    """One line of the table.
+
+    Parameters
+    ----------
+    name : str
+        What was checked.
+    passed : bool
+        Whether it holds.
+    found : str
+        What was seen.
+    mend : str
+        What to do, where it does not hold.
+    """
+
+    name: str
+    passed: bool
+    found: str
+    mend: str = ""
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A law with one run of it, and the measurements that it saw."""
+
+    law: Law
+    waves: WaveRealisation
+    record: Record
+    timing: LawTiming
+    measurements: tuple[Measurement, ...]
+
+    def times(self) -> NDArray[np.float64]:
+        """Times of its samples. [s]"""
+        return np.arange(len(self.measurements)) * self.law.period
+
+
+def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
+    """Check a law.
+
+    Parameters
+    ----------
+    name : str
+        A registered name, or "file.py:Name".
+    plant : Plant
+        The device it is run on.
+    runs : int
+        Realisations of the check of the step, two at least.
+
+    Returns
+    -------
+    list of Check
+        A failure of the law to build or to answer ends the list.
+
+    Raises
+    ------
+    InputError
+        For a file or law that does not exist.
+    """
+    if ".py:" in name and not Path(name.rpartition(":")[0]).is_file():
+        law(name)  # says what is wrong
+    try:
+        built = law(name)
+    except InputError as error:
+        return [Check("builds", False, f"{error.field}: {error.problem}", error.mend)]
+    checks = [Check("builds", True, type(built).__name__), _information(built)]
+    settings = Settings(blend=50.0)
+    period = _period(built, settings)
+    checks.append(period)
+    waves = lead_in(realise(plant, SeaState(), SEED, SHORT), settings)
+    shape = _shape(informed(built, waves))
+    checks.append(shape)
+    if not (period.passed and shape.passed):
+        return checks
+    try:
+        record, timing = run_law(plant, built, waves, settings, name)
+    except (LawError, InputError) as error:
+        return [*checks, Check("runs", False, str(error), "Correct its step")]
+    subject = Subject(informed(built, waves), waves, record, timing, _seen(record, settings, waves.seed, built.period))
+    checks += [_bounds(record, settings), _pure(subject), _repeats(subject), _compiled(subject)]
+    checks += [_shocks(subject), _dropout(plant, built, name), _step_size(plant, built, name, runs), _cost(subject)]
+    return checks
+
+
+def laws_of(file: Path) -> list[str]:
+    """Names "file.py:Name" of the laws that a file defines.
+
+    Raises
+    ------
+    InputError
+        For a file that does not exist or defines no law.
+    """
+    names = [name for name, value in defined(file).items() if inspect.isclass(value) and _looks_like_a_law(value)]
+    if not names:
+        raise InputError("law", str(file), "defines no class with init() and step(t, y, state)",
+                         "Name the function that builds the law, as file.py:Name")  # fmt: skip
+    return [f"{file}:{name}" for name in names]
+
+
+def _looks_like_a_law(value: Any) -> bool:
+    return callable(getattr(value, "init", None)) and callable(getattr(value, "step", None))
+
+
+def _seen(record: Record, settings: Settings, seed: int, period: float) -> tuple[Measurement, ...]:
+    """Measurements that the law got in a run, sample by sample."""
+    sensors = settings.sensors.arrays(record.commands.shape[0], seed)
+    every, y, rows = round(period / record.period), np.zeros(len(CHANNELS)), []
+    for sample in range(record.commands.shape[0]):
+        measure(sensors, sample, record.states, y)
+        if sample % every == 0:
+            rows.append(Measurement(*y.tolist()))
+    return tuple(rows)
+
+
+def _information(built: Law) -> Check:
+    previews = hasattr(built, "informed")
+    if previews == (built.information in ("forecast", "oracle")):
+        return Check("information", True, built.information)
+    if previews:
+        return Check("information", False, f"says {built.information!r} but takes the waves by informed()",
+                     'Declare "forecast" or "oracle"')  # fmt: skip
+    return Check("information", False, f"says {built.information!r} but has no informed(waves)",
+                 'Declare "sensors", or write informed(waves) -> law')  # fmt: skip
+
+
+def _period(built: Law, settings: Settings) -> Check:
+    tick = settings.actuators.period
+    every = built.period / tick
+    fits = round(every) >= 1 and math.isclose(round(every), every, rel_tol=1e-9)
+    mend = f"Give a multiple of {tick} s"
+    return Check("period", fits, f"{built.period:g} s, {every:g} of the actuators'", "" if fits else mend)
+
+
+def _shape(built: Law) -> Check:
+    name, y = "answer", Measurement(0.0, 3.14, 65.0, 0.05, 0.05, 0.1, 0.1)
+    form = "Return ((cc, cg), state) with two numbers"
+    try:
+        state = built.init()
+        for sample in range(3):
+            answer = built.step(sample * built.period, y, state)
+            command, new = answer
+            cc, cg = command
+            if not (math.isfinite(cc) and math.isfinite(cg)):
+                return Check(name, False, f"({cc}, {cg}) is not finite", "Guard divisions and square roots")
+            if type(new) is not type(state) or _length(new) != _length(state):
+                found = f"state of type {type(new).__name__}, init() gives {type(state).__name__}"
+                return Check(name, False, found, "Return the kind of state that init() gives")
+            state = new
+    except Exception as error:  # whatever a user's code can do
+        return Check(name, False, f"{type(error).__name__}: {error}", form)
+    return Check(name, True, f"(cc, cg) and a state of {_length(state)} numbers")
+
+
+def _length(state: Any) -> int:
+    return len(state) if hasattr(state, "__len__") else 1
+
+
+def _bounds(record: Record, settings: Settings) -> Check:
+    limits = settings.actuators
+    outside = (record.commands < 0.0) | (record.commands > [limits.cc_max, limits.cg_max])
+    low, high = record.commands.min(axis=0), record.commands.max(axis=0)
+    found = f"cc {low[0]:.3g} to {high[0]:.3g}, cg {low[1]:.3g} to {high[1]:.3g} Nms"
+    if not outside.any():
+        return Check("bounds", True, found)
+    which = " and ".join(n for n, out in zip(("cc", "cg"), outside.any(axis=0), strict=True) if out)
+    mend = f"Keep {which} within 0 to {limits.cc_max:g} and {limits.cg_max:g} by min and max: the actuators saturate"
+    return Check("bounds", False, f"{found}; {outside.any(axis=1).mean():.1%} of the samples outside", mend)
+
+
+def _replay(subject: Subject, built: Law) -> NDArray[np.float64]:
+    state, commands = built.init(), []
+    for t, y in zip(subject.times(), subject.measurements, strict=True):
+        command, state = built.step(float(t), y, state)
+        commands.append(command)
+    return np.array(commands, float)
+
+
+def _pure(subject: Subject) -> Check:
+    """Nothing but the returned state may change: the state and the law that went in stay as they are."""
+    built, name = subject.law, "pure step"
+    mend = "Return a new state instead of changing the old one, and keep nothing on the law or in the module"
+    state = built.init()
+    try:
+        before = pickle.dumps(built)
+        for t, y in list(zip(subject.times(), subject.measurements, strict=True))[:50]:
+            kept = copy.deepcopy(state)
+            first, new = built.step(float(t), y, state)
+            if not _same(kept, state):
+                return Check(name, False, f"changes the state it is given at t = {t:.1f} s", mend)
+            again, other = built.step(float(t), y, kept)
+            if tuple(first) != tuple(again) or not _same(new, other):
+                return Check(name, False, f"answers differently to the same question at t = {t:.1f} s", mend)
+            state = new
+        changed = pickle.dumps(built) != before
+    except (pickle.PicklingError, AttributeError, TypeError):
+        return Check(name, True, "same question, same answer (a law that cannot be copied: its fields not compared)")
+    return Check(name, not changed, "changes its own fields" if changed else "same question, same answer",
+                 mend if changed else "")  # fmt: skip
+
+
+def _same(a: Any, b: Any) -> bool:
+    if isinstance(a, tuple | list):
+        return len(a) == len(b) and all(_same(x, y) for x, y in zip(a, b, strict=True))
+    return bool(np.array_equal(a, b, equal_nan=True)) if isinstance(a, float | int | np.ndarray) else bool(a == b)
+
+
+def _repeats(subject: Subject) -> Check:
+    first, second = _replay(subject, subject.law), _replay(subject, subject.law)
+    differ = np.flatnonzero(np.any(first != second, axis=1))
+    if differ.size:
+        t = float(subject.times()[differ[0]])
+        return Check("repeatable", False, f"a second run differs from t = {t:.1f} s on",
+                     "Keep everything in the state; use no random numbers and no clock")  # fmt: skip
+    return Check("repeatable", True, f"two runs of {len(first)} samples alike to the last bit")
+
+
+def _compiled(subject: Subject) -> Check:
+    name = "compiled"
+    if compile_law(subject.law) is None:
+        return Check(name, True, f"runs as plain Python: {_reason(subject.law)}")
+    every = round(subject.law.period / subject.record.period)
+    commands = subject.record.commands[::every]
+    differ = np.flatnonzero(np.any(_replay(subject, subject.law) != commands, axis=1))
+    if differ.size:
+        at = differ[0]
+        return Check(name, False, f"Python and machine code differ from t = {subject.times()[at]:.1f} s on",
+                     "Leave out what numba reads in its own way: integer division and powers, overflow")  # fmt: skip
+    return Check(name, True, f"as Python to the last bit over {len(commands)} samples")
+
+
+def _reason(built: Law) -> str:
+    try:
+        return why_not_compiled(built) or "numba cannot read it"
+    except NumbaError as error:
+        return str(error).splitlines()[0]
+
+
+SHOCKS: dict[str, tuple[Measurement, ...]] = {
+    "all zero": (Measurement(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),) * 20,
+    "standing ring": (Measurement(1.0, 0.0, 65.0, 0.1, 0.1, 0.2, -0.3),) * 50,
+    "standing flywheel": (Measurement(1.0, 3.14, 0.0, 0.1, 0.1, 0.2, -0.3),) * 50,
+    "turning backwards": (Measurement(-20.0, -3.14, -65.0, -0.1, 0.1, 0.2, 0.3),) * 50,
+    "a frozen sensor": (Measurement(2.0, 3.0, 64.0, 0.2, -0.1, 0.5, 0.4),) * 200,
+    "huge values": (Measurement(1e6, 1e4, 1e5, 1e3, -1e3, 1e4, -1e4),) * 5,
+    "tiny values": (Measurement(1e-300, 1e-300, 1e-300, 1e-300, 1e-300, 1e-300, 1e-300),) * 5,
+}
+"""Measurements that a law must survive."""
+
+
+def _shocks(subject: Subject) -> Check:
+    mend = "Guard divisions, square roots and exponentials, and bound what the state adds up"
+    calm = list(zip(subject.times(), subject.measurements, strict=True))[:100]
+    for shock, rows in SHOCKS.items():
+        state, built = subject.law.init(), subject.law
+        for t, y in [*calm, *((calm[-1][0] + built.period * (1 + i), y) for i, y in enumerate(rows)), *calm]:
+            try:
+                command, state = built.step(float(t), y, state)
+                numbers = [float(value) for value in (*command, *_numbers(state))]
+            except Exception as error:
+                return Check("shocks", False, f"{shock}: {type(error).__name__}: {error}", mend)
+            if not all(math.isfinite(value) for value in numbers):
+                return Check("shocks", False, f"{shock}: a command or the state is no longer finite", mend)
+    return Check("shocks", True, f"finite under {', '.join(SHOCKS)}, and after them")
+
+
+def _numbers(state: Any) -> list[float]:
+    if isinstance(state, float | int) and not isinstance(state, bool):
+        return [float(state)]
+    if isinstance(state, np.ndarray) and np.issubdtype(state.dtype, np.number):
+        return [float(value) for value in state.ravel()]
+    if isinstance(state, tuple | list):
+        return [number for part in state for number in _numbers(part)]
+    return []
+
+
+def _dropout(plant: Plant, built: Law, name: str) -> Check:
+    """A run in which three samples in ten of every sensor are missing."""
+    holes = Sensors(*(replace(getattr(Sensors(), c), dropout=0.3) for c in CHANNELS))
+    settings = Settings(blend=50.0, sensors=holes)
+    try:
+        run_law(plant, built, lead_in(realise(plant, SeaState(), SEED + 1, SHORT), settings), settings, name)
+    except LawError as error:
+        return Check("dropout", False, str(error), "Expect the last measurement again where one is missing")
+    return Check("dropout", True, "finite with three samples in ten missing")
+
+
+def _step_size(plant: Plant, built: Law, name: str, runs: int) -> Check:
+    """Power and lock with half the step, on the same waves and with the same noise of the sensors."""
+    powers, locked = [], []
+    for dt in (0.01, 0.005):
+        settings = Settings(dt=dt)
+        found = [_evaluated(plant, built, name, SEED + 2 + i, settings) for i in range(max(runs, 2))]
+        powers.append(np.array([entry["mean_power"] for entry in found]))
+        locked.append(np.array([entry["locked"] for entry in found]))
+    off = powers[1] - powers[0]
+    mean, error = float(abs(off.mean())), float(off.std(ddof=1) / math.sqrt(off.size))
+    scale = float(max(abs(powers[0].mean()), 1e-6))
+    flips = int(np.sum(locked[0] != locked[1]))
+    lost = abs(int(locked[0].sum() - locked[1].sum()))
+    text = f"step .01 to .005 s: power {mean / scale:.2%} apart ({error / scale:.2%} standard error), "
+    text += f"{flips} of {off.size} verdicts on lock change"
+    passed = mean <= max(TOLERANCE * scale, SIGMAS * error) and lost <= max(1, off.size // 8)
+    return Check("step size", passed, text,
+                 "" if passed else "Its outcome hangs on the integration step: use a shorter run.dt for it")  # fmt: skip
+
+
+def _evaluated(plant: Plant, built: Law, name: str, seed: int, settings: Settings) -> dict[str, float]:
+    waves = lead_in(realise(plant, SeaState(), seed, LONG), settings)
+    record, _ = run_law(plant, built, waves, settings, name)
+    return evaluate(plant, record, waves.moments[1], waves.dt, waves.sea.wp, settings.blend, np.nan)
+
+
+def _cost(subject: Subject) -> Check:
+    median, p99 = subject.timing.median, subject.timing.p99
+    if compile_law(subject.law) is None:
+        spent = _clocked(subject)
+        median, p99 = float(np.median(spent)), float(np.quantile(spent, 0.99))
+    fits = p99 < 1e3 * subject.law.period
+    found = f"{_duration(median)} a sample, p99 {_duration(p99)}, of {1e3 * subject.law.period:g} ms"
+    return Check("cost", fits, found, "" if fits else "Sample less often, or compute less in step")
+
+
+def _clocked(subject: Subject, clock: Callable[[], float] = time.perf_counter) -> Sequence[float]:
+    state, spent = subject.law.init(), []
+    for t, y in zip(subject.times(), subject.measurements, strict=True):
+        begin = clock()
+        _, state = subject.law.step(float(t), y, state)
+        spent.append(1e3 * (clock() - begin))
+    return spent
+
+
+def _duration(ms: float) -> str:
+    return f"{1e3 * ms:.2g} us" if ms < 1.0 else f"{ms:.3g} ms"

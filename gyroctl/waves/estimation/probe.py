@@ -1,0 +1,112 @@
+"""Forecast of degradable quality: an up-wave probe that tells the moments some seconds ahead, and what lies beyond.
+
+A probe up-wave of the float sees a wave before it arrives. Here it tells the moments `lead` seconds ahead, with an
+error of its own; beyond that the predictor goes on from what it told. With no lead this is a forecast from the true
+moments of now, with a lead of the whole horizon it is an oracle.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.waves.checks import seed_number
+from gyroctl.waves.estimation import predictor as below
+from gyroctl.waves.estimation.averaged import Array
+from gyroctl.waves.estimation.predictor import Predictor, PredictorState, observe, predict
+
+SOURCES = (*below.SOURCES, __file__)
+
+PROBE_DOMAIN = 0x70726F62
+"""Spawn key ("prob" in ASCII): the error of the probe is no other random number of the same seed."""
+
+
+class Probe(NamedTuple):
+    """What the probe tells of one realisation; build it with `Probe.design`."""
+
+    told: Array  # (2, n) moments at the instants of the samples, with the error of the probe [Nm]
+    lead: int  # [steps]
+
+    @classmethod
+    def design(
+        cls, predictor: Predictor, moments: Array, dt: float, lead: float = 0.0, noise: float = 0.0, seed: int = 0
+    ) -> Probe:
+        """Set the probe up.
+
+        Parameters
+        ----------
+        predictor : Predictor
+            What goes on beyond the lead. For a noisy probe, design it with a `floor` of that size.
+        moments : (2, n) array
+            True moments. [Nm]
+        dt : float
+            Their spacing; it divides the predictor's step. [s]
+        lead : float
+            How far ahead the probe tells, rounded to steps; infinite for all of the horizon. [s]
+        noise : float
+            Standard deviation of its error, as a part of that of each moment. [-]
+        seed : int
+            Seed of the error.
+
+        Raises
+        ------
+        InputError
+            For moments of another shape, spacing that does not divide the step, a negative lead or noise, a bad seed.
+        """
+        every = round(predictor.step / dt) if math.isfinite(dt) and dt > 0.0 else 0
+        if every < 1 or not math.isclose(every * dt, predictor.step, rel_tol=1e-9):
+            raise InputError("probe.dt", dt, f"does not divide the predictor's step of {predictor.step:g} s",
+                             "Realise the waves with another dt")  # fmt: skip
+        if moments.ndim != 2 or moments.shape[0] != 2:
+            raise InputError("probe.moments", moments.shape, "must be of shape (2, n)", "Give waves.moments")
+        if math.isnan(lead) or lead < 0.0:
+            raise InputError("probe.lead", lead, "must not be negative", "Give seconds, or inf for an oracle")
+        if not 0.0 <= noise < math.inf:
+            raise InputError("probe.noise", noise, "must be zero or positive", "Give a part of the moments' deviation")
+        told = np.ascontiguousarray(moments[:, ::every], np.float64)
+        if noise > 0.0:
+            source = np.random.SeedSequence(seed_number(seed), spawn_key=(PROBE_DOMAIN,))
+            error = np.random.Generator(np.random.PCG64(source)).standard_normal(told.shape)
+            told = told + noise * np.std(told, axis=1, keepdims=True) * error
+        return cls(told, predictor.horizon if math.isinf(lead) else min(round(lead / predictor.step), predictor.horizon))
+
+
+def _foresee(stamp: str) -> Any:
+    def foresee(
+        predictor: Predictor, probe: Probe, state: PredictorState, sample: int, out: NDArray[np.float64]
+    ) -> None:
+        """Write the moments (2, n) at 1 .. n steps after `sample`, n up to the horizon. [Nm]
+
+        Samples are to be asked for in their order; one that was left out is caught up with. `state` is a state of
+        `predictor` that sees nothing but this probe; `state.now` holds the moments at the sample as told. Beyond the
+        end of the record the moments are zero.
+        """
+        assert stamp
+        told, last = probe.told, probe.told.shape[1] - 1
+        reach = min(sample + probe.lead, last)
+        leads = out.shape[1]
+        if leads > probe.lead:
+            while state.count[0] <= reach:
+                at = state.count[0]
+                observe(predictor, state, told[0, at], told[1, at])
+            predict(predictor, state, state.coming)
+        for i in range(2):
+            for lead in range(leads):
+                ahead = sample + lead + 1
+                if ahead <= reach:
+                    out[i, lead] = told[i, ahead]
+                elif lead < probe.lead or ahead - reach > predictor.horizon:
+                    out[i, lead] = 0.0
+                else:
+                    out[i, lead] = state.coming[i, ahead - reach - 1]
+            state.now[i] = told[i, min(sample, last)]
+
+    return entry_point(foresee)
+
+
+foresee = _foresee(source_stamp(SOURCES))

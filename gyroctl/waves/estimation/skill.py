@@ -1,0 +1,145 @@
+"""Skill of estimator and forecast on recorded runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.waves.estimation import observer, probe
+from gyroctl.waves.estimation.averaged import Array
+from gyroctl.waves.estimation.observer import EstimatorState, MomentEstimator, update
+from gyroctl.waves.estimation.predictor import Predictor, PredictorState, observe, predict
+
+SOURCES = (*observer.SOURCES, *probe.SOURCES, __file__)
+
+
+class Replay(NamedTuple):
+    """What estimator and predictor said, sample by sample."""
+
+    x_hat: Array  # (n, states)
+    me_hat: Array  # (n, 2), of the estimator [Nm]
+    now: Array  # (n, 2), of the predictor at the same instants [Nm]
+    ahead: Array  # (n, 2, leads) [Nm]
+    innovation: Array  # (n, 7) of the estimator
+
+
+def replay(
+    predictor: Predictor, leads: Sequence[float], estimator: MomentEstimator, measured: Array, controls: Array
+) -> Replay:
+    """Run estimator and predictor over the record of a run.
+
+    Parameters
+    ----------
+    predictor : Predictor
+    leads : sequence of float
+        How far ahead. [s]
+    estimator : MomentEstimator
+    measured : (n, 7) array
+        Measurements.
+    controls : (n, 2) array
+        Commands from each sample on. [Nms]
+
+    Raises
+    ------
+    InputError
+        For a lead beyond the horizon.
+    """
+    steps = _steps(predictor, leads)
+    n = min(measured.shape[0], controls.shape[0])
+    state, memory = estimator.init(), predictor.init()
+    out = Replay(np.zeros((n, state.x_hat.size)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2, steps.size)),
+                 np.zeros((n, 7)))  # fmt: skip
+    _run(estimator, state, predictor, memory, np.ascontiguousarray(measured), np.ascontiguousarray(controls), steps, out)
+    return out
+
+
+def replay_moments(predictor: Predictor, leads: Sequence[float], moments: Array) -> Array:
+    """Forecasts (n, 2, leads) from moments (2, n) that are observed as they are. [Nm]
+
+    Raises
+    ------
+    InputError
+        For a lead beyond the horizon.
+    """
+    steps = _steps(predictor, leads)
+    ahead = np.zeros((moments.shape[1], 2, steps.size))
+    _run_moments(predictor, predictor.init(), np.ascontiguousarray(moments), steps, ahead)
+    return ahead
+
+
+def relative_error(
+    predictor: Predictor, leads: Sequence[float], ahead: Array, truth: Array, first: float = 100.0
+) -> Array:
+    """Mean square error (2, leads) of forecasts, as a part of the variance of the moments. [-]
+
+    Parameters
+    ----------
+    predictor : Predictor
+    leads : sequence of float
+        How far ahead. [s]
+    ahead : (n, 2, leads) array
+        Forecasts made at each sample. [Nm]
+    truth : (2, n or more) array
+        True moments at the samples. [Nm]
+    first : float
+        What is made before this instant does not count: the sea is blended in and nothing is learnt yet. [s]
+    """
+    steps, n, begin = _steps(predictor, leads), ahead.shape[0], round(first / predictor.step)
+    out = np.empty((2, steps.size))
+    for a, lead in enumerate(steps):
+        made = np.arange(begin, min(n, truth.shape[1] - lead))
+        if made.size == 0:
+            raise InputError("forecast.first", first, "leaves nothing to judge", "Give a longer record")
+        error = ahead[made, :, a].T - truth[:, made + lead]
+        out[:, a] = np.mean(error**2, axis=1) / np.mean(truth[:, begin:n] ** 2, axis=1)
+    return out
+
+
+def _steps(predictor: Predictor, leads: Sequence[float]) -> NDArray[np.int64]:
+    steps = np.array([round(lead / predictor.step) for lead in leads], np.int64)
+    bad = np.flatnonzero((steps < 1) | (steps > predictor.horizon))
+    if bad.size:
+        raise InputError("forecast.leads", leads[bad[0]],
+                         f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s",
+                         "Ask for less or design the predictor with a longer horizon")  # fmt: skip
+    return steps
+
+
+def _build(stamp: str) -> tuple[Any, Any]:
+    def run(
+        estimator: MomentEstimator, state: EstimatorState, predictor: Predictor, memory: PredictorState,
+        measured: Array, controls: Array, steps: NDArray[np.int64], out: Replay,
+    ) -> None:  # fmt: skip
+        assert stamp
+        for i in range(out.me_hat.shape[0]):
+            before = max(i - 1, 0)
+            update(estimator, state, measured[i], controls[before, 0], controls[before, 1])
+            observe(predictor, memory, state.me_hat[0], state.me_hat[1])
+            predict(predictor, memory, memory.coming)
+            out.x_hat[i, :] = state.x_hat
+            out.innovation[i, :] = state.innovation
+            for j in range(2):
+                out.me_hat[i, j], out.now[i, j] = state.me_hat[j], memory.now[j]
+                for a in range(steps.size):
+                    out.ahead[i, j, a] = memory.coming[j, steps[a] - 1]
+
+    def run_moments(
+        predictor: Predictor, memory: PredictorState, moments: Array, steps: NDArray[np.int64], ahead: Array
+    ) -> None:
+        assert stamp
+        for i in range(moments.shape[1]):
+            observe(predictor, memory, moments[0, i], moments[1, i])
+            predict(predictor, memory, memory.coming)
+            for j in range(2):
+                for a in range(steps.size):
+                    ahead[i, j, a] = memory.coming[j, steps[a] - 1]
+
+    return entry_point(run), entry_point(run_moments)
+
+
+_run, _run_moments = _build(source_stamp(SOURCES))

@@ -1,0 +1,138 @@
+"""A window cut out of a sea: waves, the state in which it begins, and what a run through it is worth.
+
+Every run of a window, planned or by a law, begins in the same state, in full irregular waves: the device is led in from
+the locked start by a cautious constant pair. All that follows is counted, the change of stored energy included.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.harness.controller import Law
+from gyroctl.harness.laws import law
+from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import OMEGA_RATE
+from gyroctl.simulation.lock import WINDOW
+from gyroctl.simulation.metrics import Record, evaluate
+from gyroctl.waves import SeaState, WaveRealisation, realise
+
+LEAD = 100.0
+"""Length of the lead-in, in which the sea is blended in. [s]"""
+
+TAIL = 10.0
+"""What a plan sees beyond the window, so that it does not end it in a state that is worth nothing. [s]"""
+
+CAUTIOUS = ((0.104, 1.5e-4), (0.104, 5e-5), (0.052, 5e-5))
+"""Controls of the lead-in, in the order in which they are tried. [Nms]"""
+
+
+@dataclass(frozen=True)
+class Cut:
+    """A window of a realisation.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    waves : WaveRealisation
+        From the start of the window to its end, and `ahead` beyond.
+    start : (n,) array
+        State at the start.
+    duration : float
+        What is counted. [s]
+    sha256 : str
+        Hash of the realisation that it was cut from.
+    settings : Settings
+        Steps, sensors, actuators.
+    """
+
+    plant: Plant
+    waves: WaveRealisation
+    start: NDArray[np.float64]
+    duration: float
+    sha256: str
+    settings: Settings
+
+    @property
+    def intervals(self) -> int:
+        """Control intervals that are counted."""
+        return round(self.duration / self.settings.actuators.period)
+
+    def run(self, law: Law, name: str) -> Record:
+        """Run a law through the window."""
+        record, _ = run_law(self.plant, law, self.waves, self.settings, name, start=self.start)
+        return self.counted(record)
+
+    def counted(self, record: Record) -> Record:
+        """Leave out what lies beyond the window."""
+        n = self.intervals
+        return Record(record.states[: n + 1], record.commands[:n], record.controls[:n], record.period, 0)
+
+    def worth(self, record: Record) -> dict[str, float]:
+        """Metrics of a run, and its `harvest_w`: mean power and change of the flywheel's energy. [W]
+
+        The float's energy is not counted: little of it can be had. It is `stored_w` less `flywheel_w`.
+        """
+        waves = self.waves
+        values = evaluate(self.plant, record, waves.moments[1], waves.dt, waves.sea.wp, 0.0, np.nan)
+        speed = record.states[:, OMEGA_RATE]
+        gained = 0.5 * self.plant.parameters.J4 * (speed[-1] ** 2 - speed[0] ** 2) / self.duration
+        values |= {"flywheel_w": float(gained), "harvest_w": float(values["mean_power"] + gained),
+                   "flywheel_max": float(speed.max())}  # fmt: skip
+        return values
+
+
+def cut(
+    plant: Plant, sea: SeaState, seed: int, duration: float, ahead: float = 2.0 * TAIL,
+    settings: Settings | None = None,
+) -> Cut:  # fmt: skip
+    """Cut a window out of a realisation: the first `duration` after the lead-in.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    sea : SeaState
+        The sea.
+    seed : int
+        Of the realisation.
+    duration : float
+        Length of the window. [s]
+    ahead : float
+        Waves beyond its end, for whoever looks ahead. [s]
+    settings : Settings, optional
+        Steps, sensors, actuators.
+
+    Raises
+    ------
+    InputError
+        Field ``duration``: too short to judge lock, or longer than can be planned. Field ``hs``: where a cautious
+        constant pair does not keep the lock in the lead-in.
+    """
+    if not 2.0 * WINDOW <= duration <= 1000.0:
+        raise InputError("duration", duration, "a window is from 20 to 1000 s long",
+                         "Give seconds, for example 200; several windows need several seeds")  # fmt: skip
+    settings = dataclasses.replace(settings or Settings(), blend=LEAD)
+    whole = lead_in(realise(plant, sea, seed, LEAD + duration + ahead), settings)
+    for cc, cg in CAUTIOUS:
+        record, _ = run_law(plant, law("constant", cc=cc, cg=cg), whole, settings)
+        first = round(LEAD / record.period)
+        values = evaluate(plant, Record(record.states[: first + 1], record.commands[:first], record.controls[:first],
+                                        record.period, 0), whole.moments[1], whole.dt, sea.wp, 0.0, np.nan)  # fmt: skip
+        if values["locked"]:
+            break
+    else:
+        raise InputError("hs", sea.hs, f"no constant pair keeps the lock through the lead-in of seed {seed}",
+                         "Choose another seed, or a higher Hs")  # fmt: skip
+    at = round(LEAD / whole.dt)
+    grid = whole.grid._replace(duration=duration + ahead, n=whole.grid.n - at)
+    waves = dataclasses.replace(whole, grid=grid, moments=np.ascontiguousarray(whole.moments[:, at:]),
+                                elevation=whole.elevation[at:])  # fmt: skip
+    start = record.states[first, : len(plant.labels)].copy()
+    return Cut(plant, waves, start, duration, whole.sha256, settings)

@@ -1,0 +1,165 @@
+"""Table, data and figure of the two ensembles."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.controllers.supervisor import Rules
+from gyroctl.harness.laws import law as build
+from gyroctl.reports.statistics import lock_probability
+from gyroctl.studies.paper.style import styled
+from gyroctl.studies.startup.draw import draw
+from gyroctl.studies.startup.runs import CG_MIN, Case, lost_runs, rest_runs
+from gyroctl.waves import SeaState
+
+LAWS = ("load_angle", "coupling")
+
+WITHIN = {"rest": 200.0, "loss": 120.0}
+"""Time by which lock must have begun, from the start and from the end of the fault, to count; and it must then hold to
+the end of the run. [s]"""
+
+PAYBACK = 600.0
+"""Time by which the net energy is to be positive for good, from rest. [s]"""
+
+
+def startup_report(
+    out: Path, seeds: Sequence[int], laws: Sequence[str] = LAWS, gamma: float = 5.0, hs: float = 0.283,
+    rules: Rules | None = None, dt: float = 0.01, durations: tuple[float, float] = (2000.0, 1200.0),
+    quiet: bool = False,
+) -> dict[str, Any]:  # fmt: skip
+    """Run both ensembles and write startup.json, startup.md, startup_rest.csv, startup_loss.csv and startup.png.
+
+    Parameters
+    ----------
+    out : Path
+        Folder, made where it is missing.
+    seeds : sequence of int
+        Realisations.
+    laws : sequence of str
+        Registered laws that are wrapped.
+    gamma, hs : float
+        Sea. [-], [m]
+    rules : Rules, optional
+        Of the supervisor.
+    dt : float
+        Longest step. [s]
+    durations : (float, float)
+        Of the runs from rest and through the loss. [s]
+    quiet : bool
+        No progress.
+
+    Returns
+    -------
+    dict
+        What startup.json holds.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    sea, built = SeaState(hs=hs, gamma=gamma), {name: build(name) for name in laws}
+    rest = rest_runs(built, seeds, sea, durations[0], rules, dt, quiet)
+    loss = lost_runs(built, seeds, sea, durations[1], rules, dt, quiet)
+    result = {
+        "sea": {"hs_m": hs, "gamma": gamma, "wp_rad_s": sea.wp}, "seeds": [int(seed) for seed in seeds], "dt_s": dt,
+        "cg_min_nms": CG_MIN, "durations_s": list(durations), "rules": (rules or Rules())._asdict(),
+        "rest": {case.law: _rest(case) for case in rest}, "loss": {case.law: _loss(case) for case in loss},
+    }  # fmt: skip
+    (out / "startup.json").write_text(json.dumps(result, indent=1) + "\n")
+    (out / "startup.md").write_text(table(result))
+    for name, cases in (("rest", rest), ("loss", loss)):
+        _write(out / f"startup_{name}.csv", cases)
+    with styled():
+        draw(rest, loss, f"gamma {gamma:g}, Hs {hs:g} m, {len(seeds)} realisations").savefig(out / "startup.png")
+    return result
+
+
+def table(result: dict[str, Any]) -> str:
+    """Both ensembles as Markdown."""
+    seeds, rest, loss = result["seeds"], result["rest"], result["loss"]
+    lines = [
+        f"Sea: gamma {result['sea']['gamma']:g}, Hs {result['sea']['hs_m']:g} m; seeds {min(seeds)} to {max(seeds)}; "
+        f"motor down to cg = {result['cg_min_nms']:g} Nms, {result['rules']['motor_power']:g} W.", "",
+        f"From rest, {result['durations_s'][0]:g} s (median, 95 % quantile over the runs):", "",
+        f"| wrapped law | locked within {WITHIN['rest']:g} s and to the end | 95 % interval | lock after [s] "
+        f"| motor [J] | net energy positive after [s] | by {PAYBACK:g} s | net power [W] | availability "
+        "| 98 % phi1 locked [rad] | largest phi1 [rad] |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
+    ]  # fmt: skip
+    for name, r in rest.items():
+        lines.append(
+            f"| {name} | {r['locked']}/{r['runs']} | {_range(r['ci95'])} | {_pair(r['locked_after_s'])} "
+            f"| {_pair(r['motor_j'])} | {_pair(r['payback_s'])} | {r['repaid']}/{r['runs']} | {r['net_power_w']:.2f} "
+            f"| {r['availability']:.3f} | {_pair(r['phi1_p98_rad'], 2)} | {_pair(r['phi1_max_rad'], 2)} |"
+        )
+    lines += [
+        "",
+        f"Forced loss (generator stuck at its limit from 400 s on, 20 s at least and until the ring stalls), "
+        f"{result['durations_s'][1]:g} s; times from the end of the fault:",
+        "",
+        f"| wrapped law | lost | locked again within {WITHIN['loss']:g} s and to the end | 95 % interval "
+        "| lock after [s] | fault [s] | motor [J] | largest phi1 [rad] |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for name, r in loss.items():
+        lines.append(
+            f"| {name} | {r['lost']}/{r['runs']} | {r['locked']}/{r['lost']} | {_range(r['ci95'])} "
+            f"| {_pair(r['locked_after_s'])} | {_pair(r['fault_s'])} | {_pair(r['motor_j'])} "
+            f"| {_pair(r['phi1_max_rad'], 2)} |"
+        )
+    return "\n".join([*lines, ""])
+
+
+def _rest(case: Case) -> dict[str, Any]:
+    c = case.columns
+    locked = (c["locked_after_s"] <= WITHIN["rest"]) & (c["catches"] > 0.0)
+    chance = lock_probability(locked)
+    return {
+        "runs": locked.size, "locked": int(locked.sum()), "ci95": [chance.low, chance.high],
+        "repaid": int(np.sum(c["payback_s"] <= PAYBACK)), "net_power_w": float(c["net_power_w"].mean()),
+        "availability": float(c["availability"].mean()), "starts": float(c["starts"].mean()),
+        "ledger_residual": float(c["ledger_residual"].max()),
+        **{key: _spread(c[key]) for key in ("locked_after_s", "motor_j", "payback_s", "phi1_p98_rad", "phi1_max_rad")},
+    }  # fmt: skip
+
+
+def _loss(case: Case) -> dict[str, Any]:
+    c = {key: values[case.columns["lost"] > 0.0] for key, values in case.columns.items()}
+    locked = c["locked_after_s"] <= WITHIN["loss"]
+    chance = lock_probability(locked)
+    c["fault_s"] = c["fault_ends_s"] - 400.0
+    return {
+        "runs": case.columns["lost"].size, "lost": locked.size, "locked": int(locked.sum()),
+        "ci95": [chance.low, chance.high], "starts": float(c["starts"].mean()),
+        "ledger_residual": float(c["ledger_residual"].max()),
+        **{key: _spread(c[key]) for key in ("locked_after_s", "fault_s", "motor_j", "phi1_p98_rad", "phi1_max_rad")},
+    }  # fmt: skip
+
+
+def _spread(values: NDArray[np.float64]) -> dict[str, float | None]:
+    """Median, 95 % quantile and worst; None where that many runs never got there."""
+    filled = np.where(np.isnan(values), np.inf, values)
+    found = {"median": np.quantile(filled, 0.5, method="higher"), "q95": np.quantile(filled, 0.95, method="higher"),
+             "worst": filled.max()}  # fmt: skip
+    return {key: float(value) if np.isfinite(value) else None for key, value in found.items()}
+
+
+def _pair(spread: dict[str, float | None], digits: int = 0) -> str:
+    return ", ".join("never" if spread[key] is None else f"{spread[key]:.{digits}f}" for key in ("median", "q95"))
+
+
+def _range(interval: Sequence[float]) -> str:
+    return f"{interval[0]:.3f} to {interval[1]:.3f}"
+
+
+def _write(path: Path, cases: Sequence[Case]) -> None:
+    with path.open("w", newline="") as file:
+        writer = csv.writer(file)
+        writer.writerow(["law", *cases[0].columns])
+        for case in cases:
+            for row in zip(*case.columns.values(), strict=True):
+                writer.writerow([case.law, *(f"{value:.6g}" for value in row)])

@@ -1,0 +1,126 @@
+"""The two ensembles: from rest, and through a forced loss."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.controllers.supervisor import Rules, wrap
+from gyroctl.devices import zhang2017
+from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, PSI_RATE
+from gyroctl.simulation.lock import THRESHOLD, WINDOW
+from gyroctl.simulation.metrics import evaluate
+from gyroctl.simulation.progress import Progress
+from gyroctl.studies.startup.fault import StuckGenerator
+from gyroctl.waves import Sea, SeaState, WaveRealisation, realise
+
+CG_MIN = -0.02
+"""The machine as a motor has the range that it has as a generator. [Nms]"""
+
+EVERY = 10
+"""Samples of the actuators to one of the kept time series."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One law in one ensemble.
+
+    Parameters
+    ----------
+    law : str
+        Name of the wrapped law.
+    columns : mapping of str to (runs,) array
+        Numbers by run; the name ends in the unit where there is one.
+    series : mapping of str to (runs, n) array
+        time_s (n,), net_energy_j; of the first run ring_speed, flywheel_speed, phi1 (n,).
+    """
+
+    law: str
+    columns: dict[str, NDArray[np.float64]]
+    series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+
+
+def rest_runs(
+    laws: dict[str, Any], seeds: Sequence[int], sea: Sea | None = None, duration: float = 2000.0,
+    rules: Rules | None = None, dt: float = 0.01, quiet: bool = False,
+) -> list[Case]:  # fmt: skip
+    """Start at rest in the irregular sea; `laws` are wrapped here."""
+    settings = Settings(dt=dt, start="rest", actuators=Actuators(cg_min=CG_MIN))
+    wrapped = {name: wrap(law, rules) for name, law in laws.items()}
+    return _ensemble(wrapped, seeds, sea or SeaState(), duration, settings, quiet, "from rest")
+
+
+def lost_runs(
+    laws: dict[str, Any], seeds: Sequence[int], sea: Sea | None = None, duration: float = 1200.0,
+    rules: Rules | None = None, dt: float = 0.01, quiet: bool = False,
+) -> list[Case]:  # fmt: skip
+    """Start locked; in the middle of the run the generator is stuck at its limit until the ring stalls."""
+    settings = Settings(dt=dt, actuators=Actuators(cg_min=CG_MIN))
+    wrapped = {name: StuckGenerator(wrap(law, rules)) for name, law in laws.items()}
+    return _ensemble(wrapped, seeds, sea or SeaState(), duration, settings, quiet, "forced loss")
+
+
+def _ensemble(
+    laws: dict[str, Any], seeds: Sequence[int], sea: Sea, duration: float, settings: Settings, quiet: bool, title: str
+) -> list[Case]:
+    plant, cases = zhang2017(), []
+    with Progress(title, len(laws) * len(seeds), quiet) as progress:
+        for name, law in laws.items():
+            rows, series = [], []
+            for seed in seeds:
+                row, kept = _run(plant, law, realise(plant, sea, seed, duration), settings)
+                rows.append(row)
+                series.append(kept)
+                progress.advance()
+            columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
+            kept = {"time_s": series[0]["time_s"], "net_energy_j": np.stack([s["net_energy_j"] for s in series])}
+            kept |= {key: series[0][key] for key in ("ring_speed", "flywheel_speed", "phi1")}
+            cases.append(Case(name, columns, kept))
+    return cases
+
+
+def _run(
+    plant: Plant, law: Any, waves: WaveRealisation, settings: Settings
+) -> tuple[dict[str, float], dict[str, NDArray[np.float64]]]:
+    waves = lead_in(waves, settings)
+    record, timing = run_law(plant, law, waves, settings)
+    period, states, wp = record.period, record.states, waves.sea.wp
+    found = evaluate(
+        plant, record, waves.moments[1], waves.dt, wp, settings.score_from, np.nan, from_rest=settings.start == "rest"
+    )
+    span = round(WINDOW / period)
+    slow = states[span:, PSI] - states[:-span, PSI] < THRESHOLD * wp * WINDOW  # windows that begin at each sample
+    last = float(np.flatnonzero(slow)[-1] + 1) * period if np.any(slow) else 0.0  # begin of the first lasting lock
+    lasting = last + WINDOW if last + WINDOW < waves.duration else np.nan
+    begin = timing.counters.get("fault_ends", 0.0)
+    net = states[:, len(plant.labels) + LEDGER.index("generator")]
+    after = round(lasting / period) if np.isfinite(lasting) else states.shape[0] - 1
+    phi1, phi3 = np.abs(states[:, PHI1]), np.abs(states[:, PHI3])
+    row = {
+        "seed": float(waves.seed),
+        "lost": float(np.any(slow)),
+        "fault_ends_s": begin,
+        "locked_after_s": lasting - begin if np.any(slow) else 0.0,
+        "payback_s": found["payback_time"],
+        "motor_j": found["motor_energy"],
+        "net_power_w": found["mean_power"],
+        "availability": found["availability"],
+        "phi1_p98_rad": float(np.quantile(phi1[after:], 0.98)),
+        "phi1_max_rad": float(phi1.max()),
+        "phi3_max_rad": float(phi3.max()),
+        "ledger_residual": found["ledger_residual"],
+    }
+    names = ("starts", "pulls", "catches", "unloads", "time_start", "time_pull", "time_produce", "time_unload")
+    row |= {name: float(timing.counters[name]) for name in names}
+    keep = slice(None, None, EVERY)
+    return row, {
+        "time_s": np.asarray(np.arange(states.shape[0])[keep] * period, np.float64), "net_energy_j": net[keep],
+        "ring_speed": states[keep, PSI_RATE], "flywheel_speed": states[keep, OMEGA_RATE], "phi1": states[keep, PHI1],
+    }  # fmt: skip

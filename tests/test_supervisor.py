@@ -1,0 +1,373 @@
+"""The supervisor: start from rest, unloading, re-lock, hand-over, and what the motor costs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import gyroctl as gy
+from gyroctl.controllers.supervisor import MODES, Rules, Supervisor, Watch, wrap
+from gyroctl.controllers.supervisor.rules import PRODUCE, PULL, START, UNLOAD, command, first_watch, motor, observe
+from gyroctl.harness.actuation import actuate
+from gyroctl.harness.comparison import _law_content
+from gyroctl.harness.controller import Measurement
+from gyroctl.harness.experiment import build_experiment
+from gyroctl.harness.laws import describe
+from gyroctl.harness.loop import compile_law
+from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI
+from gyroctl.simulation.metrics import Record, evaluate, production
+from gyroctl.studies.startup import StuckGenerator, startup_report
+
+WP, N, J4 = 3.14, 0.203 / 0.009, 0.3671
+REST = Settings(start="rest", actuators=gy.Actuators(cg_min=-0.02))
+LOCKED = Settings(blend=50.0, actuators=gy.Actuators(cg_min=-0.02))
+
+
+@dataclass(frozen=True)
+class Odd:
+    """A law with a state that no compiler knows."""
+
+    cg: float = 3e-4
+    period: float = 0.1
+    information: str = "none"
+
+    def init(self) -> dict[str, int]:
+        return {"steps": 0}
+
+    def step(self, t: float, y: Measurement, state: dict[str, int]) -> tuple[tuple[float, float], dict[str, int]]:
+        return (0.06, self.cg), {"steps": state["steps"] + 1}
+
+    def counters(self, state: dict[str, int]) -> dict[str, int]:
+        return {"fallbacks": state["steps"]}
+
+
+class Greedy(NamedTuple):
+    """An ordinary law that asks for a motor at every second sample."""
+
+    cc: float = 0.06
+    period: float = 0.1
+
+    @property
+    def information(self) -> str:
+        return "none"
+
+    def init(self) -> tuple[float]:
+        return (1.0,)
+
+    def step(self, t: float, y: Any, state: tuple[float]) -> tuple[tuple[float, float], tuple[float]]:
+        return (self.cc, 5e-4 * state[0]), (-state[0],)
+
+
+def waves_of(device: gy.Plant, seed: int, duration: float, settings: Settings) -> gy.WaveRealisation:
+    return lead_in(gy.realise(device, gy.SeaState(), seed, duration), settings)
+
+
+def scored(device: gy.Plant, record: Record, waves: gy.WaveRealisation, settings: Settings) -> dict[str, float]:
+    rest = settings.start == "rest"
+    return evaluate(device, record, waves.moments[1], waves.dt, WP, settings.score_from, math.nan, from_rest=rest)
+
+
+def seen(t: float, ring: float, flywheel: float, V: float = 0.3, delta: float = -0.3) -> Measurement:
+    """A ring at a steady speed and a float rate that stands at the angle delta in its frame."""
+    rate = V * complex(math.cos(delta - ring * t), math.sin(delta - ring * t))
+    return Measurement(ring * t, ring, flywheel, 0.0, 0.0, rate.real, rate.imag)
+
+
+def after(watch: Watch, seconds: float, ring: float, flywheel: float, delta: float = -0.3) -> list[Watch]:
+    """Watches while the same is seen for a while."""
+    found = []
+    for i in range(round(seconds / 0.1)):
+        watch = observe(Rules(), 0.1, seen(0.1 * i, ring, flywheel, delta=delta), watch)
+        found.append(watch)
+    return found
+
+
+# --- rules ---------------------------------------------------------------------------------------------------------
+
+
+def test_modes_follow_flywheel_and_ring() -> None:
+    """Rest, flywheel up to speed, ring in step, handed over, ring behind, ring stalled with a fast and a slow flywheel."""
+    rules = Rules()
+    enough = rules.speed_ratio * N * WP + 0.1
+    watch = after(first_watch(), 50.0, 0.0, 10.0)[-1]
+    assert (watch.mode, watch.starts) == (START, 1.0)
+    watch = after(watch, 20.0, 0.0, enough)[-1]
+    assert (watch.mode, watch.share) == (PULL, 0.0)
+    ways = after(watch, 30.0, WP, enough)
+    modes = [w.mode for w in ways]
+    caught = modes.index(PRODUCE)
+    assert rules.confirm <= 0.1 * caught <= rules.confirm + 5.0 * rules.window
+    assert ways[caught].catches == 1.0
+    watch = after(ways[-1], 10.0, 0.45 * WP, enough)[-1]
+    assert (watch.mode, watch.unloads) == (UNLOAD, 1.0)
+    assert after(watch, 15.0, WP, enough)[-1].mode == PRODUCE
+    assert after(watch, 20.0, 0.0, enough)[-1].mode == PULL
+    assert after(watch, 20.0, 0.0, 20.0)[-1].mode == START
+
+
+def test_ring_at_the_wrong_angle_or_not_caught_in_time_is_not_in_lock() -> None:
+    """U1 < 0: the float's motion brakes the ring. It is let go after the patience."""
+    watch = after(after(first_watch(), 1.0, 0.0, 70.0)[-1], 1.0, WP, 70.0)[-1]
+    ways = after(watch, 80.0, WP, 20.0, delta=2.5)
+    assert [w.mode for w in ways if w.mode != PULL][0] == START
+    assert next(i for i, w in enumerate(ways) if w.mode == START) * 0.1 <= Rules().patience
+    assert ways[-1].catches == 0.0
+
+
+def test_times_in_the_modes_add_up() -> None:
+    ways = after(first_watch(), 30.0, 0.0, 10.0) + after(after(first_watch(), 30.0, 0.0, 10.0)[-1], 40.0, WP, 70.0)
+    last = ways[-1]
+    assert sum(getattr(last, f"time_{mode}") for mode in MODES) == pytest.approx(70.0)
+    assert last.time_start == pytest.approx(30.0)
+
+
+def test_motor_keeps_its_limits_and_brakes_the_wrong_sense() -> None:
+    rules = Rules(motor_gain=0.02, motor_power=30.0)
+    for speed in np.linspace(0.1, 90.0, 400):
+        cg = motor(rules, float(speed))
+        assert -0.02 <= cg < 0.0
+        assert -cg * speed**2 <= 30.0 * (1.0 + 1e-12)
+    assert -motor(rules, 60.0) * 60.0**2 == pytest.approx(30.0)
+    assert motor(rules, -3.0) == 0.02
+
+
+def test_hand_over_does_not_jump() -> None:
+    """The law wants its most from the first sample on: the command gets there in equal steps along the ramp."""
+    rules, wanted = Rules(), (0.3, 0.02)
+    watch = after(first_watch(), 1.0, 0.0, 70.0)[-1]
+    ways = after(watch, 40.0, WP, 71.0)
+    given = np.array([command(rules, seen(0.0, WP, 71.0), w, *wanted) for w in ways])
+    begin = next(i for i, w in enumerate(ways) if w.mode == PRODUCE)
+    steps = np.abs(np.diff(given[begin - 5 :], axis=0)).max(axis=0)
+    np.testing.assert_array_less(steps, np.array(wanted) * 0.1 / rules.handover + 1e-12)
+    np.testing.assert_allclose(given[-1], wanted)
+    assert given[begin, 1] == 0.0
+
+
+# --- the whole -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["load_angle", "coupling", "constant"])
+def test_a_device_found_locked_is_the_law_alone_to_the_last_bit(device: gy.Plant, name: str) -> None:
+    law = gy.law(name)
+    waves = waves_of(device, 100001, 200.0, LOCKED)
+    alone, _ = run_law(device, law, waves, LOCKED)
+    held, timing = run_law(device, wrap(law), waves, LOCKED)
+    np.testing.assert_array_equal(held.states, alone.states)
+    assert timing.counters["time_produce"] == pytest.approx(200.0)
+    assert timing.counters["unloads"] == timing.counters["starts"] == 0.0
+
+
+@pytest.mark.parametrize("name", ["load_angle", "coupling", "constant"])
+def test_compiled_composition_has_the_bits_of_plain_python(device: gy.Plant, name: str) -> None:
+    law = gy.law(name)
+    waves = waves_of(device, 100002, 220.0, REST)
+    wrapped = wrap(law)
+    assert compile_law(wrapped) is not None
+    one, counts = run_law(device, wrapped, waves, REST)
+    two, _ = run_law(device, wrapped, waves, REST, compiled=False)
+    three, again = run_law(device, Supervisor(law), waves, REST)
+    np.testing.assert_array_equal(one.states, two.states)
+    np.testing.assert_array_equal(one.states, three.states)
+    assert dict(counts.counters) == dict(again.counters)
+    assert counts.counters["catches"] == 1.0
+
+
+@pytest.mark.parametrize("name", ["load_angle", "coupling"])
+def test_starts_from_rest_and_pays_for_it(device: gy.Plant, name: str) -> None:
+    for seed in (100010, 100011, 100012):
+        waves = waves_of(device, seed, 900.0, REST)
+        record, timing = run_law(device, wrap(gy.law(name)), waves, REST)
+        found = scored(device, record, waves, REST)
+        assert found["locked"] == 1.0
+        assert found["lock_begins"] < 220.0
+        assert found["ledger_residual"] < 1e-6
+        assert 0.0 < found["payback_time"] < 900.0
+        assert found["net_energy"] > 0.0
+        # by hand: power of the motor from gains and speeds; no less than what the flywheel then holds
+        cg, speed = record.controls[:, 1], record.states[:, OMEGA_RATE]
+        power = np.minimum(cg, 0.0) * 0.5 * (speed[:-1] ** 2 + speed[1:] ** 2)
+        assert found["motor_energy"] == pytest.approx(-0.1 * power.sum(), rel=1e-3)
+        assert found["motor_energy"] > 0.5 * J4 * (Rules().speed_ratio * N * WP) ** 2 * 0.9
+        assert -power.min() < 1.02 * Rules().motor_power
+        assert found["mean_power"] * 900.0 == pytest.approx(found["net_energy"])
+        share = timing.counters["time_produce"] / 900.0
+        assert found["availability"] == pytest.approx(share, abs=0.03)
+
+
+def test_nothing_starts_without_a_motor(device: gy.Plant) -> None:
+    """An experiment that allows no motor: asked for, refused, counted."""
+    settings = Settings(start="rest")
+    waves = waves_of(device, 100003, 200.0, settings)
+    record, _ = run_law(device, wrap(gy.law("load_angle")), waves, settings)
+    assert record.saturations > 100
+    assert record.controls.min() == 0.0
+    assert np.isnan(scored(device, record, waves, settings)["lock_begins"])
+    bare, _ = run_law(device, gy.law("load_angle"), waves, REST)
+    found = scored(device, bare, waves, REST)
+    assert (found["locked"], found["loss_time"], found["availability"]) == (0.0, 10.0, 0.0)
+
+
+def test_negative_gain_of_an_ordinary_law_never_motors(device: gy.Plant) -> None:
+    waves = waves_of(device, 100004, 100.0, LOCKED)
+    record, _ = run_law(device, Greedy(), waves, LOCKED)
+    assert record.saturations == 500
+    assert record.controls[:, 1].min() == 0.0
+    wrapped, timing = run_law(device, wrap(Greedy()), waves, LOCKED)
+    assert wrapped.commands[:, 1].min() == 0.0
+    assert timing.counters["clipped"] == 500.0
+    np.testing.assert_array_equal(wrapped.states, record.states)
+
+
+@pytest.mark.parametrize("name", ["load_angle", "coupling"])
+def test_locks_again_after_a_generator_that_pulled_too_hard(device: gy.Plant, name: str) -> None:
+    waves = waves_of(device, 100005, 450.0, LOCKED)
+    bare, _ = run_law(device, StuckGenerator(gy.law(name), begin=150.0), waves, LOCKED)
+    law = StuckGenerator(wrap(gy.law(name)), begin=150.0)
+    record, timing = run_law(device, law, waves, LOCKED)
+    end = timing.counters["fault_ends"]
+    assert 170.0 <= end < 260.0
+    np.testing.assert_array_equal(record.controls[1500 : round(10.0 * end), 1], 0.02)
+    found = scored(device, record, waves, LOCKED)
+    assert found["locked"] == 0.0  # a loss is a loss
+    assert found["loss_time"] <= end + 1.0
+    psi = record.states[-600:, PSI]
+    assert psi[-1] - psi[0] > 0.9 * WP * 59.9
+    assert found["motor_energy"] > 100.0
+    assert found["ledger_residual"] < 1e-6
+    assert np.diff(bare.states[:, -1]).min() >= 0.0
+
+
+def test_any_python_law_can_be_wrapped_and_begins_anew_at_the_pull(device: gy.Plant) -> None:
+    waves = waves_of(device, 100006, 300.0, REST)
+    law = gy.law("supervisor", wraps=Odd())
+    assert isinstance(law, Supervisor)
+    record, timing = run_law(device, law, waves, REST)
+    counts = timing.counters
+    assert counts["catches"] == 1.0
+    assert counts["fallbacks"] == pytest.approx(10.0 * (300.0 - counts["time_start"]), abs=2)  # stepped from PULL on
+    np.testing.assert_allclose(record.controls[-1], (0.06, 3e-4))
+    assert law.information == "sensors"
+
+
+# --- actuators, metrics, experiments ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("motors", "wanted", "given", "count"), [
+    (False, -0.01, 0.0, 1), (True, -0.01, -0.01, 0), (True, -0.05, -0.02, 1), (True, 0.05, 0.03, 1),
+])  # fmt: skip
+def test_lower_limit_is_for_laws_that_motor(motors: bool, wanted: float, given: float, count: int) -> None:
+    arrays = gy.Actuators(cg_min=-0.02, cg_max=0.03, cg_quantum=0.004).arrays(motors)
+    held, commands = np.zeros(2), np.array([[0.1, wanted]])
+    assert actuate(arrays, 0, commands, held) == count
+    assert abs(held[1] - given) <= 0.002 + 1e-12
+    assert arrays.floor[1] - 1e-15 <= held[1] <= 0.03
+    assert arrays.floor[0] == 0.0
+
+
+def test_production_wants_turns_and_no_motor() -> None:
+    """30 s standing, 30 s turning with the motor, 30 s turning alone, then standing: true from 10 s after the motor."""
+    dt = 0.1
+    t = np.arange(1200) * dt
+    turning = (t >= 30.0) & (t < 90.0)
+    psi = np.concatenate([[0.0], np.cumsum(np.where(turning, WP, 0.0))[:-1]]) * dt
+    net = np.cumsum(np.where(t < 60.0, np.where(t >= 30.0, -1.0, 0.0), np.where(t < 90.0, 1.0, 0.0)))
+    found = t[production(psi, net, dt, WP)]
+    assert found[0] == pytest.approx(70.0, abs=0.2)
+    assert found[-1] == pytest.approx(95.0, abs=0.2)  # half of the turns in 10 s
+    assert not production(-psi, net, dt, WP).any()
+    assert production(-psi, net, dt, WP, sense=-1).sum() == found.size
+
+
+def test_motor_is_negative_generator_power_in_the_ledger(device: gy.Plant) -> None:
+    waves = waves_of(device, 100007, 150.0, REST)
+    record, _ = run_law(device, wrap(gy.law("coupling")), waves, REST)
+    generator = record.states[:, len(device.labels) + LEDGER.index("generator")]
+    assert generator.min() < -400.0
+    dx = device.derivative(record.states[1000, :14], (0.0, -0.01), (0.0, 0.0))
+    power = device.power(record.states[1000, :14], (0.0, -0.01))
+    assert power == pytest.approx(-0.01 * record.states[1000, OMEGA_RATE] ** 2)
+    assert np.all(np.isfinite(np.asarray(dx)))
+
+
+def test_stored_results_know_the_wrapped_law() -> None:
+    one, two = (_law_content(gy.law("supervisor", wraps=name)) for name in ("load_angle", "coupling"))
+    assert one and two and one != two
+    assert _law_content(gy.law("supervisor", confirm=6.0)) != _law_content(gy.law("supervisor"))
+    inner = gy.law("supervisor", wraps={"law": "load_angle", "share": 0.5})
+    assert _law_content(inner) != one
+    assert describe(inner)["law_share"] == 0.5
+    assert describe(Supervisor(Odd()))["law_cg"] == 3e-4  # type: ignore[arg-type]
+    assert describe(Supervisor(Odd()))["confirm"] == Rules().confirm  # type: ignore[arg-type]
+
+
+def test_start_at_rest_is_the_same_for_every_law_and_has_no_blend(device: gy.Plant) -> None:
+    waves = gy.realise(device, gy.SeaState(), 100008, 60.0)
+    assert lead_in(waves, REST) is waves
+    first = [run_law(device, gy.law(name), waves, REST)[0].states[0] for name in ("load_angle", "supervisor")]
+    np.testing.assert_array_equal(*first)
+    assert np.count_nonzero(first[0]) == 1
+    assert 0.0 < first[0][PSI] < 2.0 * math.pi
+
+
+def test_experiment_from_rest(device: gy.Plant) -> None:
+    tables: dict[str, Any] = {
+        "run": {"start": "rest", "duration": 90.0, "seeds": [100009]},  # shorter than the blend that there is not
+        "laws": {"a": {"law": "supervisor", "wraps": {"law": "coupling", "cc_max": 0.1}}},
+        "actuators": {"cg_min": -0.02},
+    }
+    asked = build_experiment(tables)
+    assert (asked.settings.start, asked.settings.score_from) == ("rest", 0.0)
+    assert describe(asked.laws["a"])["law_cc_max"] == 0.1
+    assert asked.record()["run"]["start"] == "rest"
+    waves = [gy.realise(device, gy.SeaState(), 100009, 90.0)]
+    ds = gy.compare(device, asked.laws, waves, asked.settings, workers=1, quiet=True)
+    assert float(ds.starts.sel(law="a").item()) == 1.0
+    assert ds.attrs["start"] == "rest"
+
+
+@pytest.mark.parametrize(("build", "field"), [
+    (lambda: gy.Settings(start="sleeping"), "run.start"),
+    (lambda: gy.Actuators(cg_min=0.01), "actuators.cg_min"),
+    (lambda: gy.Actuators(cg_min=math.nan), "actuators.cg_min"),
+    (lambda: build_experiment({"run": {"start": "fast"}}), "run.start"),
+    (lambda: gy.law("supervisor", wraps="nothing"), "law"),
+    (lambda: gy.law("supervisor", wraps="supervisor"), "laws.supervisor.wraps"),
+    (lambda: gy.law("supervisor", wraps={"share": 0.3}), "laws.supervisor.wraps"),
+    (lambda: gy.law("supervisor", wraps={"law": "load_angle", "chare": 0.3}), "laws.load_angle.chare"),
+    (lambda: gy.law("supervisor", patience=-1.0), "laws.supervisor"),
+    (lambda: gy.law("supervisor", window=0.0), "laws.supervisor"),
+    (lambda: gy.law("supervisor", hurry=1.0), "laws.supervisor.hurry"),
+])  # fmt: skip
+def test_bad_input_names_the_field(build: Any, field: str) -> None:
+    with pytest.raises(gy.InputError) as caught:
+        build()
+    assert caught.value.field == field
+
+
+def test_study_writes_table_data_and_figure(tmp_path: Path) -> None:
+    """A small one: what is written agrees with what is returned."""
+    result = startup_report(tmp_path, (100020, 100021), ("load_angle",), dt=0.01, durations=(500.0, 600.0), quiet=True)
+    assert result["rest"]["load_angle"]["runs"] == 2
+    assert result["rest"]["load_angle"]["locked"] == 2
+    assert result["loss"]["load_angle"]["lost"] == 2
+    rows = (tmp_path / "startup_rest.csv").read_text().splitlines()
+    assert len(rows) == 3
+    columns = dict(zip(rows[0].split(","), rows[1].split(","), strict=True))
+    assert float(columns["locked_after_s"]) <= 200.0
+    assert "| load_angle | 2/2 |" in (tmp_path / "startup.md").read_text()
+    assert (tmp_path / "startup.png").stat().st_size > 20_000
+
+
+def test_load_is_a_plain_array(device: gy.Plant) -> None:
+    """Regression: the lower limit enters the compiled loop as an array like the other limits."""
+    arrays: NDArray[np.float64] = gy.Actuators().arrays().floor
+    assert arrays.dtype == np.float64
+    np.testing.assert_array_equal(arrays, 0.0)
