@@ -1,24 +1,41 @@
-"""Laws by rules: formulas against the lock balance and the sense of the slip, compiled code, shipped tuning."""
+"""Laws by rules: formulas against the lock balance and the sense of the slip, the wave clock, compiled code, bars."""
 
 from __future__ import annotations
 
+import cmath
+import json
 import math
+from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gyroctl as gy
-from gyroctl.controllers.rule_based import Constant, Coupling, LoadAngle, best_constant, shipped, tuning_seeds
+from gyroctl.controllers.rule_based import (
+    Constant,
+    Coupling,
+    LoadAngle,
+    Stabiliser,
+    Threshold,
+    Tracking,
+    best_constant,
+)
+from gyroctl.controllers.rule_based.shipped import FOLDER, shipped
+from gyroctl.controllers.rule_based.wave_clock import SMOOTH, begin, easing, follow, upright
 from gyroctl.harness.controller import Measurement
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.sensing import Sensors
+from gyroctl.linearisation.loop_orbit import close_loop
 from gyroctl.plant.equations import PHI1_RATE, PHI3_RATE, PSI
 from gyroctl.simulation.metrics import evaluate
 
-LAWS = {"constant": Constant(), "load_angle": LoadAngle(), "coupling": Coupling()}
-TUNED = ("load_angle", "coupling")
+LAWS: dict[str, Any] = {
+    "threshold": Threshold(), "load_angle": LoadAngle(), "stabiliser": Stabiliser(), "tracking": Tracking(),
+    "coupling": Coupling(),
+}  # fmt: skip
+EASED = ("load_angle", "stabiliser", "tracking", "coupling")
 WP, N, J4 = 3.14, 0.203 / 0.009, 0.3671
 
 measurements = st.builds(
@@ -29,58 +46,170 @@ measurements = st.builds(
 )  # fmt: skip
 
 
-def locked(t: float, V: float, delta: float, omega_rate: float = 65.0) -> Measurement:
+def locked(t: float, V: float, delta: float, omega_rate: float = 65.0, wp: float = WP) -> Measurement:
     """Float rate that stands still in the frame of a ring at wp: u1 + i u3 = V exp(i delta)."""
-    rate = V * complex(math.cos(delta - WP * t), math.sin(delta - WP * t))
-    return Measurement(WP * t, WP, omega_rate, 0.0, 0.0, rate.real, rate.imag)
+    rate = cmath.rect(V, delta - wp * t)
+    return Measurement(wp * t, wp, omega_rate, 0.0, 0.0, rate.real, rate.imag)
 
 
-@pytest.mark.parametrize("delta", [-0.3, -1.2, 2.0])
-def test_load_angle_takes_its_share_of_the_capacity(delta: float) -> None:
-    law, V = LoadAngle(margin=0.0, share=0.4), 0.3
+def settled(law: Any, seconds: float = 200.0, **reading: Any) -> Any:
+    """State of a law that has seen a steady lock for a while."""
     state = law.init()
-    for i in range(50):
-        (_, cg), state = law.step(0.1 * i, locked(0.1 * i, V, delta), state)
-    assert N * cg / (J4 * V) == pytest.approx(0.4, rel=1e-9)  # whatever the angle
+    for i in range(round(seconds / law.period)):
+        _, state = law.step(law.period * i, locked(law.period * i, **reading), state)
+    return state
 
 
-@pytest.mark.parametrize(("delta", "kept"), [(-0.3, math.cos(0.3)), (-1.5, math.cos(1.5)), (-2.0, 0.0)])
-def test_load_angle_margin_vanishes_at_pull_out(delta: float, kept: float) -> None:
-    law, V = LoadAngle(share=0.0, margin=0.6), 0.3
+# --- wave clock --------------------------------------------------------------------------------------------------
+
+
+class ClockState(tuple[float, ...]):
+    """The fields of a law's state that the clock reads."""
+
+    @property
+    def theta(self) -> float:
+        return self[0]
+
+    @property
+    def speed(self) -> float:
+        return self[1]
+
+    @property
+    def square(self) -> float:
+        return self[2]
+
+    @property
+    def age(self) -> float:
+        return self[3]
+
+    @property
+    def calm1(self) -> float:
+        return self[4]
+
+    @property
+    def calm3(self) -> float:
+        return self[5]
+
+
+def clock_over(rates: Any, bandwidth: float = 0.2, memory: float = 50.0) -> list[ClockState]:
+    """Clock over complex rates phi1' + i phi3' at 0.1 s, from 3.14 rad/s."""
+    state, seen = ClockState(begin(WP)), []
+    for rate in rates:
+        y = Measurement(0.0, 0.0, 0.0, 0.0, 0.0, rate.real, rate.imag)
+        state = ClockState(follow(y, state, 0.1, bandwidth, memory))
+        seen.append(state)
+    return seen
+
+
+@pytest.mark.parametrize("w", [2.7, 3.14, 3.6, 4.2])
+def test_clock_finds_frequency_phase_and_height(w: float) -> None:
+    t = 0.1 * np.arange(3000)
+    last = clock_over(0.3 * np.exp(-1j * (w * t - 0.7)))[-1]
+    assert last.speed == pytest.approx(w, rel=2e-3)
+    assert math.sqrt(last.square) == pytest.approx(0.3, rel=1e-9)
+    # the angle is that of the next sample: the float's rate turned by it is real
+    error = upright(last.theta, last.speed) - (w * 300.0 - 0.7)
+    assert abs(math.remainder(error, 2.0 * math.pi)) < 0.05 * w  # a smoothing by samples lags half a sample less
+
+
+def test_clock_sees_the_part_that_turns_with_the_ring_only() -> None:
+    """Three quarters of the motion one way, a quarter the other way."""
+    t = 0.1 * np.arange(3000)
+    seen = clock_over(0.3 * np.exp(-3.5j * t) + 0.1 * np.exp(3.5j * t), bandwidth=0.15)
+    assert np.mean([state.speed for state in seen[1500:]]) == pytest.approx(3.5, rel=5e-3)
+
+
+def test_clock_follows_a_drifting_frequency() -> None:
+    t = 0.1 * np.arange(6000)
+    w = 2.7 + 0.9 * t / 600.0
+    seen = clock_over(0.3 * np.exp(-1j * (2.7 * t + 0.45 * t**2 / 600.0)))
+    assert max(abs(state.speed - true) for state, true in zip(seen[1000:], w[1000:], strict=True)) < 0.05
+
+
+def test_clock_stands_still_without_waves_and_is_bounded() -> None:
+    seen = clock_over(np.zeros(500, complex))
+    assert seen[-1].speed == WP
+    wild = clock_over(3.0 * np.exp(-20j * np.arange(2000)), bandwidth=0.6)
+    assert all(1.5 <= state.speed <= 6.0 and 0.0 <= state.theta < 2.0 * math.pi for state in wild)
+
+
+def test_mean_square_is_a_plain_mean_at_first() -> None:
+    rates = np.array([0.5, 0.1, 0.3, 0.2])
+    seen = clock_over(rates.astype(complex), memory=50.0)
+    # weights 1 - exp(-1/n) instead of 1/n: the first sample alone, then near the mean
+    assert seen[0].square == pytest.approx(0.25)
+    assert seen[3].square == pytest.approx(np.mean(rates**2), rel=0.35)
+
+
+@pytest.mark.parametrize("gamma", [1.0, 50.0])
+@pytest.mark.parametrize("wp", [2.7, 3.6])
+def test_clock_is_right_on_the_device_at_any_bandwidth_of_the_sea(device: gy.Plant, gamma: float, wp: float) -> None:
+    """Unsmoothed rates would give 3.6 rad/s at gamma 1 and a peak of 3.14."""
+    waves = lead_in(gy.realise(device, gy.SeaState(gamma=gamma, wp=wp), 100200, duration=600.0), Settings())
+    record, _ = run_law(device, LoadAngle(), waves, Settings(dt=0.025), "load_angle")
+    rates = record.states[:, PHI1_RATE] + 1j * record.states[:, PHI3_RATE]
+    mean = np.mean([state.speed for state in clock_over(rates, bandwidth=0.15)[2000:]])
+    assert mean == pytest.approx(wp, rel=0.08)
+
+
+def test_easing_halves_at_either_limit() -> None:
+    assert easing(0.0, 0.3, 2.0, 0.6, 3.0) == 1.0
+    assert easing(0.3**2, 0.3, 2.0, 0.6, 3.0) == pytest.approx(0.5)  # 2 V/w = 0.4: the motion's limit counts
+    assert easing(0.2**2, 0.3, 2.0, 0.3, 3.0) == pytest.approx(0.5)  # 2 V/w = 0.2: the relative one
+
+
+# --- what every law must keep ------------------------------------------------------------------------------------
+
+
+@given(first=measurements, second=measurements)
+@pytest.mark.parametrize("name", LAWS)
+def test_commands_stay_within_limits_and_finite(name: str, first: Measurement, second: Measurement) -> None:
+    law = LAWS[name]
     state = law.init()
-    for i in range(50):
-        (_, cg), state = law.step(0.1 * i, locked(0.1 * i, V, delta), state)
-    assert cg == pytest.approx(0.6 * J4 / N * V * kept, abs=1e-12)
+    for i, y in enumerate((first, second, first)):
+        (cc, cg), state = law.step(0.1 * i, y, state)
+        assert 0.0 <= cc <= 0.3
+        assert 0.0 <= cg <= law.cg_max
+        assert all(math.isfinite(value) for value in state)
 
 
-def test_load_angle_keeps_the_lock_balance_on_the_plant(device: gy.Plant) -> None:
-    """In a regular wave <u3> = -N cg/J4 (24)-(25): the share that the law takes is what the load takes of V."""
-    law = LoadAngle(share=0.2, margin=0.0, damping=0.0, slow=20.0, motion=1e3)
-    waves = gy.realise(device, gy.Regular(height=0.2, wp=WP), 1, duration=600.0)
-    record, _ = run_law(device, law, waves, Settings(sensors=Sensors.ideal(), blend=0.0))
-    states = record.states[-1571:-1]  # 157 s: 78 waves and a half, so the mean holds within a percent
-    u3 = np.sin(states[:, PSI]) * states[:, PHI1_RATE] + np.cos(states[:, PSI]) * states[:, PHI3_RATE]
-    u1 = np.cos(states[:, PSI]) * states[:, PHI1_RATE] - np.sin(states[:, PSI]) * states[:, PHI3_RATE]
-    V, cg = math.hypot(u1.mean(), u3.mean()), record.controls[-1571:, 1].mean()
-    assert u3.mean() == pytest.approx(-N * cg / J4, rel=0.05)
-    assert -u3.mean() / V == pytest.approx(0.2, rel=0.06)
+@pytest.mark.parametrize("name", [*LAWS, "constant"])
+def test_compiled_law_gives_the_same_bits_as_python(device: gy.Plant, name: str) -> None:
+    law = LAWS.get(name, Constant())
+    brief = Settings(blend=10.0)
+    waves = lead_in(gy.realise(device, gy.SeaState(), 100000, duration=30.0), brief)
+    compiled, _ = run_law(device, law, waves, brief)
+    plain, _ = run_law(device, law, waves, brief, compiled=False)
+    np.testing.assert_array_equal(compiled.commands, plain.commands)
+    np.testing.assert_array_equal(compiled.states, plain.states)
 
 
-def test_load_angle_damps_the_ring_speed() -> None:
-    law = LoadAngle(share=0.0, margin=0.0, damping=0.004)
-    fast = locked(0.0, 0.3, -0.5)._replace(psi_rate=WP + 0.5)
-    slow = locked(0.0, 0.3, -0.5)._replace(psi_rate=WP - 0.5)
-    assert law.step(0.0, fast, law.init())[0][1] == pytest.approx(0.002)
-    assert law.step(0.0, slow, law.init())[0][1] == 0.0  # a generator cannot drive
+@pytest.mark.parametrize("name", LAWS)
+def test_law_has_a_linear_model_in_a_regular_wave(device: gy.Plant, name: str) -> None:
+    """Its state is periodic and its step differentiable, through the clock as well."""
+    loop = close_loop(device, gy.Regular(0.2, WP), LAWS[name])
+    assert loop.status == "stable", loop.advice
 
 
-@pytest.mark.parametrize("law", [LAWS[name] for name in TUNED], ids=TUNED)
-def test_shares_ease_with_the_swing_of_the_float(law: LoadAngle | Coupling) -> None:
+@pytest.mark.parametrize("name", LAWS)
+def test_law_scales_with_the_waves(name: str) -> None:
+    """A steady lock in waves of half the height takes half the generator gain."""
+    law = LAWS[name]._replace(motion=1e3) if name in EASED else LAWS[name]
+    gains = []
+    for V in (0.4, 0.2):
+        state = settled(law, V=V, delta=-0.3, omega_rate=0.93 * N * WP)
+        (_, cg), _ = law.step(0.0, locked(200.0, V, -0.3, 0.93 * N * WP), state)
+        gains.append(cg)
+    assert gains[0] > 0.0
+    assert gains[1] / gains[0] == pytest.approx(0.5, rel=1e-6)
+
+
+@pytest.mark.parametrize("name", EASED)
+def test_load_eases_with_the_swing_of_the_float(name: str) -> None:
     """A sine of amplitude `motion` in phi1 halves the generator, where nothing else asks for it."""
-    if isinstance(law, LoadAngle):
-        law = law._replace(damping=0.0, recall=20.0)
-    else:
-        law = law._replace(integral=0.0, proportional=0.0, recall=20.0)
+    quiet = {"load_angle": {"damping": 0.0}, "tracking": {"damping": 0.0}, "coupling": {"droop": 0.0},
+             "stabiliser": {"governor": 0.0, "stabiliser": 0.0}}[name]  # fmt: skip
+    law = LAWS[name]._replace(recall=20.0, relative=1e3, **quiet)
     powers = {}
     for amplitude in (0.0, law.motion):
         state = law.init()
@@ -93,18 +222,155 @@ def test_shares_ease_with_the_swing_of_the_float(law: LoadAngle | Coupling) -> N
     assert powers[law.motion] / powers[0.0] == pytest.approx(0.5, rel=0.01)
 
 
+# --- load angle --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("delta", [-0.3, -1.2, 2.0])
+def test_load_angle_takes_its_share_of_the_capacity(delta: float) -> None:
+    law, V = LoadAngle(margin=0.0, share=0.4, damping=0.0), 0.3
+    state = settled(law, V=V, delta=delta)
+    (_, cg), _ = law.step(0.0, locked(200.0, V, delta), state)
+    assert N * cg / (J4 * V) == pytest.approx(0.4, rel=1e-6)  # whatever the angle
+
+
+@pytest.mark.parametrize(("delta", "kept"), [(-0.3, math.cos(0.3)), (-1.5, math.cos(1.5)), (-2.0, 0.0)])
+def test_load_angle_margin_vanishes_at_pull_out(delta: float, kept: float) -> None:
+    law, V = LoadAngle(share=0.0, margin=0.6, damping=0.0), 0.3
+    state = settled(law, V=V, delta=delta)
+    (_, cg), _ = law.step(0.0, locked(200.0, V, delta), state)
+    assert cg == pytest.approx(0.6 * J4 / N * V * kept, abs=1e-9)
+
+
+def test_load_angle_keeps_the_lock_balance_on_the_plant(device: gy.Plant) -> None:
+    """In a regular wave <u3> = -N cg/J4 (24)-(25): the share that the law takes is what the load takes of V."""
+    law = LoadAngle(share=0.2, margin=0.0, damping=0.0, slow=20.0, motion=1e3, relative=1e3)
+    waves = gy.realise(device, gy.Regular(height=0.2, wp=WP), 1, duration=600.0)
+    record, _ = run_law(device, law, waves, Settings(sensors=Sensors.ideal(), blend=0.0))
+    states = record.states[-1571:-1]  # 157 s: 78 waves and a half, so the mean holds within a percent
+    u3 = np.sin(states[:, PSI]) * states[:, PHI1_RATE] + np.cos(states[:, PSI]) * states[:, PHI3_RATE]
+    u1 = np.cos(states[:, PSI]) * states[:, PHI1_RATE] - np.sin(states[:, PSI]) * states[:, PHI3_RATE]
+    V, cg = math.hypot(u1.mean(), u3.mean()), record.controls[-1571:, 1].mean()
+    assert u3.mean() == pytest.approx(-N * cg / J4, rel=0.05)
+    assert -u3.mean() / V == pytest.approx(0.2, rel=0.06)
+
+
+@pytest.mark.parametrize("make", [
+    lambda: LoadAngle(share=0.0, margin=0.0, damping=0.8, lean=0.0, fast=1e-3),
+    lambda: Tracking(share=0.0, margin=0.0, damping=0.8, lean=0.0, fast=1e-3),
+    lambda: Stabiliser(share=0.0, governor=0.8, stabiliser=0.8, lean=0.0, lead=0.5, behind=0.5),
+])  # fmt: skip
+def test_generator_brakes_a_ring_that_is_faster_than_the_waves_only(make: Any) -> None:
+    law, V = make(), 0.3
+    state = settled(law, V=V, delta=-0.5)
+    y = locked(200.0, V, -0.5)
+    over = law.step(0.0, y._replace(psi_rate=WP + 0.5), state)[0][1]
+    assert over == pytest.approx(0.8 * 0.5 * J4 * V / N, rel=1e-2)
+    assert law.step(0.0, y._replace(psi_rate=WP - 0.5), state)[0][1] == 0.0  # a generator cannot drive
+
+
+# --- stabiliser --------------------------------------------------------------------------------------------------
+
+
+def deviations(law: Stabiliser, signal: Any) -> Any:
+    """Generator gain over the capacity for a ring whose speed deviates by `signal` from that of the waves."""
+    V, state, seen = 0.3, settled(law, V=0.3, delta=-0.5), []
+    for i, value in enumerate(signal):
+        y = locked(200.0 + 0.1 * i, V, -0.5)
+        (_, cg), state = law.step(0.0, y._replace(psi_rate=WP + value), state)
+        seen.append(N * cg / (J4 * V))
+    return np.array(seen)
+
+
+def test_washout_lets_a_lasting_deviation_go_and_the_governor_keep_it() -> None:
+    base = {"share": 0.3, "lean": 0.0, "washout": 5.0, "lead": 0.4, "behind": 0.4, "cg_max": 1.0}
+    washed = deviations(Stabiliser(governor=0.0, stabiliser=0.5, **base), np.full(600, 0.2))
+    assert washed[0] == pytest.approx(0.3 + 0.5 * 0.2, rel=0.03)
+    assert washed[-1] == pytest.approx(0.3, rel=1e-3)
+    kept = deviations(Stabiliser(governor=0.5, stabiliser=0.0, **base), np.full(600, 0.2))
+    assert kept[0] == pytest.approx(0.3, rel=0.02)
+    assert kept[-1] == pytest.approx(0.3 + 0.5 * 0.2, rel=1e-3)
+
+
+def test_lead_lag_turns_the_phase_as_its_transfer_function() -> None:
+    """(1 + lead s)/(1 + behind s) times the washout, at 0.5 rad/s where a sample is short."""
+    law = Stabiliser(share=0.3, lean=0.0, governor=0.0, stabiliser=0.5, washout=8.0, lead=2.0, behind=0.5, cg_max=1.0)
+    t = 0.1 * np.arange(4000)
+    answer = deviations(law, 0.1 * np.sin(0.5 * t))[2000:] - 0.3
+    reference = np.exp(0.5j * t[2000:])
+    found = 2.0 * np.mean(answer * np.conj(reference)) / (0.1 / 1j)
+    s = 0.5j
+    assert found == pytest.approx(0.5 * (8.0 * s / (1 + 8.0 * s)) * (1 + 2.0 * s) / (1 + 0.5 * s), rel=0.06)
+
+
+# --- tracking ----------------------------------------------------------------------------------------------------
+
+
+def test_tracking_lets_go_of_a_ring_a_quarter_turn_behind_and_softens_the_coupling() -> None:
+    law = Tracking(share=0.0, margin=0.3, damping=0.0, stiff=0.08, soften=0.5, rise=0.0, fast=1e-3)
+    found = {}
+    for delta in (0.0, -1.0, -0.5 * math.pi - 0.1):
+        state = settled(law, V=0.3, delta=delta)
+        found[delta], _ = law.step(0.0, locked(200.0, 0.3, delta), state)
+    for delta, (cc, cg) in found.items():
+        kept = max(math.cos(delta), 0.0)
+        assert cg == pytest.approx(0.3 * J4 * 0.3 / N * kept, rel=0.15, abs=1e-9)
+        assert cc == pytest.approx(0.08 * (1.0 - 0.5 * (1.0 - kept)), rel=0.06)
+
+
+@pytest.mark.parametrize("wp", [2.7, 3.6])
+def test_tracking_schedules_the_coupling_on_the_frequency(wp: float) -> None:
+    law = Tracking(stiff=0.06, soften=0.0, rise=2.0)
+    state = settled(law, seconds=400.0, V=0.3, delta=-0.3, wp=wp)
+    (cc, _), _ = law.step(0.0, locked(400.0, 0.3, -0.3, wp=wp), state)
+    assert cc == pytest.approx(0.06 * (wp / WP) ** 2, rel=0.01)
+
+
+# --- threshold ---------------------------------------------------------------------------------------------------
+
+
+def test_threshold_keeps_its_level_between_the_thresholds() -> None:
+    law = Threshold(speed_low=0.9, speed_high=0.96, fast=1e-3, used_high=10.0, used_low=9.0)
+    state, levels = settled(law, V=0.3, delta=-0.3), []
+    for part in (1.0, 0.93, 0.88, 0.93, 0.95, 0.97, 0.93, 0.91):
+        y = locked(200.0, 0.3, -0.3)._replace(psi_rate=part * WP)
+        (cc, cg), state = law.step(0.0, y, state)
+        levels.append(state.eased)
+        full = law.share * J4 / N * math.sqrt(state.square)
+        assert cg == pytest.approx(full * (law.eased if state.eased else 1.0))
+        assert cc == (law.cc_eased if state.eased else law.cc_full)
+    assert levels == [0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
+
+
+def test_threshold_eases_when_the_capacity_falls_below_the_load() -> None:
+    """The float's rate leaves the frame of the ring: V of the sea is the same, the ring's capacity goes."""
+    law = Threshold(share=0.4, used_high=0.8, used_low=0.5, brisk=1.0)
+    state = settled(law, V=0.3, delta=-0.3)
+    assert state.eased == 0.0
+    for i in range(200):
+        rate = cmath.rect(0.3, 5.0 * 0.1 * i)  # against the sense of the ring
+        y = locked(200.0 + 0.1 * i, 0.3, 0.0)._replace(phi1_rate=rate.real, phi3_rate=rate.imag)
+        _, state = law.step(0.0, y, state)
+    assert math.hypot(state.U1, state.U3) < 0.4 * 0.3 / 0.8
+    assert state.eased == 1.0
+
+
+# --- coupling ----------------------------------------------------------------------------------------------------
+
+
 @given(y=measurements)
 def test_coupling_gives_the_wanted_torque_where_the_slip_allows(y: Measurement) -> None:
     law = Coupling()
     (cc, _), _ = law.step(0.0, y, law.init())
-    u = complex(math.cos(y.psi), math.sin(y.psi)) * complex(y.phi1_rate, y.phi3_rate)
-    ease = 1.0 / (1.0 + ((1.0 - math.exp(-0.1 / law.recall)) * 2.0 * y.phi1**2 / law.motion**2) ** 2)
-    shares = ease * (law.share * abs(u) + law.margin * max(u.real, 0.0))
+    V = max(math.hypot(y.phi1_rate, y.phi3_rate), 0.01)
     turn = complex(math.cos(y.psi), math.sin(y.psi))
     from1, from3 = turn * y.phi1_rate, turn * 1j * y.phi3_rate  # u1 + i u3, from each direction of the float
+    swing = (1.0 - math.exp(-0.1 / law.recall)) * 2.0 * y.phi1**2
     drive = law.through1 * from1.imag + law.through3 * from3.imag
     across = law.direct1 * from1.real + law.direct3 * from3.real
-    wanted = J4 * y.omega_rate * (shares + across - drive) + law.damping * (y.psi_rate - WP)
+    _, new = law.step(0.0, y, law.init())
+    ease = 1.0 / (1.0 + (swing / min(law.motion, law.relative * V / new.speed) ** 2) ** 2)
+    synchronising = ease * law.margin * max((from1 + from3).real, 0.0)
+    wanted = J4 * y.omega_rate * (synchronising + across - drive + law.damping * V * (y.psi_rate - new.speed))
     slip = N * y.psi_rate - y.omega_rate
     given_torque = N * cc * slip  # against the ring, right-hand side of (24) with its sign turned
     assert 0.0 <= cc <= law.cc_max
@@ -118,74 +384,40 @@ def test_coupling_gives_the_wanted_torque_where_the_slip_allows(y: Measurement) 
         assert cc == pytest.approx(law.cc_max)
 
 
-@given(first=measurements, second=measurements)
-@pytest.mark.parametrize("law", [LAWS[name] for name in TUNED], ids=TUNED)
-def test_commands_stay_within_limits_and_finite(
-    law: LoadAngle | Coupling, first: Measurement, second: Measurement
-) -> None:
-    state = law.init()
-    for i, y in enumerate((first, second, first)):
-        (cc, cg), state = law.step(0.1 * i, y, state)
-        assert 0.0 <= cc <= 0.3
-        assert 0.0 <= cg <= law.cg_max
-        assert all(math.isfinite(value) for value in state)
-
-
-def test_coupling_regulates_the_flywheel_by_power() -> None:
-    """At the wanted speed cg omega'^2 is the integral part; one rad/s above it adds `proportional`."""
-    law = Coupling(integral=0.0)
+def test_coupling_regulates_the_flywheel_by_a_droop() -> None:
+    """At the wanted speed the power is `level` of J4 omega' V w; two percent above it `droop` adds its part."""
+    law, V = Coupling(motion=1e3, relative=1e3), 0.3
     aim = law.speed_ratio * N * WP
-    for above in (0.0, 1.0):
-        y = locked(0.0, 0.0, 0.0, omega_rate=aim + above)
-        (_, cg), _ = law.step(0.0, y, law.init())
-        assert cg * y.omega_rate**2 == pytest.approx(law.power + above * law.proportional, rel=1e-9)
+    state = settled(law, seconds=400.0, V=V, delta=-0.3, omega_rate=aim)
+    for above in (0.0, 0.02):
+        y = locked(400.0, V, -0.3, omega_rate=(1.0 + above) * aim)
+        (_, cg), _ = law.step(0.0, y, state)
+        expected = (law.level + above * law.droop) * J4 * y.omega_rate * V * WP
+        assert cg * y.omega_rate**2 == pytest.approx(expected, rel=2e-3)
+    (_, cg), _ = law.step(0.0, locked(400.0, V, -0.3, omega_rate=0.0), state)
+    assert cg == (0.0 if law.level < law.droop else pytest.approx(cg))  # a flywheel at rest is left alone
 
 
-@pytest.mark.parametrize("law", [LAWS[name] for name in TUNED], ids=TUNED)
-def test_filters_begin_at_the_first_sample_and_settle(law: LoadAngle | Coupling) -> None:
-    y = Measurement(0.0, 3.0, 60.0, 0.1, 0.0, 0.2, -0.3)  # psi = 0: u1 = phi1', u3 = phi3'
-    _, state = law.step(0.0, y, law.init())
-    assert (state.U1, state.U3) == pytest.approx((0.2, -0.3))
-    turned = y._replace(phi1_rate=-0.1, phi3_rate=0.4)
-    _, once = law.step(0.1, turned, state)
-    keep = math.exp(-law.period / law.slow)
-    assert once.U1 == pytest.approx(keep * 0.2 + (1.0 - keep) * -0.1)  # first-order lag, exact at the samples
-    for i in range(3000):
-        _, state = law.step(0.1 * i, turned, state)
-    assert (state.U1, state.U3, state.swing) == pytest.approx((-0.1, 0.4, 2.0 * 0.1**2))
+# --- tuning and bars ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", LAWS)
-def test_compiled_law_gives_the_same_bits_as_python(device: gy.Plant, name: str) -> None:
-    settings = Settings(blend=10.0)
-    waves = lead_in(gy.realise(device, gy.SeaState(), 100000, duration=30.0), settings)
-    compiled, _ = run_law(device, LAWS[name], waves, settings)
-    plain, _ = run_law(device, LAWS[name], waves, settings, compiled=False)
-    np.testing.assert_array_equal(compiled.commands, plain.commands)
-    np.testing.assert_array_equal(compiled.states, plain.states)
-
-
-@pytest.mark.parametrize("name", TUNED)
-def test_defaults_are_the_shipped_tuning(name: str) -> None:
-    parameters = shipped()[name]["parameters"]
+@pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.glob("*.json") if path.stem in LAWS))
+def test_defaults_are_the_tuned_set_for_all_seas(name: str) -> None:
+    parameters = shipped(name)["all"]["parameters"]
     assert parameters == {key: getattr(LAWS[name], key) for key in parameters}
 
 
-def test_every_law_had_the_same_budget() -> None:
-    content = shipped()
-    spent = [content[name]["simulated_s"] for name in TUNED]
-    spent += [pair["simulated_s"] for pair in content["best_constant"].values()]
-    assert max(spent) <= content["budget_simulated_s"]
-    assert min(spent) > 0.9 * content["budget_simulated_s"]
-
-
 def test_tuning_and_evaluation_seeds_are_disjoint() -> None:
-    assert len(tuning_seeds()) == 64
-    assert not set(tuning_seeds()) & set(range(1, 65))
+    for path in FOLDER.glob("*.json"):
+        for entry in json.loads(path.read_text())["sets"].values():
+            assert entry["found"]["seeds"]["first"] >= 100000
 
 
 def test_best_constant_takes_the_nearest_gamma() -> None:
-    pairs = {float(gamma): Constant(**entry["parameters"]) for gamma, entry in shipped()["best_constant"].items()}
+    pairs = {
+        float(entry["found"]["seas"][name]["sea"]["gamma"]): Constant(**entry["parameters"])
+        for name, entry in shipped("constant").items()
+    }
     assert set(pairs) == {1.0, 5.0, 50.0}
     assert best_constant() == best_constant(5.0) == best_constant(3.3) == pairs[5.0]  # log scale: 3.3 is nearer to 5
     assert best_constant(2.0) == best_constant(1.0) == pairs[1.0]
@@ -194,31 +426,47 @@ def test_best_constant_takes_the_nearest_gamma() -> None:
         best_constant(0.0)
 
 
-def test_best_constant_met_its_rule_on_the_tuning_seeds() -> None:
-    for entry in shipped()["best_constant"].values():
-        result = entry["tuning_result"]
-        assert result["locked"] >= 0.95
-        assert max(result["phi1_p98"], result["phi3_p98"]) <= 0.35
+SEEN = range(100128, 100140)
+"""Tuning seeds beyond those that the tuning uses."""
+
+
+def means(device: gy.Plant, law: Any, sea: gy.SeaState) -> dict[str, float]:
+    rows = []
+    for seed in SEEN:
+        waves = lead_in(gy.realise(device, sea, seed, duration=2000.0), Settings())
+        record, _ = run_law(device, law, waves, Settings())
+        rows.append(evaluate(device, record, waves.moments[1], waves.dt, sea.wp, waves.blend, math.nan))
+    return {key: float(np.mean([row[key] for row in rows])) for key in rows[0]}
 
 
 @pytest.mark.slow
-def test_bars_on_evaluation_seeds(device: gy.Plant) -> None:
-    """Power against the best constant pair, lock, smoothness and motion on 16 realisations never tuned on."""
-    settings = Settings()
-    runs = {"best_constant": best_constant(), "load_angle": LoadAngle(), "coupling": Coupling()}
-    found: dict[str, dict[str, float]] = {}
-    rows: dict[str, list[dict[str, float]]] = {name: [] for name in runs}
-    for seed in range(1, 17):
-        waves = lead_in(gy.realise(device, gy.SeaState(), seed, duration=2000.0), settings)
-        for name, law in runs.items():
-            record, _ = run_law(device, law, waves, settings)
-            rows[name].append(evaluate(device, record, waves.moments[1], waves.dt, WP, waves.blend, math.nan))
-    for name, entries in rows.items():
-        found[name] = {key: float(np.mean([entry[key] for entry in entries])) for key in entries[0]}
-    base = found["best_constant"]
-    assert found["load_angle"]["mean_power"] >= 2.0 * base["mean_power"]
-    assert found["coupling"]["mean_power"] >= 1.5 * base["mean_power"]
-    assert found["coupling"]["power_cv"] <= 0.45
-    for name in TUNED:
-        assert found[name]["locked"] >= base["locked"]
-        assert max(found[name]["phi1_p98"], found[name]["phi3_p98"]) <= 0.35
+@pytest.mark.parametrize(
+    ("name", "gamma", "power", "power_cv"),
+    [("load_angle", 5.0, 4.68, 9.0), ("load_angle", 50.0, 6.25, 9.0), ("coupling", 1.0, 2.08, 9.0),
+     ("coupling", 5.0, 3.83, 0.35)],
+)  # fmt: skip
+def test_bars_of_one_set_for_all_seas(device: gy.Plant, name: str, gamma: float, power: float, power_cv: float) -> None:
+    """Mean power and smoothness, every run locked, motion within its limit."""
+    found = means(device, LAWS[name], gy.SeaState(gamma=gamma))
+    assert found["mean_power"] >= power
+    assert found["power_cv"] <= power_cv
+    assert found["locked"] == 1.0
+    assert max(found["phi1_p98"], found["phi3_p98"]) <= 0.35
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["load_angle", "coupling"])
+@pytest.mark.parametrize(("hs", "wp"), [(0.15, WP), (0.6, WP), (0.283, 2.7), (0.283, 3.6)])
+def test_off_design_power_is_above_that_of_the_sea_s_best_constant_pair(
+    device: gy.Plant, name: str, hs: float, wp: float
+) -> None:
+    """Pairs from a grid on these very seas (16 tuning seeds): 0.86, 8.0, 1.73 and 3.44 W."""
+    pair = {(0.15, WP): 0.86, (0.6, WP): 8.0, (0.283, 2.7): 1.73, (0.283, 3.6): 3.44}[(hs, wp)]
+    assert means(device, LAWS[name], gy.SeaState(hs=hs, wp=wp))["mean_power"] > pair
+
+
+def test_smoothing_is_what_the_clock_turns_upright() -> None:
+    """Against the phase of the sampled lag itself."""
+    w, a = 3.3, 1.0 - math.exp(-0.1 / SMOOTH)
+    exact = cmath.phase(a / (1.0 - (1.0 - a) * cmath.exp(-1j * w * 0.1)))  # of exp(+i w t) through the sampled lag
+    assert upright(0.0, w) == pytest.approx(-exact, abs=0.6 * w * 0.1)

@@ -239,7 +239,7 @@ def test_locks_again_after_a_generator_that_pulled_too_hard(device: gy.Plant, na
     assert found["locked"] == 0.0  # a loss is a loss
     assert found["loss_time"] <= end + 1.0
     psi = record.states[-600:, PSI]
-    assert psi[-1] - psi[0] > 0.9 * WP * 59.9
+    assert psi[-1] - psi[0] > 0.75 * WP * 60.0
     assert found["motor_energy"] > 100.0
     assert found["ledger_residual"] < 1e-6
     assert np.diff(bare.states[:, -1]).min() >= 0.0

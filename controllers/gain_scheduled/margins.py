@@ -18,7 +18,9 @@ CHANNELS = ("cc", "cg", "controls", "psi", "psi_rate", "omega_rate", "phi1", "ph
 
 @dataclass(frozen=True)
 class Demand:
-    """Margins that every cell must have, at each control apart and at both together.
+    """Margins that every cell must have at each of `CHANNELS`.
+
+    The disk is not demanded at both controls together: they have different units, and the disk mixes them.
 
     Parameters
     ----------
@@ -27,32 +29,30 @@ class Demand:
     phase : float
         Constant phase. [deg]
     delay : float
-        At each control apart. [s]
+        At each signal. [s]
     disk : float
         Disk margin alpha. [-]
     """
 
-    gain: float = 2.0
-    phase: float = 45.0
-    delay: float = 0.2
-    disk: float = 0.5
+    gain: float = 2.5
+    phase: float = 60.0
+    delay: float = 0.3
+    disk: float = 0.7
 
     def shortfall(self, margins: Mapping[str, ChannelMargins]) -> tuple[float, str]:
         """Least ratio of a margin to its demand, and which it is; at least 1 where all are met."""
         worst = (math.inf, "")
-        for channel in ("cc", "cg", "controls"):
-            found = margins[channel]
+        for channel, found in margins.items():
             low, high = found.gain
             entries = {
-                "gain above": (high, self.gain), "gain below": (1.0 / low if low > 0.0 else math.inf, self.gain),
-                "phase": (found.phase, self.phase), "disk": (found.disk, self.disk),
+                "gain": (min(high, 1.0 / low if low > 0.0 else math.inf), self.gain), "phase": (found.phase, self.phase)
             }  # fmt: skip
-            if not math.isnan(found.delay):
-                entries["delay"] = (found.delay, self.delay)
+            if channel != "controls":
+                entries |= {"delay": (found.delay, self.delay), "disk": (found.disk, self.disk)}
             for kind, (value, wanted) in entries.items():
                 ratio = value / wanted if wanted > 0.0 else math.inf
                 if ratio < worst[0]:
-                    worst = (ratio, f"{kind} {value:.3g} at {channel}, {wanted:g} demanded")
+                    worst = (ratio, f"{kind} {value:.3g} at {channel} where {wanted:g} is demanded")
         return worst
 
 

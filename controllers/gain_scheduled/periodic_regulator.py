@@ -44,12 +44,12 @@ class Weights:
         Of the generator gain, as a part of the lock capacity J4 V/N. [-]
     """
 
-    angle: float = 0.3
-    speed: float = 0.3
-    flywheel: float = 0.3
-    swing: float = 0.1
-    cc: float = 0.003
-    cg: float = 0.25
+    angle: float = 0.35
+    speed: float = 0.17
+    flywheel: float = 0.12
+    swing: float = 0.094
+    cc: float = 0.005
+    cg: float = 0.3
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,8 @@ def regulate(cell: Cell, weights: Weights, detuning: float = 1.0) -> Regulator:
     W = cell.G @ cell.G.transpose(0, 2, 1)
     full = periodic_lqr(cell.A, cell.B, Q, np.repeat(R[None], samples, 0))
     spread = periodic_lyapunov(cell.A - cell.B @ full.gain, W)
-    bound = float(np.mean([np.trace(q @ x) + np.trace(f.T @ R @ f @ x) for q, f, x in zip(Q, full.gain, spread, strict=True)]))
+    total = Q + full.gain.transpose(0, 2, 1) @ R @ full.gain
+    bound = float(np.mean(np.einsum("kij,kji->k", total, spread)))
     left = sum(-f @ x @ c.T for f, x, c in zip(full.gain, spread, cell.C, strict=True))
     right = sum(c @ x @ c.T for x, c in zip(spread, cell.C, strict=True))
     nothing = np.zeros((2, cell.C.shape[1]))
@@ -138,7 +139,8 @@ def _descend(
             normal += np.kron(R + BP @ cell.B[k], seen @ cell.C[k].T)
             right -= BP @ cell.A[k] @ seen.T
         scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        wanted = (scale * np.linalg.lstsq(normal * np.outer(scale, scale), scale * right.ravel(), rcond=1e-10)[0]).reshape(m, p)
+        solved = np.linalg.lstsq(normal * np.outer(scale, scale), scale * right.ravel(), rcond=1e-10)[0]
+        wanted = (scale * solved).reshape(m, p)
         step, before = 1.0, cost
         for _ in range(HALVINGS):
             trial = K + step * (wanted - K)

@@ -16,7 +16,7 @@ from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import Problem, gradient, predict
 from gyroctl.plant.compiled import entry_point
 
-LENGTH_MIN, LENGTH_MAX = 1e-5, 1.0  # of a step along the gradient [(Nms)^2/J]
+LENGTH_MIN, LENGTH_MAX = 1e-8, 1.0  # of a step along the gradient [(Nms)^2/J]
 
 
 @entry_point

@@ -262,7 +262,7 @@ def optimise(
     Plan
         With its gap: a plan with gaps is no plan, until it has been followed by the true plant.
     """
-    from scipy.optimize import minimize
+    from scipy.optimize import Bounds, minimize
 
     step, pullback = step_of(orders_of(plant)), pullback_of(orders_of(plant))
     n, m = w.intervals, w.start.size
@@ -294,8 +294,9 @@ def optimise(
         (np.array([start.power.mean()]) if smooth else start.power) / POWER_SCALE,
         np.zeros((pieces - 1) * m),
     ])  # fmt: skip
-    bounds = [(0.0, w.cc_max / CC_SCALE)] * n + [(0.0, w.power_max / POWER_SCALE)] * powers
-    bounds += [(None, None)] * ((pieces - 1) * m)
+    top = np.concatenate([np.full(n, w.cc_max / CC_SCALE), np.full(powers, w.power_max / POWER_SCALE)])
+    free = np.full((pieces - 1) * m, np.inf)
+    bounds = Bounds(np.concatenate([np.zeros(n + powers), -free]), np.concatenate([top, free]))
     weight, done = rho, 0
     for _ in range(rounds):
         found = minimize(

@@ -44,7 +44,7 @@ class RiccatiRoom(NamedTuple):
     held: NDArray[np.bool_]  # (n,)
 
 
-def riccati_room(n: int, m: int) -> RiccatiRoom:
+def empty_riccati_room(n: int, m: int) -> RiccatiRoom:
     """Room for a horizon of `n` intervals of a model with `m` states."""
     return RiccatiRoom(
         np.zeros(n), np.zeros(n), np.zeros((n, m)), np.zeros((n, m)), np.zeros((n, 3)), np.zeros((n, 3)),

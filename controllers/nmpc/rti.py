@@ -18,7 +18,7 @@ from gyroctl.controllers.nmpc import riccati as riccati_file
 from gyroctl.controllers.nmpc import subproblem as subproblem_file
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import Problem, predict
-from gyroctl.controllers.nmpc.riccati import RiccatiRoom, riccati_room, solve
+from gyroctl.controllers.nmpc.riccati import RiccatiRoom, empty_riccati_room, solve
 from gyroctl.controllers.nmpc.subproblem import NOT_FINITE, SOLVED, Step, Subproblem, empty_subproblem, linearise
 from gyroctl.plant.compiled import entry_point, source_stamp
 
@@ -49,10 +49,10 @@ class Improvement(NamedTuple):
     newton: int  # Newton steps of the solver, or its iterations
 
 
-def room(n: int, m: int) -> Room:
+def empty_room(n: int, m: int) -> Room:
     """Room for plans of `n` intervals with a model of `m` states."""
     return Room(
-        empty_subproblem(n, m), riccati_room(n, m), np.zeros((STEPS * n + 1, m)), np.zeros((STEPS * n + 1, m)),
+        empty_subproblem(n, m), empty_riccati_room(n, m), np.zeros((STEPS * n + 1, m)), np.zeros((STEPS * n + 1, m)),
         np.zeros(n), np.zeros(n),
     )  # fmt: skip
 

@@ -29,16 +29,18 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
-from gyroctl.controllers.rule_based.wave_clock import QUIET, easing, follow, lag
+from gyroctl.controllers.rule_based.wave_clock import QUIET, begin, easing, follow, lag
 
 
 class CouplingState(NamedTuple):
-    """Wave clock: angle [rad], speed [rad/s], mean square [rad^2/s^2], age [s]; phi1 amplitude squared [rad^2]."""
+    """Wave clock; phi1 amplitude squared [rad^2]."""
 
     theta: float
     speed: float
     square: float
     age: float
+    calm1: float
+    calm3: float
     swing: float
 
 
@@ -73,14 +75,12 @@ class Coupling(NamedTuple):
 
     def init(self) -> CouplingState:
         """The clock begins at the first sample."""
-        return CouplingState(0.0, self.wp, 0.0, 0.0, 0.0)
+        return CouplingState(*begin(self.wp), 0.0)
 
     def step(self, t: float, y: Any, state: CouplingState) -> tuple[tuple[float, float], CouplingState]:
         """Follow the waves, want a torque, give what the slip allows; regulate the flywheel."""
-        theta, speed, square, age = follow(
-            y, state.theta, state.speed, state.square, state.age, self.period, self.bandwidth, self.memory
-        )
-        V = math.sqrt(max(square, QUIET))
+        clock = follow(y, state, self.period, self.bandwidth, self.memory)
+        speed, V = clock[1], math.sqrt(max(clock[2], QUIET))
         swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
         ease = easing(swing, self.motion, self.relative, V, speed)
 
@@ -98,4 +98,4 @@ class Coupling(NamedTuple):
         part = self.level + self.droop * (y.omega_rate / (self.speed_ratio * self.N * speed) - 1.0)
         # the speed is kept off zero: a flywheel at rest must not ask for an infinite gain
         cg = ease * part * self.J4 * V * speed / max(y.omega_rate, 20.0)
-        return (cc, min(max(cg, 0.0), self.cg_max)), CouplingState(theta, speed, square, age, swing)
+        return (cc, min(max(cg, 0.0), self.cg_max)), CouplingState(*clock, swing)

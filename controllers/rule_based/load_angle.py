@@ -22,18 +22,18 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
-from gyroctl.controllers.rule_based.wave_clock import QUIET, easing, follow, lag
+from gyroctl.controllers.rule_based.wave_clock import QUIET, begin, easing, follow, lag
 
 
 class LoadAngleState(NamedTuple):
-    """Wave clock: angle [rad], speed [rad/s], mean square [rad^2/s^2], age [s]; phi1 amplitude squared [rad^2];
-    slow parts of u1, u3, faster part of u1, ring speed less that of the waves [rad/s].
-    """
+    """Wave clock; phi1 amplitude squared [rad^2]; slow parts of u1, u3, faster ones of u1 and ring speed [rad/s]."""
 
     theta: float
     speed: float
     square: float
     age: float
+    calm1: float
+    calm3: float
     swing: float
     U1: float
     U3: float
@@ -70,14 +70,12 @@ class LoadAngle(NamedTuple):
 
     def init(self) -> LoadAngleState:
         """Filters are filled by the first sample."""
-        return LoadAngleState(0.0, self.wp, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return LoadAngleState(*begin(self.wp), 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, t: float, y: Any, state: LoadAngleState) -> tuple[tuple[float, float], LoadAngleState]:
         """Follow the waves, filter, take the shares, add the damping."""
-        theta, speed, square, age = follow(
-            y, state.theta, state.speed, state.square, state.age, self.period, self.bandwidth, self.memory
-        )
-        V = math.sqrt(max(square, QUIET))
+        clock = follow(y, state, self.period, self.bandwidth, self.memory)
+        speed, V = clock[1], math.sqrt(max(clock[2], QUIET))
         swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
 
         c, s = math.cos(y.psi), math.sin(y.psi)
@@ -94,6 +92,4 @@ class LoadAngle(NamedTuple):
         pull = pull * easing(swing, self.motion, self.relative, V, speed)
         pull += self.damping * V * (fast - (1.0 - self.lean) * speed)
         cg = self.J4 / self.N * pull
-        return (self.cc, min(max(cg, 0.0), self.cg_max)), LoadAngleState(
-            theta, speed, square, age, swing, U1, U3, V1, fast
-        )
+        return (self.cc, min(max(cg, 0.0), self.cg_max)), LoadAngleState(*clock, swing, U1, U3, V1, fast)

@@ -23,18 +23,18 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
-from gyroctl.controllers.rule_based.wave_clock import QUIET, easing, follow, lag
+from gyroctl.controllers.rule_based.wave_clock import QUIET, begin, easing, follow, lag
 
 
 class StabiliserState(NamedTuple):
-    """Wave clock: angle [rad], speed [rad/s], mean square [rad^2/s^2], age [s]; phi1 amplitude squared [rad^2];
-    lasting part of the speed deviation and lagged part of the rest [rad/s].
-    """
+    """Wave clock; phi1 amplitude squared [rad^2]; lasting speed deviation and lagged part of the rest [rad/s]."""
 
     theta: float
     speed: float
     square: float
     age: float
+    calm1: float
+    calm3: float
     swing: float
     lasting: float
     lagged: float
@@ -71,14 +71,12 @@ class Stabiliser(NamedTuple):
 
     def init(self) -> StabiliserState:
         """The clock begins at the first sample."""
-        return StabiliserState(0.0, self.wp, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return StabiliserState(*begin(self.wp), 0.0, 0.0, 0.0)
 
     def step(self, t: float, y: Any, state: StabiliserState) -> tuple[tuple[float, float], StabiliserState]:
         """Follow the waves, part the deviation by the washout, lead it, add it to the operating point."""
-        theta, speed, square, age = follow(
-            y, state.theta, state.speed, state.square, state.age, self.period, self.bandwidth, self.memory
-        )
-        V = math.sqrt(max(square, QUIET))
+        clock = follow(y, state, self.period, self.bandwidth, self.memory)
+        speed, V = clock[1], math.sqrt(max(clock[2], QUIET))
         swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
 
         deviation = y.psi_rate - (1.0 - self.lean) * speed
@@ -92,5 +90,5 @@ class Stabiliser(NamedTuple):
         cg = self.J4 * V / self.N * pull
         cc = self.steady * (1.0 - self.soften * signal)
         return (min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max)), StabiliserState(
-            theta, speed, square, age, swing, lasting, lagged
+            *clock, swing, lasting, lagged
         )

@@ -19,18 +19,18 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
-from gyroctl.controllers.rule_based.wave_clock import QUIET, follow, lag
+from gyroctl.controllers.rule_based.wave_clock import QUIET, begin, follow, lag
 
 
 class ThresholdState(NamedTuple):
-    """Wave clock: angle [rad], speed [rad/s], mean square [rad^2/s^2], age [s]; slow parts of u1, u3 and of the ring
-    speed [rad/s]; 1 while eased.
-    """
+    """Wave clock; slow parts of u1, u3 and of the ring speed [rad/s]; 1 while eased."""
 
     theta: float
     speed: float
     square: float
     age: float
+    calm1: float
+    calm3: float
     U1: float
     U3: float
     ring: float
@@ -65,14 +65,12 @@ class Threshold(NamedTuple):
 
     def init(self) -> ThresholdState:
         """Loaded, the clock begins at the first sample."""
-        return ThresholdState(0.0, self.wp, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return ThresholdState(*begin(self.wp), 0.0, 0.0, 0.0, 0.0)
 
     def step(self, t: float, y: Any, state: ThresholdState) -> tuple[tuple[float, float], ThresholdState]:
         """Follow the waves, judge the reserve, switch."""
-        theta, speed, square, age = follow(
-            y, state.theta, state.speed, state.square, state.age, self.period, self.bandwidth, self.memory
-        )
-        V = math.sqrt(max(square, QUIET))
+        clock = follow(y, state, self.period, self.bandwidth, self.memory)
+        speed, V = clock[1], math.sqrt(max(clock[2], QUIET))
         c, s = math.cos(y.psi), math.sin(y.psi)
         first = state.age == 0.0
         brisk = 1.0 if first else lag(self.period, self.brisk)
@@ -88,4 +86,4 @@ class Threshold(NamedTuple):
             eased = 0.0
         cg = self.J4 * V / self.N * self.share * (1.0 if eased == 0.0 else self.eased)
         cc = self.cc_full if eased == 0.0 else self.cc_eased
-        return (cc, min(max(cg, 0.0), self.cg_max)), ThresholdState(theta, speed, square, age, U1, U3, ring, eased)
+        return (cc, min(max(cg, 0.0), self.cg_max)), ThresholdState(*clock, U1, U3, ring, eased)

@@ -1,8 +1,8 @@
-"""Frequency-tracking law: a phase-locked loop gives the waves' frequency and phase, generator and coupling follow.
+"""Frequency-tracking law: a phase-locked loop gives frequency and phase of the waves; both controls follow.
 
 The wave clock (`wave_clock`) turns as a ring without load would. So the load angle is simply the angle of the ring
-against the clock, ``delta = psi - theta``, and the slip of frequency is ``psi' - theta'``. No filter in the frame of the
-ring is needed, and a peak frequency that drifts moves the law's whole operating point along:
+against the clock, ``delta = psi - theta``, and the slip of frequency is ``psi' - theta'``. No filter in the frame of
+the ring is needed, and a peak frequency that drifts moves the law's whole operating point along:
 
 - the generator takes a part of the capacity J4 V/N, and a part of what is left of it at this angle, V cos delta: it
   lets go where the ring falls a quarter turn behind the waves, and while it slips;
@@ -22,18 +22,18 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
-from gyroctl.controllers.rule_based.wave_clock import QUIET, easing, follow, lag
+from gyroctl.controllers.rule_based.wave_clock import QUIET, begin, easing, follow, lag, upright
 
 
 class TrackingState(NamedTuple):
-    """Wave clock: angle [rad], speed [rad/s], mean square [rad^2/s^2], age [s]; phi1 amplitude squared [rad^2];
-    ring speed and its share of the synchronising torque, filtered [rad/s, -].
-    """
+    """Wave clock; phi1 amplitude squared [rad^2]; ring speed [rad/s] and cos delta, filtered."""
 
     theta: float
     speed: float
     square: float
     age: float
+    calm1: float
+    calm3: float
     swing: float
     fast: float
     left: float
@@ -69,19 +69,17 @@ class Tracking(NamedTuple):
 
     def init(self) -> TrackingState:
         """The clock begins at the first sample."""
-        return TrackingState(0.0, self.wp, 0.0, 0.0, 0.0, 0.0, 1.0)
+        return TrackingState(*begin(self.wp), 0.0, 0.0, 1.0)
 
     def step(self, t: float, y: Any, state: TrackingState) -> tuple[tuple[float, float], TrackingState]:
         """Follow the waves, read the load angle, schedule both controls."""
-        theta, speed, square, age = follow(
-            y, state.theta, state.speed, state.square, state.age, self.period, self.bandwidth, self.memory
-        )
-        V = math.sqrt(max(square, QUIET))
+        clock = follow(y, state, self.period, self.bandwidth, self.memory)
+        speed, V = clock[1], math.sqrt(max(clock[2], QUIET))
         swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
         begun = 1.0 if state.age == 0.0 else lag(self.period, self.fast)
         fast = state.fast + begun * (y.psi_rate - state.fast)
-        now = state.theta if state.age > 0.0 else y.psi  # the clock's angle at this sample
-        left = state.left + begun * (math.cos(y.psi - now) - state.left)
+        behind = upright(state.theta, state.speed) - y.psi  # load angle, from the clock of this sample [rad]
+        left = state.left + (begun if state.age > 0.0 else 0.0) * (math.cos(behind) - state.left)
 
         pull = self.share + self.margin * max(left, 0.0)
         pull = pull * easing(swing, self.motion, self.relative, V, speed)
@@ -89,5 +87,5 @@ class Tracking(NamedTuple):
         cg = self.J4 * V / self.N * pull
         cc = self.stiff * (speed / self.wp) ** self.rise * (1.0 - self.soften * (1.0 - max(left, 0.0)))
         return (min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max)), TrackingState(
-            theta, speed, square, age, swing, fast, left
+            *clock, swing, fast, left
         )

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from gyroctl.cli import compare, hydro, laws, margins, reproduce, simulate, tune
+from gyroctl.cli import bound, compare, evaluate, hydro, laws, margins, reproduce, simulate, tune
 
 app = typer.Typer(
     help="Semi-active control, lock and stability margins of a gyroscopic wave energy converter.",
@@ -17,11 +17,13 @@ app = typer.Typer(
 app.command("compare")(compare.compare)
 app.command("report")(compare.report)
 app.command("simulate")(simulate.simulate)
-app.command("laws")(laws.laws)
 app.command("tune")(tune.tune)
+app.command("evaluate")(evaluate.evaluate)
 app.command("reproduce")(reproduce.reproduce)
 app.command("margins")(margins.margins)
 app.command("lockmap")(margins.lockmap)
+app.command("bound")(bound.bound)
+app.add_typer(laws.app, name="laws")
 app.add_typer(hydro.app, name="hydro")
 
 

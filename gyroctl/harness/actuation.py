@@ -34,6 +34,8 @@ class Actuators:
     cg_min : float
         Lower limit of the generator, zero or negative: the gain down to which it may serve as a motor, for laws that
         start the device (those with a member ``motors`` that is true). For every other law the limit is 0. [Nms]
+    cc_gain : float
+        What the coupling gives as a part of what it is set to: 1 where its calibration is right. The limit stays. [-]
 
     Raises
     ------
@@ -52,6 +54,7 @@ class Actuators:
     cg_quantum: float = 0.0
     delay: int = 0
     cg_min: float = 0.0
+    cc_gain: float = 1.0
 
     def __post_init__(self) -> None:
         for f in fields(self):
@@ -64,7 +67,7 @@ class Actuators:
             elif not number or value < 0:
                 raise InputError(f"actuators.{f.name}", value, "must be a finite number, zero or positive",
                                  f"The default is {f.default}")  # fmt: skip
-        for name in ("cc_max", "cg_max", "period"):
+        for name in ("cc_max", "cg_max", "period", "cc_gain"):
             if getattr(self, name) == 0:
                 raise InputError(f"actuators.{name}", 0, "must be positive", "Leave it out for the default")
         if int(self.delay) != self.delay:
@@ -77,11 +80,12 @@ class Actuators:
         return ActuatorArrays(
             np.array([self.cc_max, self.cg_max]), np.array([self.cc_quantum, self.cg_quantum]), np.array(travel),
             np.array(share), int(self.delay), np.array([0.0, float(self.cg_min) if motors else 0.0]),
+            np.array([float(self.cc_gain), 1.0]),
         )  # fmt: skip
 
 
 class ActuatorArrays(NamedTuple):
-    """Upper limit, resolution, travel and lag's share per sample, lower limit, each (2,); delay in samples."""
+    """Upper limit, resolution, travel and lag's share per sample, lower limit, gain, each (2,); delay in samples."""
 
     limit: NDArray[np.float64]
     quantum: NDArray[np.float64]
@@ -89,6 +93,7 @@ class ActuatorArrays(NamedTuple):
     share: NDArray[np.float64]
     delay: int
     floor: NDArray[np.float64]
+    gain: NDArray[np.float64]
 
 
 @inlined
@@ -107,6 +112,7 @@ def actuate(actuators: ActuatorArrays, sample: int, commands: Any, held: Any) ->
         quantum = actuators.quantum[channel]
         if quantum > 0.0:
             wanted = max(min(math.floor(wanted / quantum + 0.5) * quantum, limit), floor)
+        wanted = min(wanted * actuators.gain[channel], limit)
         travel = actuators.travel[channel]
         step = min(max(wanted - held[channel], -travel), travel)
         if actuators.share[channel] < 1.0:

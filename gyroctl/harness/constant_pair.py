@@ -1,7 +1,7 @@
 """The best constant pair of any sea, with the budget that every law has: the yardstick of all laws.
 
-A coarse grid over all that the device can hold, a fine one about its best pair, and the few best of that on all seeds
-with the fine step. Sixteen runs stand side by side on each core, so that this takes seconds.
+A coarse grid over all that the device can hold, a fine one about its best pair, the few best of that on all seeds with
+the fine step, and the neighbours of the best one. Sixteen runs stand side by side on each core, so that this takes seconds.
 """
 
 from __future__ import annotations
@@ -29,15 +29,16 @@ CG = tuple(float(f"{value:.4g}") for value in np.geomspace(4e-5, 3e-3, 12))
 COARSE, WINDOW, FULL = 0.025, 1000.0, 2000.0
 """Step of the grids, length of the runs of the first one and of the others. [s]"""
 
-SHARES = (0.15, 0.45, 0.4)
-"""Of the budget for the first grid, the fine one, and the confirmation."""
+SHARES = (0.1, 0.35, 0.25, 0.3)
+"""Of the budget for the first grid, the fine one, the confirmation, and the neighbours of what it confirmed."""
 
 FINER_CC = (0.8, 0.9, 1.0, 1.12, 1.25, 1.4)
-FINER_CG = (0.58, 0.68, 0.78, 0.88, 0.98, 1.08, 1.2)
-"""The fine grid, as factors on the best pair of the first. [-]"""
+FINER_CG = (0.65, 0.77, 0.89, 1.0, 1.12, 1.25, 1.38)
+NEAR_CC, NEAR_CG = (1.0, 0.93, 1.07), (1.05, 1.1, 0.96, 1.16)
+"""The fine grid and the neighbours, as factors on the best pair so far. [-]"""
 
-FEWEST = 4
-"""Realisations that a grid must at least have."""
+FEWEST, ROUND = 4, 6
+"""Realisations that a grid must at least have; neighbours that are tried at a time."""
 
 
 class BestPair(NamedTuple):
@@ -121,13 +122,17 @@ def best_pair(
     held = [means["mean_power"] for means in first if means["locked"] >= 0.9]
     unit = max(held, default=1.0) or 1.0  # a unit of the sea itself: a score in watts would forgive losses in high seas
     cc, cg = grid[max(range(len(grid)), key=lambda i: order(first[i]))]
-    finer = _finer(cc, cg, limits.cc_max, limits.cg_max)
+    finer = _around(cc, cg, FINER_CC, FINER_CG, settings)
     second = run(finer, _count(budget, 1, len(finer), FULL, len(seeds)), FULL, COARSE, "search")
-    few = max(1, min(int(SHARES[2] * budget / (len(seeds) * FULL)), len(finer)))
-    best = _edge(finer, [order(means) for means in second])[:few]
-    last = run(best, len(seeds), FULL, settings.dt, "confirm")
-    winner = max(range(len(best)), key=lambda i: order(last[i]))
-    return BestPair(*best[winner], last[winner], goal.met(last[winner]), spent, tuple(seen))
+    each = len(seeds) * FULL
+    batch = _edge(finer, [order(means) for means in second])[: max(1, int(SHARES[2] * budget / each))]
+    confirmed: dict[Pair, Means] = {}
+    while batch:  # from the best pair so far to its neighbours, until none is better or the budget is spent
+        confirmed |= zip(batch, run(batch, len(seeds), FULL, settings.dt, "confirm"), strict=True)
+        best = max(confirmed, key=lambda pair: order(confirmed[pair]))
+        near = [pair for pair in _around(*best, NEAR_CC, NEAR_CG, settings) if pair not in confirmed]
+        batch = near[: min(ROUND, int((budget - spent) / each))]
+    return BestPair(*best, confirmed[best], goal.met(confirmed[best]), spent, tuple(seen))
 
 
 def _edge(pairs: Sequence[Pair], orders: Sequence[tuple[bool, float]]) -> list[Pair]:
@@ -146,10 +151,15 @@ def _edge(pairs: Sequence[Pair], orders: Sequence[tuple[bool, float]]) -> list[P
     return [pair for step in steps for _, pair in sorted(step, reverse=True)]
 
 
-def _finer(cc: float, cg: float, cc_max: float, cg_max: float) -> list[Pair]:
-    ccs = [float(f"{cc * factor:.3g}") for factor in FINER_CC]
-    cgs = [float(f"{cg * factor:.3g}") for factor in FINER_CG]
-    return [(a, b) for a in ccs if a <= cc_max for b in cgs if b <= cg_max]
+def _around(
+    cc: float, cg: float, cc_factors: Sequence[float], cg_factors: Sequence[float], settings: Settings
+) -> list[Pair]:
+    limits = settings.actuators
+    ccs = [float(f"{cc * factor:.3g}") for factor in cc_factors]
+    cgs = [float(f"{cg * factor:.3g}") for factor in cg_factors]
+    return [(a, b) for a in ccs if a <= limits.cc_max for b in cgs if b <= limits.cg_max]
+
+
 
 
 def _count(budget: float, stage: int, pairs: int, duration: float, seeds: int) -> int:

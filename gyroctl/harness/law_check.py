@@ -9,7 +9,6 @@ from __future__ import annotations
 import copy
 import inspect
 import math
-import pickle
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -17,15 +16,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from numba import njit
 from numba.core.errors import NumbaError
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.harness.controller import Law, LawError, Measurement
 from gyroctl.harness.laws import defined, law
-from gyroctl.harness.loop import compile_law, why_not_compiled
-from gyroctl.harness.preview import informed
-from gyroctl.harness.run import LawTiming, Settings, lead_in, run_law
+from gyroctl.harness.loop import compile_law
+from gyroctl.harness.run import LawTiming, Settings, informed, lead_in, run_law
 from gyroctl.harness.sensing import CHANNELS, Sensors, measure
 from gyroctl.plant import Plant
 from gyroctl.simulation.metrics import Record, evaluate
@@ -223,7 +222,7 @@ def _pure(subject: Subject) -> Check:
     mend = "Return a new state instead of changing the old one, and keep nothing on the law or in the module"
     state = built.init()
     try:
-        before = pickle.dumps(built)
+        before = copy.deepcopy(_fields(built))
         for t, y in list(zip(subject.times(), subject.measurements, strict=True))[:50]:
             kept = copy.deepcopy(state)
             first, new = built.step(float(t), y, state)
@@ -233,11 +232,15 @@ def _pure(subject: Subject) -> Check:
             if tuple(first) != tuple(again) or not _same(new, other):
                 return Check(name, False, f"answers differently to the same question at t = {t:.1f} s", mend)
             state = new
-        changed = pickle.dumps(built) != before
-    except (pickle.PicklingError, AttributeError, TypeError):
+        changed = not _same(before, _fields(built))
+    except (copy.Error, AttributeError, TypeError, ValueError, NotImplementedError):
         return Check(name, True, "same question, same answer (a law that cannot be copied: its fields not compared)")
     return Check(name, not changed, "changes its own fields" if changed else "same question, same answer",
                  mend if changed else "")  # fmt: skip
+
+
+def _fields(built: Law) -> list[Any]:
+    return list(built) if isinstance(built, tuple) else list(getattr(built, "__dict__", {}).values())
 
 
 def _same(a: Any, b: Any) -> bool:
@@ -271,10 +274,21 @@ def _compiled(subject: Subject) -> Check:
 
 
 def _reason(built: Law) -> str:
+    """Why a law cannot be compiled."""
+    if not isinstance(built, tuple):
+        return f"it is a {type(built).__name__} and no NamedTuple"
+    state = built.init()
+    if not isinstance(state, tuple) or any(type(value) not in (int, float) for value in state):
+        return "its state is no tuple of floats"
+    for name, value in zip(getattr(built, "_fields", ()), built, strict=False):
+        if isinstance(value, bool | str) or not np.issubdtype(np.asarray(value).dtype, np.number):
+            return f"its field {name} is neither a number nor a table of numbers"
     try:
-        return why_not_compiled(built) or "numba cannot read it"
+        njit(error_model="numpy")(type(built).step)(built, 0.0, Measurement(*np.ones(len(CHANNELS)).tolist()), state)
     except NumbaError as error:
-        return str(error).splitlines()[0]
+        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+        return next((line for line in lines if "error" not in line.lower() or len(lines) == 1), lines[0])[:120]
+    return "numba cannot read it"
 
 
 SHOCKS: dict[str, tuple[Measurement, ...]] = {

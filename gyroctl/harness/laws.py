@@ -151,6 +151,18 @@ def _from_name(name: str) -> Callable[..., Any]:
     return cast(Callable[..., Any], _point(name).load())
 
 
+def defined(file: Path) -> dict[str, Any]:
+    """What a user's file defines itself, by name.
+
+    Raises
+    ------
+    InputError
+        For a file that is missing or cannot be imported.
+    """
+    module = _module(str(file), _existing(str(file), str(file)))
+    return {name: value for name, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__}
+
+
 def _existing(name: str, path: str) -> Path:
     if not Path(path).is_file():
         raise InputError("law", name, f"there is no file {path}", "Give the path of a Python file, as file.py:Name")

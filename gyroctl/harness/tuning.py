@@ -23,6 +23,7 @@ from gyroctl.errors import InputError
 from gyroctl.harness import actuation, evolution, goal, loop, sensing, tuning_bench, tuning_task
 from gyroctl.harness.constant_pair import best_pair
 from gyroctl.harness.goal import METRICS, Goal
+from gyroctl.harness.law_content import content
 from gyroctl.harness.laws import describe, law
 from gyroctl.harness.robustness import wilson
 from gyroctl.harness.run import Settings
@@ -152,14 +153,13 @@ def tune(
         task = starting(task, start)
     example = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
     plan = planned(task, seas, budget)
-    key = _key(task, which, on)
-    log = TuningLog(folder / f"{task.stem}.{which}.{key}.jsonl") if folder is not None else TuningLog(Path(""))
+    log = TuningLog(folder / f"{task.stem}.{which}.{_key(task, which, on)}.jsonl" if folder is not None else None)
     total = plan.generations * plan.generation + plan.points * plan.confirmation
     with (
         Bench(on.plant, on.settings, example, workers) as bench,
         Progress(f"tune {task.stem} for {which}", round(total), quiet) as progress,
     ):
-        work = _Work(task, seas, on, bench, log if folder is not None else None, progress)
+        work = _Work(task, seas, on, bench, log, progress)
         means, archive = _search(work, plan)
         points = _shortlist(work, plan, means, archive)
         confirmed = [work.confirm(parameters) for parameters in points]
@@ -231,7 +231,7 @@ class _Work(NamedTuple):
     seas: Mapping[str, TuningSea]
     on: Circumstances
     bench: Bench
-    log: TuningLog | None
+    log: TuningLog
     progress: Progress
 
     def generation(self, number: int, points: Sequence[Mapping[str, float]]) -> list[dict[str, Means]]:
@@ -261,13 +261,12 @@ class _Work(NamedTuple):
         return Job(self.task.law, named(point), sea.sea, seed, duration, dt)
 
     def _run(self, key: str, jobs: Sequence[Job]) -> list[tuple[float, ...]]:
-        stored = self.log.get(key) if self.log is not None else None
+        stored = self.log.get(key)
         if stored is not None:
             self.progress.total -= round(sum(job.duration for job in jobs))
             return [tuple(row) for row in stored]
         rows = self.bench.perform(jobs, lambda job: self.progress.advance(round(job.duration)))
-        if self.log is not None:
-            self.log.add(key, rows)
+        self.log.add(key, rows)
         return rows
 
 
@@ -382,9 +381,8 @@ def _key(task: Task, which: str, on: Circumstances) -> str:
     engine = (evolution, goal, tuning_bench, tuning_task, loop, sensing, actuation, metrics, lock)
     stamp = source_stamp((__file__, *SOURCES, *(str(part.__file__) for part in engine)))
     built = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
-    source = Path(type(built).step.__code__.co_filename).read_text(encoding="utf-8")
     text = json.dumps([
-        repr(task), which, plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), stamp, source,
+        repr(task), which, plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), stamp, content(built),
         repr(describe(built)),
     ])  # fmt: skip
     return hashlib.sha256(text.encode()).hexdigest()[:12]

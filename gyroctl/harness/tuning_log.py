@@ -17,8 +17,8 @@ class TuningLog:
 
     Parameters
     ----------
-    path : Path
-        The file; made with its folder when the first step is added.
+    path : Path or None
+        The file; made with its folder when the first step is added. None keeps the steps in memory only.
 
     Raises
     ------
@@ -26,10 +26,10 @@ class TuningLog:
         For a file that cannot be read.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path | None) -> None:
         self.path = path
         self.steps: dict[str, Any] = {}
-        if not path.exists():
+        if path is None or not path.exists():
             return
         try:
             text = path.read_text(encoding="utf-8")
@@ -48,7 +48,9 @@ class TuningLog:
 
     def add(self, key: str, value: Any) -> None:
         """Keep the value of a step. Floats come back from the file to the last bit."""
+        self.steps[key] = value
+        if self.path is None:
+            return
         self.path.parent.mkdir(parents=True, exist_ok=True)
         with self.path.open("a", encoding="utf-8") as file:
             file.write(json.dumps({"key": key, "value": value}) + "\n")
-        self.steps[key] = value

@@ -192,11 +192,16 @@ def _rebind(function: FunctionType, done: dict[int, FunctionType]) -> FunctionTy
         value = scope.get(name)
         if value is math or name == "float":
             scope[name] = _REPLACED["math" if value is math else "float"]
-        elif isinstance(value, FunctionType) and value.__module__ == function.__module__:
+        elif isinstance(value, FunctionType) and _home(value) == _home(function):
             scope[name] = _rebind(value, done)
         elif getattr(math, name, None) is value and name in vars(_MATH) and value is not None:
             scope[name] = getattr(_MATH, name)  # from math import cos
     return copy
+
+
+def _home(function: FunctionType) -> str:
+    """Package of a function: what laws of one folder share is rebound too, what they use of others is not."""
+    return str(function.__module__).rpartition(".")[0] or str(function.__module__)
 
 
 def step_jacobian(

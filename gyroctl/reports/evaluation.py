@@ -60,8 +60,13 @@ class LawResult:
     capture_width_ratio, saturations, step_ms_median, step_ms_p99 : float
         Mean capture width ratio [1], saturated samples (mean of what is stored), median and worst 99 % time of a
         step. [ms]
-    deadline_misses, fallbacks : int or None
-        Sums over realisations, None where not recorded.
+    deadline_misses, fallbacks, starts, unloads : int or None
+        Sums over realisations, None where not recorded: the last two count what a supervisor did.
+    availability, lock_begins, payback_time : float
+        Mean share of time in locked production [1]; medians of the time at which that begins, and from which the net
+        energy stays positive [s], NaN where half of the runs never get there.
+    motor_energy, net_energy : float
+        Mean energy that the motor took, and of the generator less that. [J]
     """
 
     name: str
@@ -96,6 +101,13 @@ class LawResult:
     step_ms_p99: float
     deadline_misses: int | None
     fallbacks: int | None
+    availability: float
+    lock_begins: float
+    payback_time: float
+    motor_energy: float
+    net_energy: float
+    starts: int | None
+    unloads: int | None
 
 
 @dataclass(frozen=True)
@@ -223,6 +235,13 @@ def _law(ds: xr.Dataset, index: int, reference: str | None, limit: float) -> Law
         step_ms_p99=_largest(row["step_ms_p99"]),
         deadline_misses=_total(row["deadline_misses"]),
         fallbacks=_total(row["fallbacks"]),
+        availability=finite_mean(row["availability"]),
+        lock_begins=_usual(row["lock_begins"]),
+        payback_time=_usual(row["payback_time"]),
+        motor_energy=finite_mean(row["motor_energy"]),
+        net_energy=finite_mean(row["net_energy"]),
+        starts=_total(row["starts"]),
+        unloads=_total(row["unloads"]),
     )
 
 
@@ -246,6 +265,12 @@ def _largest(values: NDArray[np.float64]) -> float:
 def _median(values: NDArray[np.float64]) -> float:
     kept = values[np.isfinite(values)]
     return float(np.median(kept)) if kept.size else float("nan")
+
+
+def _usual(values: NDArray[np.float64]) -> float:
+    """Median in which a run that never gets there counts as later than all others."""
+    middle = np.sort(values)[values.size // 2]  # NaN is sorted last
+    return float(middle)
 
 
 def _total(values: NDArray[np.float64]) -> int | None:

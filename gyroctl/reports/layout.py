@@ -44,6 +44,13 @@ OPTIONAL = (
     "deadline_misses",
     "fallbacks",
     "outside_model",
+    "availability",
+    "motor_energy",
+    "net_energy",
+    "lock_begins",
+    "payback_time",
+    "starts",
+    "unloads",
 )
 """Variables over (law, realisation) shown where present."""
 

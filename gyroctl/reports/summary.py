@@ -101,6 +101,13 @@ def _law(law: LawResult) -> dict[str, Any]:
         "step_ms_p99": law.step_ms_p99,
         "deadline_misses": law.deadline_misses,
         "fallbacks": law.fallbacks,
+        "availability": law.availability,
+        "lock_begins_s": law.lock_begins,
+        "payback_s": law.payback_time,
+        "motor_energy_j": law.motor_energy,
+        "net_energy_j": law.net_energy,
+        "starts": law.starts,
+        "unloads": law.unloads,
         "ratio_to_best_constant": law.ratio.value,
         "ratio_ci95": _interval(law.ratio),
         "notes": {

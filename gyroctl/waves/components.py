@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.waves.drifting import DriftingSea, FadedSum
 from gyroctl.waves.grid import OMEGA_MAX, TimeGrid
 from gyroctl.waves.record import ElevationRecord
 from gyroctl.waves.regular import Bichromatic, Regular
@@ -15,7 +16,7 @@ from gyroctl.waves.spectrum import SeaState
 from gyroctl.waves.superposition import ChirpSum, HarmonicSum, LineSum, Superposition
 from gyroctl.waves.tabulated import TabulatedSpectrum
 
-Sea = SeaState | TabulatedSpectrum | Regular | Bichromatic | ElevationRecord
+Sea = SeaState | DriftingSea | TabulatedSpectrum | Regular | Bichromatic | ElevationRecord
 """Any sea of this package."""
 
 
@@ -39,13 +40,15 @@ def components(sea: Sea, grid: TimeGrid) -> Components:
     """
     if isinstance(sea, SeaState | TabulatedSpectrum):
         return _of_spectrum(sea, grid)
+    if isinstance(sea, DriftingSea):
+        return _of_stages(sea, grid)
     if isinstance(sea, Regular | Bichromatic):
         omega, amplitude = sea.lines
         drawn = omega.size if isinstance(sea, Bichromatic) else 0
         return Components(omega, amplitude.astype(np.complex128), drawn, 1.0, LineSum(omega, grid.time))
     if isinstance(sea, ElevationRecord):
         return _of_record(sea, grid)
-    mend = "Give a SeaState, TabulatedSpectrum, Regular, Bichromatic or ElevationRecord"
+    mend = "Give a SeaState, DriftingSea, TabulatedSpectrum, Regular, Bichromatic or ElevationRecord"
     raise InputError("sea", sea, "is no sea", mend)
 
 
@@ -60,6 +63,19 @@ def _of_spectrum(sea: SeaState | TabulatedSpectrum, grid: TimeGrid) -> Component
     # so every amplitude is scaled: each realisation then has variance Hs^2/16 exactly, and seas of equal Hs compare.
     amplitude *= np.sqrt(wanted / variance)
     return Components(omega, amplitude.astype(np.complex128), omega.size, variance / wanted, HarmonicSum(grid.steps))
+
+
+def _of_stages(sea: DriftingSea, grid: TimeGrid) -> Components:
+    stages = [_of_spectrum(stage, grid) for stage in sea.stages]
+    windows = sea.windows(grid.time)
+    part = np.sqrt(np.mean(windows**2, axis=1))  # amplitudes over the whole run: their squares add up to its variance
+    return Components(
+        np.concatenate([stage.omega for stage in stages]),
+        np.concatenate([stage.amplitude * share for stage, share in zip(stages, part, strict=True)]),
+        sum(stage.random for stage in stages),
+        float(part**2 @ [stage.captured for stage in stages]),
+        FadedSum(stages[0].superpose, windows / np.where(part > 0.0, part, 1.0)[:, None]),
+    )
 
 
 def _of_record(sea: ElevationRecord, grid: TimeGrid) -> Components:

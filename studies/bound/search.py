@@ -11,8 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc import full_horizon
-from gyroctl.controllers.nmpc.full_horizon import Plan, Window, beam, optimise, receding, reduced, tracking_gains, window
-from gyroctl.controllers.nmpc.problem import weights
+from gyroctl.controllers.nmpc.full_horizon import (
+    Plan,
+    Window,
+    beam,
+    optimise,
+    receding,
+    reduced,
+    tracking_gains,
+    window,
+)
+from gyroctl.controllers.nmpc.problem import FLYWHEEL, weights
+from gyroctl.errors import InputError
 from gyroctl.plant.equations import OMEGA_RATE
 from gyroctl.plant.kernel import hold_one, rows, slip_rate, steps_for
 from gyroctl.simulation.metrics import Record
@@ -31,6 +41,10 @@ BEAMS = ((12.0, 50), (8.0, 40))
 """Beam searches for starts: generator power to begin with [W], control intervals between two choices."""
 
 
+STEADY = 0.02
+"""Power CV below which a law's own run counts as one of constant power. [-]"""
+
+
 @dataclass(frozen=True)
 class Effort:
     """How hard to search.
@@ -45,6 +59,8 @@ class Effort:
         Plans of each beam that are optimised.
     polish : int
         Iterations per round with the fine model, on the best.
+    finalists : int
+        Starts that are polished.
     repairs : int
         Times that the motion limit of the plan is moved until the true 98 % motion fits.
     """
@@ -55,6 +71,7 @@ class Effort:
     width: int = 5
     each: int = 2
     polish: int = 250
+    finalists: int = 2
     repairs: int = 2
 
 
@@ -87,17 +104,15 @@ class Found:
 
 
 def best_found(
-    cut: Cut, smooth: bool = True, runs: Mapping[str, Record] | None = None, effort: Effort | None = None,
+    cut: Cut, runs: Mapping[str, Record] | None = None, effort: Effort | None = None,
     tick: Callable[[], None] | None = None,
 ) -> Found:  # fmt: skip
-    """Search a window.
+    """Search a window with constant generator power.
 
     Parameters
     ----------
     cut : Cut
         The window.
-    smooth : bool
-        Constant generator power, or one that is free in each interval.
     runs : mapping of str to Record, optional
         Runs of laws through the whole window and its tail: further starts, and further candidates.
     effort : Effort, optional
@@ -107,65 +122,91 @@ def best_found(
 
     Raises
     ------
-    RuntimeError
-        Where no plan keeps lock and limits.
+    InputError
+        Field ``seeds``: where nothing found keeps lock and motion limit.
     """
     effort, count = effort or Effort(), tick or (lambda: None)
-    rough, fine = (_window(cut, substeps, MOTION - 0.02) for substeps in (2, full_horizon.SUBSTEPS))
+    rough = _window(cut, 2, MOTION - 0.02)
     starts: dict[str, Plan] = {"receding horizon": receding(cut.plant, rough, BEAMS[0][0])}
     for power, piece in BEAMS[: effort.beams]:
         plans = beam(cut.plant, rough, power, width=effort.width, piece=piece)
         for index, plan in enumerate(plans[:: max(len(plans) // effort.each, 1)][: effort.each]):
             starts[f"beam from {power:g} W, {index + 1}"] = plan
         count()
-    for name, record in (runs or {}).items():
-        starts[name] = _plan_of(fine, record)
-    best: Found | None = None
+    starts |= {name: _plan_of(rough, record) for name, record in (runs or {}).items()}
+    found: list[Found] = []
     table: dict[str, tuple[float, float]] = {}
     for name, start in starts.items():
         before = verify(cut, rough, start, name)
-        plan = optimise(cut.plant, rough, start, smooth, effort.rounds, effort.iterations)
+        plan = optimise(cut.plant, rough, start, True, effort.rounds, effort.iterations)
         after = verify(cut, rough, plan, name)
         table[name] = (_score(before), _score(after))
-        if best is None or _rank(after) > _rank(best):
-            best = after
-        if not smooth and _rank(before) > _rank(best):
-            best = before
+        found.append(after)
         count()
-    assert best is not None and best.plan is not None
-    limit, plan = MOTION - 0.02, best.plan
-    for repair in range(effort.repairs + 1):
+    # a plan that the replay could not hold, or whose motion is a little too large, may still be the best start
+    found.sort(key=lambda one: one.planned_w, reverse=True)
+    for one in found[: effort.finalists]:
+        found += _polished(cut, one, True, effort, count)
+    return dataclasses.replace(_best(cut, found, runs or {}, True), starts=table)
+
+
+def loosened(
+    cut: Cut, smooth: Found, runs: Mapping[str, Record] | None = None, effort: Effort | None = None,
+    tick: Callable[[], None] | None = None,
+) -> Found:  # fmt: skip
+    """Improve on the best of constant power with a generator power that is free in each interval; else as there."""
+    effort, count = effort or Effort(), tick or (lambda: None)
+    rough = _window(cut, 2, MOTION - 0.02)
+    found = [smooth]
+    if smooth.plan is not None:
+        plan = optimise(cut.plant, rough, smooth.plan, False, effort.rounds, effort.iterations)
+        found.append(verify(cut, rough, plan, smooth.origin))
+        count()
+        found += _polished(cut, found[-1], False, effort, count)
+    return dataclasses.replace(_best(cut, found, runs or {}, False), starts={})
+
+
+def _polished(cut: Cut, found: Found, smooth: bool, effort: Effort, count: Callable[[], None]) -> list[Found]:
+    """Go on with the fine model, and move the motion limit of the plan until the true motion fits."""
+    assert found.plan is not None
+    limit, plan, out = MOTION - 0.02, found.plan, []
+    for _ in range(effort.repairs + 1):
         problem = _window(cut, full_horizon.SUBSTEPS, limit)
         plan = optimise(cut.plant, problem, plan, smooth, 2, effort.polish, rho=400.0)
-        polished = verify(cut, problem, plan, best.origin)
-        if _rank(polished) > _rank(best):
-            best = polished
-        limit += 0.8 * (MOTION - 0.003 - max(polished.values["phi1_p98"], polished.values["phi3_p98"]))
-        limit = min(max(limit, 0.2), MOTION + 0.03)
+        out.append(verify(cut, problem, plan, found.origin))
+        if out[-1].values["locked"]:
+            limit += 0.8 * (MOTION - 0.003 - max(out[-1].values["phi1_p98"], out[-1].values["phi3_p98"]))
+            limit = min(max(limit, 0.2), MOTION + 0.03)
         count()
-    for name, record in (runs or {}).items():  # a law that does better is itself the best found
+    return out
+
+
+def _best(cut: Cut, found: list[Found], runs: Mapping[str, Record], smooth: bool) -> Found:
+    """Best of the plans and, where a law did better, its own run."""
+    for name, record in runs.items():
         counted = cut.counted(record)
         own = Found(cut.worth(counted), counted, f"{name} itself", math.nan, {})
-        steady = own.values["power_cv"] < 0.02
-        if (steady or not smooth) and _rank(own) > _rank(best):
-            best = own
-    if not math.isfinite(_score(best)):
-        raise RuntimeError("no plan of this window keeps lock and motion limit")
-    return dataclasses.replace(best, starts=table)
+        if not smooth or own.values["power_cv"] < STEADY:
+            found = [*found, own]
+    kept = [one for one in found if math.isfinite(_score(one))]
+    if not kept:
+        raise InputError("seeds", cut.waves.seed, "nothing found keeps the lock and the motion limit in this window",
+                         "Choose another seed, or a lower Hs")  # fmt: skip
+    return max(kept, key=_score)
 
 
 def ticks(runs: int, effort: Effort | None = None) -> int:
     """Number of stages of `best_found`."""
     effort = effort or Effort()
-    return 1 + effort.beams * (1 + effort.each) + runs + effort.repairs + 1
+    return 1 + effort.beams * (1 + effort.each) + runs + effort.finalists * (effort.repairs + 1)
 
 
 def verify(cut: Cut, w: Window, plan: Plan, origin: str) -> Found:
-    """Follow a plan with the plant's kernel, held to its path by the coupling alone; the generator power is as planned."""
+    """Follow a plan with the plant's kernel, held to its path by the coupling alone; the power is as planned."""
     gains = tracking_gains(cut.plant, w, plan)
     record = cut.counted(_follow(cut, w, plan, gains))
     J4, n = cut.plant.parameters.J4, cut.intervals
-    speed = plan.states[:, full_horizon.FLYWHEEL]
+    speed = plan.states[:, FLYWHEEL]
     planned = float(plan.power[:n].mean()) + 0.5 * J4 * float(speed[n] ** 2 - speed[0] ** 2) / cut.duration
     return Found(cut.worth(record), record, origin, planned, {}, plan)
 
@@ -212,8 +253,3 @@ def _score(found: Found) -> float:
     v = found.values
     kept = v["locked"] and v["phi1_p98"] <= MOTION and v["phi3_p98"] <= MOTION
     return v["harvest_w"] if kept else math.nan
-
-
-def _rank(found: Found) -> tuple[bool, bool, float]:
-    v = found.values
-    return bool(v["locked"]), math.isfinite(_score(found)), v["harvest_w"]

@@ -42,7 +42,8 @@ class Kernels(NamedTuple):
 def bins(low: float = 1.0, high: float = 12.6, width: float = 0.1) -> Bins:
     """Even bins from `low` to `high`. [rad/s]"""
     count = round((high - low) / width)
-    return Bins(low + width * (np.arange(count) + 0.5), width)
+    omega: Array = low + width * (np.arange(count, dtype=np.float64) + 0.5)
+    return Bins(omega, width)
 
 
 def kernels(

@@ -64,33 +64,37 @@ class Learner(NamedTuple):
 
     def init(self) -> LearnerState:
         """Return a state that knows the prior only."""
-        values, twice = self.steering.shape
-        lags, spared = self.seen.shape[1], (self.omega.size + SPARED - 1) // SPARED
-        return LearnerState(
-            self.prior.copy(), self.shape.copy(), np.zeros((4, lags)), np.zeros(1), np.zeros((4, lags)),
-            np.zeros(self.ahead.shape[:2]), np.zeros((values, values)), np.zeros((values, values)),
-            np.zeros((values, twice)), np.zeros(twice), np.zeros((2, self.omega.size)),
-            np.zeros((self.omega.size, 4)), np.zeros((2, spared, spared)), np.zeros((3, 4)),
-        )  # fmt: skip
+        values = self.steering.shape[0]
+        state = LearnerState(self.prior.copy(), self.shape.copy(), np.zeros(self.noise.shape), np.zeros(1),
+                             np.zeros(self.ahead.shape[:2]), np.zeros((values, values)))  # fmt: skip
+        factorise(self, state, 0.0)
+        return state
 
 
 class LearnerState(NamedTuple):
-    """What has been learnt, changed in place."""
+    """What has been learnt, changed in place.
+
+    Whoever keeps states apart copies it at every sample, so it is small: the working space of a fit, which is rare, is
+    allocated there.
+    """
 
     spectrum: Array  # (b,) [m^2 s]
     shape: Array  # (3,) JONSWAP numbers
     products: Array  # (4, past) sums of products over the lag, forgotten exponentially [Nm^2]
-    seconds: Array  # (1,) their weight, 1 when the memory is full
-    seen: Array  # (4, past) covariances of the present spectrum
-    ahead: Array  # (4, past + horizon)
-    factor: Array  # (2 m, 2 m), upper U of G = U^T U
-    whitener: Array  # (2 m, 2 m), lower V = U^-T, so that G^-1 = V^T V
+    weight: Array  # (1,) the sum of the weights, 1 when the memory is full
+    ahead: Array  # (4, past + horizon) covariances of the present spectrum [Nm^2]
+    whitener: Array  # (2 m, 2 m), lower V with G^-1 = V^T V
+
+
+class Fit(NamedTuple):
+    """Working space of a fit."""
+
     solved: Array  # (2 m, 2 b), G^-1 a_b
-    row: Array  # (2 b,)
-    power: Array  # (2, b), q_b and e_b
-    slopes: Array  # (b, 4), of log S with the three numbers, and the JONSWAP spectrum
+    q: Array  # (b,)
+    e: Array  # (b,)
+    slopes: Array  # (b, 3), of log S with the three numbers
     overlap: Array  # (2, b', b'), a_b^H G^-1 a_c of spared bins
-    step: Array  # (3, 4), the linear system of the three numbers
+    system: Array  # (3, 4), the linear equations of the three numbers
 
 
 def _factorise(stamp: str) -> Any:
@@ -100,22 +104,23 @@ def _factorise(stamp: str) -> Any:
         `doubt` is a variance added to the values looked at. [Nm^2]
         """
         assert stamp
-        S, ages, U, V = state.spectrum, learner.ages, state.factor, state.whitener
+        S, ages, V = state.spectrum, learner.ages, state.whitener
+        size, lags = V.shape[0], learner.noise.shape[1]
+        U, seen = np.empty((size, size)), np.empty((4, lags))  # G = U^T U, V = U^-T
         for p in range(4):
-            for lag in range(learner.seen.shape[1]):
+            for lag in range(lags):
                 total = learner.noise[p, lag]
                 for b in range(S.size):
                     total += learner.seen[p, lag, b] * S[b]
-                state.seen[p, lag] = total
-            for lag in range(learner.ahead.shape[1]):
+                seen[p, lag] = total
+            for lag in range(state.ahead.shape[1]):
                 total = 0.0
                 for b in range(S.size):
                     total += learner.ahead[p, lag, b] * S[b]
                 state.ahead[p, lag] = total
-        size = U.shape[0]
         for r in range(size):
             for c in range(r, size):  # column c is the older: E o_i(t - a) o_j(t - b) at the lag b - a
-                U[r, c] = state.seen[2 * (r % 2) + c % 2, ages[c // 2] - ages[r // 2]]
+                U[r, c] = seen[2 * (r % 2) + c % 2, ages[c // 2] - ages[r // 2]]
             U[r, r] += doubt
         for k in range(size):
             pivot = math.sqrt(U[k, k])
@@ -153,7 +158,7 @@ def _correlate(stamp: str) -> Any:
             products[1, lag] = keep * products[1, lag] + one * h3
             products[2, lag] = keep * products[2, lag] + three * h1
             products[3, lag] = keep * products[3, lag] + three * h3
-        state.seconds[0] = keep * state.seconds[0] + share
+        state.weight[0] = keep * state.weight[0] + share
 
     return entry_point(correlate)
 
@@ -162,25 +167,27 @@ def _learn(stamp: str) -> Any:
     def learn(learner: Learner, state: LearnerState) -> None:
         """Take one step of the fit and factorise anew."""
         assert stamp
+        bins = learner.omega.size
+        spared = (bins + SPARED - 1) // SPARED
+        fit = Fit(np.zeros(learner.steering.shape), np.zeros(bins), np.zeros(bins), np.zeros((bins, 3)),
+                  np.zeros((2, spared, spared)), np.zeros((3, 4)))  # fmt: skip
         factorise(learner, state, learner.doubt)
-        whiten(learner, state)
-        compare(learner, state)
-        fit_shape(learner, state)
-        fit_bins(learner, state)
+        whiten(learner, state, fit)
+        compare(learner, state, fit)
+        fit_shape(learner, state, fit)
+        fit_bins(learner, state, fit)
         factorise(learner, state, 0.0)
 
     return entry_point(learn)
 
 
 def _whiten(stamp: str) -> Any:
-    def whiten(learner: Learner, state: LearnerState) -> None:
+    def whiten(learner: Learner, state: LearnerState, fit: Fit) -> None:
         """G^-1 a_b and e_b."""
         assert stamp
-        A, V, X, z = learner.steering, state.whitener, state.solved, state.row
+        A, V, X = learner.steering, state.whitener, fit.solved
         size, twice = A.shape
-        bins = twice // 2
-        X[:, :] = 0.0
-        state.power[1, :] = 0.0
+        bins, z = twice // 2, np.empty(twice)
         for r in range(size):
             for b in range(twice):
                 z[b] = 0.0
@@ -193,20 +200,19 @@ def _whiten(stamp: str) -> Any:
                 for b in range(twice):
                     X[k, b] += f * z[b]
             for b in range(bins):
-                state.power[1, b] += z[b] * z[b] + z[bins + b] * z[bins + b]
+                fit.e[b] += z[b] * z[b] + z[bins + b] * z[bins + b]
 
     return entry_point(whiten)
 
 
 def _compare(stamp: str) -> Any:
-    def compare(learner: Learner, state: LearnerState) -> None:
+    def compare(learner: Learner, state: LearnerState, fit: Fit) -> None:
         """q_b, from the covariances as seen."""
         assert stamp
-        X, y, ages, q = state.solved, state.row, learner.ages, state.power[0]
+        X, ages, q = fit.solved, learner.ages, fit.q
         size, twice = X.shape
-        bins = twice // 2
-        scale = 1.0 / state.seconds[0]
-        q[:] = 0.0
+        bins, y = twice // 2, np.empty(twice)
+        scale = 1.0 / state.weight[0]
         for r in range(size):
             for b in range(twice):
                 y[b] = 0.0
@@ -225,15 +231,14 @@ def _compare(stamp: str) -> Any:
 
 
 def _fit_shape(stamp: str) -> Any:
-    def fit_shape(learner: Learner, state: LearnerState) -> None:
+    def fit_shape(learner: Learner, state: LearnerState, fit: Fit) -> None:
         """One Fisher-scoring step of level, peak and sharpness."""
         assert stamp
-        S, slopes, M, H = state.spectrum, state.slopes, state.step, state.overlap
-        A, X, shape = learner.steering, state.solved, state.shape
+        S, slopes, M, H = state.spectrum, fit.slopes, fit.system, fit.overlap
+        A, X, shape = learner.steering, fit.solved, state.shape
         size, bins = A.shape[0], S.size
         for b in range(bins):
-            slopes[b, 3] = math.exp(log_spectrum(shape, learner.omega[b], slopes[b]))
-        H[:, :, :] = 0.0
+            log_spectrum(shape, learner.omega[b], slopes[b])
         spared = H.shape[1]
         for r in range(size):
             for i in range(spared):
@@ -242,14 +247,13 @@ def _fit_shape(stamp: str) -> Any:
                     H[0, i, j] += real * X[r, SPARED * j] + imaginary * X[r, bins + SPARED * j]
                     H[1, i, j] += real * X[r, bins + SPARED * j] - imaginary * X[r, SPARED * j]
         # the prior weighs as much as one window against the number of windows seen
-        windows = 1.0 + min(-math.log(max(1.0 - state.seconds[0], 1e-9)), 1.0) / (-math.log(learner.fade)) / learner.window
-        M[:, :] = 0.0
+        windows = 1.0 + min(-math.log(max(1.0 - state.weight[0], 1e-9)), 1.0) / -math.log(learner.fade) / learner.window
         for k in range(3):
             precision = 1.0 / (PRIOR[k] * PRIOR[k] * windows)
             M[k, k] = precision
             M[k, 3] = -precision * (shape[k] - learner.shape[k])
             for b in range(bins):
-                M[k, 3] += 0.5 * learner.width * slopes[b, k] * S[b] * (state.power[0, b] - state.power[1, b])
+                M[k, 3] += 0.5 * learner.width * slopes[b, k] * S[b] * (fit.q[b] - fit.e[b])
         area = (SPARED * learner.width) ** 2
         for i in range(spared):
             for j in range(spared):
@@ -275,13 +279,13 @@ def _fit_shape(stamp: str) -> Any:
 
 
 def _fit_bins(stamp: str) -> Any:
-    def fit_bins(learner: Learner, state: LearnerState) -> None:
+    def fit_bins(learner: Learner, state: LearnerState, fit: Fit) -> None:
         """Expectation-maximisation of every bin, drawn to the JONSWAP sea."""
         assert stamp
-        S, slopes = state.spectrum, state.slopes
+        S, slopes = state.spectrum, fit.slopes
         for b in range(S.size):
             jonswap = math.exp(log_spectrum(state.shape, learner.omega[b], slopes[b]))
-            grown = 1.0 + 0.5 * learner.width * S[b] * (state.power[0, b] - state.power[1, b])
+            grown = 1.0 + 0.5 * learner.width * S[b] * (fit.q[b] - fit.e[b])
             S[b] = (1.0 - DRAWN) * S[b] * min(max(grown, 0.1), 10.0) + DRAWN * jonswap
 
     return entry_point(fit_bins)

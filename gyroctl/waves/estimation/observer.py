@@ -20,9 +20,19 @@ from gyroctl.errors import InputError
 from gyroctl.plant import compiled, equations, kernel, trigonometry
 from gyroctl.plant.compiled import entry_point, source_stamp
 from gyroctl.plant.equations import (
-    LEDGER, OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION, Coefficients, derivative,
-)  # fmt: skip
-from gyroctl.plant.kernel import slip_rate
+    LEDGER,
+    OMEGA_RATE,
+    PHI1,
+    PHI1_RATE,
+    PHI3,
+    PHI3_RATE,
+    PSI,
+    PSI_RATE,
+    RADIATION,
+    Coefficients,
+    derivative,
+)
+from gyroctl.plant.kernel import slip_rate, steps_for
 from gyroctl.plant.plant import Plant
 from gyroctl.waves.estimation.averaged import Array, FloatModel, Gains, float_model, stationary_gains
 from gyroctl.waves.spectrum import SeaState
@@ -32,11 +42,9 @@ SENSOR_NOISE = (1.1e-3, 0.02, 0.1, 1e-3, 1e-3, 4e-3, 4e-3)
 
 SOURCES = (compiled.__file__, trigonometry.__file__, equations.__file__, kernel.__file__, __file__)
 
-STAGE = 1.2
-"""Largest product of Runge-Kutta step and slip rate: the decay of the slip is followed to a few per cent of it."""
-
-COARSEST = 1.0 / 30.0
-"""Longest Runge-Kutta step. [s]"""
+COARSEST = 0.025
+"""Longest Runge-Kutta step; where the coupling is strong, shorter ones follow the decay of the slip, see `steps_for`.
+[s]"""
 
 
 class MomentEstimator(NamedTuple):
@@ -182,7 +190,7 @@ def _predict_state(stamp: str) -> Any:
         k, x_hat, wave, work = estimator.k, state.x_hat, state.wave, state.work
         n = x_hat.size
         hold = estimator.period
-        steps = max(int(math.ceil(hold / COARSEST - 1e-9)), int(math.ceil(hold * slip_rate(k, cc) / STAGE - 1e-9)))
+        steps = steps_for(hold, COARSEST, slip_rate(k, cc))
         h = hold / steps
         x, dx, total = work[0], work[1], work[2]
         decay = estimator.spread * estimator.wp

@@ -22,7 +22,7 @@ from gyroctl.waves import spectrum
 from gyroctl.waves.estimation import learning, sea_shape
 from gyroctl.waves.estimation.averaged import Array, FloatModel, float_model, noise_covariance, transfer
 from gyroctl.waves.estimation.gaussian import Bins, bins, kernels, steering
-from gyroctl.waves.estimation.learning import Learner, LearnerState, correlate, factorise, learn
+from gyroctl.waves.estimation.learning import Learner, LearnerState, correlate, learn
 from gyroctl.waves.estimation.observer import MomentEstimator
 from gyroctl.waves.estimation.sea_shape import shape_of
 from gyroctl.waves.spectrum import SeaState
@@ -46,7 +46,7 @@ class Predictor(NamedTuple):
     @classmethod
     def design(
         cls, plant: Plant, step: float = 0.1, past: float = 12.0, horizon: float = 8.0, sea: SeaState | None = None,
-        estimator: MomentEstimator | None = None, forgetting: float | None = 240.0, every: float = 5.0,
+        estimator: MomentEstimator | None = None, forgetting: float | None = 120.0, every: float = 5.0,
         floor: float = 0.3, doubt: float = 6.0, grid: Bins | None = None,
     ) -> Predictor:  # fmt: skip
         """Design the forecast.
@@ -116,17 +116,15 @@ class Predictor(NamedTuple):
         """Return a fresh state that knows the prior only."""
         learner = self.learner
         values, count = learner.steering.shape[0], learner.seen.shape[1]
-        memory = learner.init()
-        factorise(learner, memory, 0.0)
         return PredictorState(np.zeros((count, 2)), np.zeros(1, np.int64), np.zeros(values), np.zeros(values),
-                              np.zeros((2, self.horizon)), np.zeros(2), memory)  # fmt: skip
+                              np.zeros((2, self.horizon)), np.zeros(2), learner.init())  # fmt: skip
 
 
 class PredictorState(NamedTuple):
     """State of the forecast, changed in place by `observe` and `predict`."""
 
     history: Array  # (past, 2), round buffer of observed moments [Nm]
-    count: NDArray[np.int64]  # (1,) observations so far
+    samples: NDArray[np.int64]  # (1,) observations so far
     values: Array  # (2 m,), those looked at, whitened
     weights: Array  # (2 m,), G^-1 m
     coming: Array  # (2, horizon), working space for callers
@@ -174,14 +172,14 @@ def _observe(stamp: str) -> Any:
         assert stamp
         learner = predictor.learner
         length = state.history.shape[0]
-        at = state.count[0] % length
-        before = (state.count[0] - 1) % length  # a value that is no number must not stay: the last one stands for it
+        at = state.samples[0] % length
+        before = (state.samples[0] - 1) % length  # a value that is no number must not stay: the last one stands for it
         state.history[at, 0] = me1 if math.isfinite(me1) else state.history[before, 0]
         state.history[at, 1] = me3 if math.isfinite(me3) else state.history[before, 1]
-        state.count[0] += 1
-        if learner.every > 0 and state.count[0] >= length:
+        state.samples[0] += 1
+        if learner.every > 0 and state.samples[0] >= length:
             correlate(learner, state.memory, state.history, at)
-            if state.count[0] % learner.every == 0 and state.count[0] >= length + learner.every:
+            if state.samples[0] % learner.every == 0 and state.samples[0] >= length + learner.every:
                 learn(learner, state.memory)
 
     return entry_point(observe)
@@ -197,7 +195,7 @@ def _predict(stamp: str) -> Any:
         assert stamp
         ages, ahead, V = predictor.learner.ages, state.memory.ahead, state.memory.whitener
         v, w = state.values, state.weights
-        length, count = state.history.shape[0], state.count[0]
+        length, count = state.history.shape[0], state.samples[0]
         known = 0
         while known < ages.size and ages[known] < count:
             known += 1

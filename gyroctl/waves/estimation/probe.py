@@ -73,7 +73,9 @@ class Probe(NamedTuple):
             source = np.random.SeedSequence(seed_number(seed), spawn_key=(PROBE_DOMAIN,))
             error = np.random.Generator(np.random.PCG64(source)).standard_normal(told.shape)
             told = told + noise * np.std(told, axis=1, keepdims=True) * error
-        return cls(told, predictor.horizon if math.isinf(lead) else min(round(lead / predictor.step), predictor.horizon))
+        return cls(
+            told, predictor.horizon if math.isinf(lead) else min(round(lead / predictor.step), predictor.horizon)
+        )
 
 
 def _foresee(stamp: str) -> Any:
@@ -91,8 +93,8 @@ def _foresee(stamp: str) -> Any:
         reach = min(sample + probe.lead, last)
         leads = out.shape[1]
         if leads > probe.lead:
-            while state.count[0] <= reach:
-                at = state.count[0]
+            while state.samples[0] <= reach:
+                at = state.samples[0]
                 observe(predictor, state, told[0, at], told[1, at])
             predict(predictor, state, state.coming)
         for i in range(2):

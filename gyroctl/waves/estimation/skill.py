@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.plant.compiled import entry_point, source_stamp
-from gyroctl.waves.estimation import observer, probe
 from gyroctl.waves.estimation.averaged import Array
-from gyroctl.waves.estimation.observer import EstimatorState, MomentEstimator, update
-from gyroctl.waves.estimation.predictor import Predictor, PredictorState, observe, predict
-
-SOURCES = (*observer.SOURCES, *probe.SOURCES, __file__)
+from gyroctl.waves.estimation.observer import MomentEstimator, update
+from gyroctl.waves.estimation.predictor import Predictor, observe, predict
 
 
 class Replay(NamedTuple):
@@ -51,10 +47,17 @@ def replay(
     """
     steps = _steps(predictor, leads)
     n = min(measured.shape[0], controls.shape[0])
+    measured = np.ascontiguousarray(measured)
     state, memory = estimator.init(), predictor.init()
     out = Replay(np.zeros((n, state.x_hat.size)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2, steps.size)),
                  np.zeros((n, 7)))  # fmt: skip
-    _run(estimator, state, predictor, memory, np.ascontiguousarray(measured), np.ascontiguousarray(controls), steps, out)
+    for i in range(n):
+        held = controls[max(i - 1, 0)]
+        update(estimator, state, measured[i], held[0], held[1])
+        observe(predictor, memory, state.me_hat[0], state.me_hat[1])
+        predict(predictor, memory, memory.coming)
+        out.x_hat[i], out.me_hat[i], out.innovation[i] = state.x_hat, state.me_hat, state.innovation
+        out.now[i], out.ahead[i] = memory.now, memory.coming[:, steps - 1]
     return out
 
 
@@ -67,8 +70,12 @@ def replay_moments(predictor: Predictor, leads: Sequence[float], moments: Array)
         For a lead beyond the horizon.
     """
     steps = _steps(predictor, leads)
+    memory = predictor.init()
     ahead = np.zeros((moments.shape[1], 2, steps.size))
-    _run_moments(predictor, predictor.init(), np.ascontiguousarray(moments), steps, ahead)
+    for i in range(moments.shape[1]):
+        observe(predictor, memory, moments[0, i], moments[1, i])
+        predict(predictor, memory, memory.coming)
+        ahead[i] = memory.coming[:, steps - 1]
     return ahead
 
 
@@ -108,38 +115,3 @@ def _steps(predictor: Predictor, leads: Sequence[float]) -> NDArray[np.int64]:
                          f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s",
                          "Ask for less or design the predictor with a longer horizon")  # fmt: skip
     return steps
-
-
-def _build(stamp: str) -> tuple[Any, Any]:
-    def run(
-        estimator: MomentEstimator, state: EstimatorState, predictor: Predictor, memory: PredictorState,
-        measured: Array, controls: Array, steps: NDArray[np.int64], out: Replay,
-    ) -> None:  # fmt: skip
-        assert stamp
-        for i in range(out.me_hat.shape[0]):
-            before = max(i - 1, 0)
-            update(estimator, state, measured[i], controls[before, 0], controls[before, 1])
-            observe(predictor, memory, state.me_hat[0], state.me_hat[1])
-            predict(predictor, memory, memory.coming)
-            out.x_hat[i, :] = state.x_hat
-            out.innovation[i, :] = state.innovation
-            for j in range(2):
-                out.me_hat[i, j], out.now[i, j] = state.me_hat[j], memory.now[j]
-                for a in range(steps.size):
-                    out.ahead[i, j, a] = memory.coming[j, steps[a] - 1]
-
-    def run_moments(
-        predictor: Predictor, memory: PredictorState, moments: Array, steps: NDArray[np.int64], ahead: Array
-    ) -> None:
-        assert stamp
-        for i in range(moments.shape[1]):
-            observe(predictor, memory, moments[0, i], moments[1, i])
-            predict(predictor, memory, memory.coming)
-            for j in range(2):
-                for a in range(steps.size):
-                    ahead[i, j, a] = memory.coming[j, steps[a] - 1]
-
-    return entry_point(run), entry_point(run_moments)
-
-
-_run, _run_moments = _build(source_stamp(SOURCES))

@@ -1,0 +1,245 @@
+"""LMI design: gains of all cells at once, with one Lyapunov function over the schedule or a bounded rate of scheduling.
+
+The model of a cell is the averaged one of its orbit, libration and horizontal mode. Its inputs are both controls, and
+both modulated with the ring angle: a control that is modulated in this way acts on the horizontal mode, and by the
+half-period symmetry nothing else does. With gains K_i = Y_i Q_i^-1 at the nodes the closed loops satisfy
+
+    A_i Q_i + B_i Y_i + (..)' + 2 a Q_i + G_i G_i' -+ rate dQ/dV <= 0,    [Z_i, C Q_i + D Y_i; .., Q_i] >= 0,
+
+and the largest trace of Z_i, a bound of the cost of the irregular wave, is made least (S. Boyd et al., Linear Matrix
+Inequalities in System and Control Theory, SIAM 1994, chapter 7; F. Wu et al., Int. J. Robust Nonlinear Control 6 (1996)
+983-998 for the bounded rate). With a constant Q the schedule may move at any rate; with Q affine in the envelope its rate
+is bounded. The inequality holds at the nodes; between them, where the law interpolates its gains, it is checked.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.controllers.gain_scheduled.cell import Cell, Node
+from gyroctl.controllers.gain_scheduled.scheduled import SIGNALS
+from gyroctl.errors import InputError
+from gyroctl.linearisation import PeriodicOrbit
+from gyroctl.linearisation.averaged import average
+from gyroctl.linearisation.periodic import linearise
+from gyroctl.plant.equations import PSI
+
+Matrix = NDArray[np.float64]
+
+INPUTS = ("cc", "cg", "cc_cos", "cc_sin", "cg_cos", "cg_sin")
+EVEN, ODD = slice(0, 2), slice(2, 6)
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class SlowModel:
+    """x' = A x + B u + G w of libration angle [rad] and rate, phi1 [rad] and phi1' of the horizontal mode.
+
+    Parameters
+    ----------
+    node : Node
+        The cell.
+    A, B, G : (4, 4), (4, 6), (4, 2) arrays
+        Inputs are cc, cg [Nms] and both times cos and sin of the ring angle; w is white.
+    """
+
+    node: Node
+    A: Matrix
+    B: Matrix
+    G: Matrix
+
+
+@dataclass(frozen=True)
+class Wishes:
+    """What the LMI design is asked for.
+
+    Parameters
+    ----------
+    angle, speed, swing : float
+        Deviations of libration angle [rad], ring speed [rad/s] and phi1 [rad] that weigh alike in the cost.
+    cc : float
+        And of the coupling. [Nms]
+    cg : float
+        And of the generator gain, as a part of the lock capacity J4 V/N. [-]
+    decay, swing_decay : float
+        Least rates at which libration and horizontal mode die out. [1/s]
+    rate : float
+        Largest rate of the envelope [rad/s^2]; infinite for one Lyapunov function, which allows any.
+    """
+
+    angle: float = 0.35
+    speed: float = 0.17
+    swing: float = 0.09
+    cc: float = 0.005
+    cg: float = 0.3
+    decay: float = 0.12
+    swing_decay: float = 0.012
+    rate: float = float("inf")
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """Gains with the Lyapunov function that proves them.
+
+    Parameters
+    ----------
+    gains : list of (6, 4) arrays
+        From the states of the slow model to its inputs, by cell.
+    Q0, Q1 : (4, 4) arrays
+        x' (Q0 + V Q1)^-1 x decreases in every cell.
+    decay : float
+        Least rate of decay that it proves at the nodes. [1/s]
+    cost : float
+        Bound of the cost.
+    """
+
+    gains: list[Matrix]
+    Q0: Matrix
+    Q1: Matrix
+    decay: float
+    cost: float
+
+
+def slow_model(orbit: PeriodicOrbit, node: Node, decorrelation: float, scatter: float) -> SlowModel:
+    """Averaged model of an orbit with modulated inputs, driven by the irregularity of the wave."""
+    model = linearise(orbit, ("psi", "phi1"))
+    psi = model.orbit[:-1, PSI]
+    c, s = (f(psi)[:, None] for f in (np.cos, np.sin))
+    cc, cg = model.B[:, :, 0], model.B[:, :, 1]
+    turned = np.exp(2j * np.pi * (np.arange(model.samples) + 0.5) / model.samples)[:, None] * orbit.forcing.amplitude
+    waves = [np.einsum("knm,km->kn", model.B[:, :, 2:], part) for part in (turned.real, -turned.imag)]
+    entry = np.stack([cc, cg, cc * c, cc * s, cg * c, cg * s, *waves], axis=2)
+    names = (*INPUTS, "wave_in_phase", "wave_quarter")
+    direct = np.zeros((model.samples, 2, len(names)))
+    found = average(dataclasses.replace(model, B=entry, D=direct, inputs=names))
+    # a slow mode feels a modulation that is forgotten at the rate b as white noise of the spectral density 2 s^2/b
+    noise = scatter * np.sqrt(2.0 / max(decorrelation, 1e-3))
+    return SlowModel(node, found.A, found.B[:, : len(INPUTS)], noise * found.B[:, len(INPUTS) :])
+
+
+def solve(
+    models: Sequence[SlowModel], wishes: Wishes, detuning: Sequence[float], capacity: float, quiet: bool = True
+) -> Certificate:
+    """Solve the LMI for all cells.
+
+    Parameters
+    ----------
+    models : sequence of SlowModel
+        Of all cells.
+    wishes : Wishes
+        Weights, decay and rate.
+    detuning : sequence of float
+        How much dearer the controls are in each cell.
+    capacity : float
+        J4/N: the lock capacity is that times the envelope. [Nms s/rad]
+    quiet : bool
+        Show nothing of the solver.
+
+    Raises
+    ------
+    InputError
+        Where there is no such function: the message tells what to ease.
+    """
+    import cvxpy as cp
+
+    n, m = models[0].B.shape
+    units = np.array([wishes.angle, wishes.speed, wishes.swing, wishes.swing * 1.25])
+    varying = np.isfinite(wishes.rate)
+    Q0 = _even_odd(cp)
+    Q1 = _even_odd(cp) if varying else np.zeros((n, n))
+    constraints, costs, solved = [], [], []
+    for model, dearer in zip(models, detuning, strict=True):
+        # deviations in units of the weights, so that the numbers are of size one
+        A = model.A * units[None, :] / units[:, None]
+        G = model.G / units[:, None]
+        strong = np.array([wishes.cc, wishes.cg * capacity * model.node.envelope] * 3)[[0, 1, 0, 0, 1, 1]]
+        strong = strong / np.sqrt(dearer)
+        B = model.B * strong[None, :] / units[:, None]
+        even, odd = cp.Variable((2, 2)), cp.Variable((4, 2))
+        Y = cp.bmat([[even, np.zeros((2, 2))], [np.zeros((4, 2)), odd]])
+        Q = Q0 + model.node.envelope * Q1 if varying else Q0
+        Z = cp.Variable((n + m, n + m), symmetric=True)
+        inner = A @ Q + B @ Y
+        dying = np.diag([wishes.decay, wishes.decay, wishes.swing_decay, wishes.swing_decay])
+        base = inner + inner.T + 2.0 * dying @ Q + G @ G.T  # Q has no entries across the modes
+        for sign in (-1.0, 1.0) if varying else (0.0,):
+            left = base + sign * wishes.rate * Q1 if varying else base
+            constraints.append(0.5 * (left + left.T) << 0)
+        outputs = cp.vstack([Q, Y])
+        constraints += [cp.bmat([[Z, outputs], [outputs.T, Q]]) >> 0, Q >> 1e-6 * np.eye(n)]
+        costs.append(cp.trace(Z))
+        solved.append((Y, strong, model))
+    problem = cp.Problem(cp.Minimize(cp.sum(cp.hstack(costs)) / len(costs)), constraints)
+    try:
+        problem.solve(solver=cp.CLARABEL, verbose=not quiet)
+    except cp.error.SolverError:
+        problem.solve(solver=cp.SCS, verbose=not quiet)
+    if problem.status not in ("optimal", "optimal_inaccurate"):
+        raise InputError("wishes.decay", wishes.decay, f"no Lyapunov function over the schedule: {problem.status}",
+                         "Ask for a slower decay, or bound the rate of the schedule")  # fmt: skip
+    q0 = np.asarray(Q0.value)
+    q1 = np.asarray(Q1.value) if varying else np.zeros((n, n))
+    gains = [
+        strong[:, None] * (np.asarray(Y.value) @ np.linalg.inv(q0 + model.node.envelope * q1)) / units[None, :]
+        for Y, strong, model in solved
+    ]
+    q0, q1 = (part * np.outer(units, units) for part in (q0, q1))
+    rate = wishes.rate if varying else 0.0
+    decay = min(proven_decay(model, K, q0, q1, rate) for model, K in zip(models, gains, strict=True))
+    return Certificate(gains, q0, q1, decay, float(problem.value))
+
+
+def proven_decay(model: SlowModel, K: Matrix, Q0: Matrix, Q1: Matrix, rate: float) -> float:
+    """Rate of decay of x' Q^-1 x in a cell that the function proves, whatever the schedule does within `rate`. [1/s]"""
+    Q = Q0 + model.node.envelope * Q1
+    back = np.linalg.inv(np.linalg.cholesky(Q))
+    worst = -np.inf
+    for sign in (-1.0, 1.0):
+        inner = (model.A + model.B @ K) @ Q
+        worst = max(worst, float(np.linalg.eigvalsh(back @ (inner + inner.T + sign * rate * Q1) @ back.T)[-1]))
+    return -0.5 * worst
+
+
+def signal_gains(K: Matrix, share: float, capacity: float) -> Matrix:
+    """Gains (2, 10) on the signals of the law from those (6, 4) on the slow states.
+
+    The envelope is no state of the slow model: the generator takes the same share of a change of it.
+    """
+    place = {name: i for i, name in enumerate(SIGNALS)}
+    gains = np.zeros((2, len(SIGNALS)))
+    gains[1, place["envelope"]] = share * capacity
+    for control in range(2):
+        gains[control, [place["angle"], place["speed"]]] = K[control, :2]
+        for j, name in enumerate(("cos", "sin")):
+            row = K[2 + 2 * control + j]
+            gains[control, [place[f"swing_{name}"], place[f"swing_rate_{name}"]]] = row[2:]
+    return gains
+
+
+def between(
+    models: Mapping[Node, SlowModel], gains: Sequence[Matrix], certificate: Certificate, rate: float
+) -> dict[str, float]:
+    """Proven decay at points between the nodes, by name, with the gains interpolated there."""
+    return {
+        str(node): proven_decay(model, K, certificate.Q0, certificate.Q1, rate)
+        for (node, model), K in zip(models.items(), gains, strict=True)
+    }
+
+
+def cell_model(cell: Cell, decorrelation: float, scatter: float = 0.5) -> SlowModel:
+    """Slow model of a cell."""
+    return slow_model(cell.orbit, cell.node, decorrelation, scatter)
+
+
+def _even_odd(cp: object) -> object:
+    """Symmetric 4 x 4 variable without coupling of libration and horizontal mode."""
+    import cvxpy
+
+    blocks = [cvxpy.Variable((2, 2), symmetric=True) for _ in range(2)]
+    nothing = np.zeros((2, 2))
+    return cvxpy.bmat([[blocks[0], nothing], [nothing, blocks[1]]])

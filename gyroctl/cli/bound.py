@@ -1,0 +1,69 @@
+"""`gyroctl bound`: what perfect foresight could harvest from windows of a sea, and what part of it the laws reach."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+
+def bound(
+    gamma: Annotated[float, typer.Option(help="Peak enhancement of the JONSWAP spectrum.")] = 5.0,
+    hs: Annotated[float, typer.Option(help="Significant wave height [m].")] = 0.283,
+    wp: Annotated[float, typer.Option(help="Peak frequency [rad/s].")] = 3.14,
+    seeds: Annotated[str, typer.Option(help="Realisations, one window each: 1,2,3 or 1-4.")] = "1",
+    duration: Annotated[float, typer.Option(help="Length of a window [s], after a lead-in of 100 s.")] = 100.0,
+    free: Annotated[
+        bool, typer.Option("--free/--smooth", help="Also with a generator power that is free every 0.1 s.")
+    ] = False,
+    law: Annotated[
+        list[str] | None,
+        typer.Option(help='A law, with parameters after it: "nmpc information=oracle"; may be repeated.'),
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for bound.json and bound.png.")] = Path("results/bound"),
+    quick: Annotated[bool, typer.Option(help="Search with a tenth of the effort.")] = False,
+    variant: Annotated[str, typer.Option(help="Form of the plant: corrected or paper.")] = "corrected",
+) -> None:
+    """Search for the best that perfect foresight could do; in a pipe the numbers come as JSON."""
+    import gyroctl as gy
+    from gyroctl.studies.bound import Effort, bound_report, table
+
+    named = {text: _law(text) for text in law or []}
+    effort = Effort(rounds=2, iterations=200, beams=1, width=2, each=1, finalists=1, repairs=1) if quick else Effort()
+    content = bound_report(
+        gy.zhang2017(variant), gy.SeaState(hs, wp, gamma), _seeds(seeds), duration, named, out, free, effort
+    )  # fmt: skip
+    if not sys.stdout.isatty():
+        typer.echo(json.dumps(content, allow_nan=False))
+        return
+    for line in table(content):
+        typer.echo(line)
+    typer.echo(f"Numbers and figure: {out}")
+
+
+def _law(text: str) -> Any:
+    """Build the law of "name key=value ...", or of "file.py:Name key=value ..."."""
+    import gyroctl as gy
+    from gyroctl.cli.simulate import parse
+
+    words = shlex.split(text)
+    if not words:
+        raise gy.InputError("law", text, "is empty", "Give a name, see gyroctl laws")
+    return gy.law(words[0], **parse(words[1:]))
+
+
+def _seeds(text: str) -> list[int]:
+    """Turn "1,2,7-9" into [1, 2, 7, 8, 9]."""
+    from gyroctl.errors import InputError
+
+    found: list[int] = []
+    for part in text.split(","):
+        first, dash, last = part.strip().partition("-")
+        if not first.isdigit() or (dash and not last.isdigit()):
+            raise InputError("seeds", text, "is no list of seeds", "Write for example 1,2,3 or 1-4")
+        found += range(int(first), int(last or first) + 1)
+    return found

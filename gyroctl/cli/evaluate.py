@@ -1,0 +1,42 @@
+"""`gyroctl evaluate`: fair tables of all laws."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def evaluate(
+    tables: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[TABLE ...]", help="seas, offdesign, information, robustness; without any all four."),
+    ] = None,
+    laws: Annotated[
+        str, typer.Option(help="Laws with commas between: load_angle,nmpc[information=oracle]. Without it all.")
+    ] = "",
+    seeds: Annotated[
+        list[str] | None, typer.Option(help="Realisations, 1:64 by default; nmpc=1:16 for one law. May be repeated.")
+    ] = None,
+    duration: Annotated[float, typer.Option(help="Length of the runs [s].")] = 2000.0,
+    workers: Annotated[int, typer.Option(min=0, help="Workers; 0 for all cores. Changes no result.")] = 0,
+    out: Annotated[Path, typer.Option(help="Folder for tables, figures and finished runs.")] = Path(
+        "results/evaluation"
+    ),
+    budget: Annotated[float, typer.Option(help="Simulated time to find the best constant pair of a sea [s].")] = 4e6,
+    planner: Annotated[str, typer.Option(help="Law whose information is varied.")] = "nmpc",
+    allow_tuning_seeds: Annotated[
+        bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a table judges nothing.")
+    ] = False,
+) -> None:
+    """Judge laws on unseen realisations: three seas, off the design, price of information, robustness."""
+    from gyroctl.studies.evaluation import evaluate_tables, request
+
+    asked = request(
+        out, laws, seeds or (), duration, workers, allow_tuning_seeds, budget, planner,
+        say=lambda text: typer.echo(text, err=True),
+    )  # fmt: skip
+    for name in evaluate_tables(tables or (), asked):
+        typer.echo((out / f"{name}.md").read_text(encoding="utf-8"))
+    typer.echo(f"Written to {out}", err=True)

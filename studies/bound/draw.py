@@ -1,0 +1,71 @@
+"""Picture of the bound: every window, and how one of them was harvested."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import LEDGER, OMEGA_RATE
+from gyroctl.reports.theme import law_styles
+from gyroctl.simulation.metrics import Record
+from gyroctl.studies.paper.style import INK, MUTED, PAPER_COLOUR, label, sea_name, sheet
+from gyroctl.waves import SeaState
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from gyroctl.studies.bound.report import Window
+
+BOUND_MARKS = {"smooth": ("*", INK), "free": ("x", MUTED)}
+
+
+def harvested(plant: Plant, record: Record) -> NDArray[np.float64]:
+    """Energy generated and gained by the flywheel since the start, at each sample. [J]"""
+    row = len(plant.labels) + LEDGER.index("generator")
+    generated = record.states[:, row] - record.states[0, row]
+    speed = record.states[:, OMEGA_RATE]
+    return np.asarray(generated + 0.5 * plant.parameters.J4 * (speed**2 - speed[0] ** 2))
+
+
+def picture(windows: Sequence[Window], sea: SeaState, duration: float) -> Figure:
+    """Draw harvests by window, and energy over time in the first."""
+    first = windows[0]
+    plant = first.cut.plant
+    styles = law_styles(list(first.laws), "best_constant")
+    note = (
+        f"{sea_name(sea.gamma)}, Hs {sea.hs:g} m; windows of {duration:g} s, all runs from the same state; harvest: "
+        "generated and gained by the flywheel; best found: perfect foresight"
+    )
+    figure, axes = sheet(1, 2, (10.5, 4.4), "Bound and what the laws reach", note)
+    seeds = [str(window.cut.waves.seed) for window in windows]
+    place = np.arange(len(windows))
+    left, right = axes
+    for i, window in enumerate(windows):
+        left.plot([i - 0.3, i + 0.3], [window.cap_w] * 2, color=PAPER_COLOUR, lw=2.0,
+                  label="cap of the float, slip included" if i == 0 else None)  # fmt: skip
+    for name in first.bounds:
+        marker, colour = BOUND_MARKS[name]
+        values = [window.bounds[name].values["harvest_w"] for window in windows]
+        left.plot(place, values, marker, color=colour, ms=9, label=f"best found, {name} power")
+        right.plot(*_curve(plant, first.bounds[name].record), color=colour, label=f"best found, {name} power",
+                   ls="-" if name == "smooth" else "--")  # fmt: skip
+    for name, style in styles.items():
+        values = [window.cut.worth(window.laws[name])["harvest_w"] for window in windows]
+        left.plot(place, values, style.marker, color=style.colour, label=name)
+        right.plot(*_curve(plant, first.laws[name]), color=style.colour, label=name)
+    left.set_xticks(place, seeds)
+    left.set_xlim(-0.6, len(windows) - 0.4)
+    left.set_ylim(bottom=min(0.0, left.get_ylim()[0]))
+    label(left, "By window", "seed of the realisation", "harvest [W]")
+    left.legend(loc="lower left")
+    label(right, f"Energy over time, seed {seeds[0]}", "time [s]", "energy [J]")
+    right.legend(loc="upper left")
+    return figure
+
+
+def _curve(plant: Plant, record: Record) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    return record.period * np.arange(record.states.shape[0], dtype=np.float64), harvested(plant, record)

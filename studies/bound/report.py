@@ -1,0 +1,242 @@
+"""The report on the bound: search each window, run the laws through it, draw, write."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import gyroctl
+from gyroctl.errors import InputError
+from gyroctl.harness.controller import Law
+from gyroctl.harness.run import run_law
+from gyroctl.plant import Plant
+from gyroctl.simulation.metrics import Record
+from gyroctl.simulation.progress import Progress
+from gyroctl.studies.bound.cap import absorbed, momentum, momentum_cap
+from gyroctl.studies.bound.cut import Cut, cut
+from gyroctl.studies.bound.search import MOTION, Effort, Found, best_found, loosened, ticks
+from gyroctl.waves import SeaState
+
+NAMES = ("smooth", "free")
+"""Of the two bounds: constant generator power, and one that is free in each interval."""
+
+SHOWN = ("harvest_w", "mean_power", "flywheel_w", "stored_w", "power_cv", "phi1_p98", "phi3_p98", "slip_loss_w",
+         "wave_input_w", "cycle_slips", "flywheel_max")  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Window:
+    """What was found in one window.
+
+    Parameters
+    ----------
+    cut : Cut
+        The window.
+    bounds : mapping of str to Found
+        By `NAMES`.
+    laws : mapping of str to Record
+        Runs of the laws.
+    momentum : float
+        Largest angular momentum in any of these runs. [Nms]
+    cap_w : float
+        No law with no more than that can take more from the float. [W]
+    """
+
+    cut: Cut
+    bounds: Mapping[str, Found]
+    laws: Mapping[str, Record]
+    momentum: float
+    cap_w: float
+
+    def record(self) -> dict[str, Any]:
+        """Numbers for JSON."""
+        plant = self.cut.plant
+        content: dict[str, Any] = {
+            "seed": self.cut.waves.seed, "sha256": self.cut.sha256, "cap_w": self.cap_w,
+            "momentum_max_nms": self.momentum, "bounds": {}, "laws": {},
+        }  # fmt: skip
+        for name, found in self.bounds.items():
+            content["bounds"][name] = {
+                **_shown(found.values), "absorbed_w": absorbed(plant, found.record), "planned_w": found.planned_w,
+                "origin": found.origin,
+                "starts": {start: {"before_w": pair[0], "after_w": pair[1]} for start, pair in found.starts.items()},
+            }  # fmt: skip
+        for name, run in self.laws.items():
+            values = self.cut.worth(run)
+            content["laws"][name] = {
+                **_shown(values), "absorbed_w": absorbed(plant, run), "locked": bool(values["locked"]),
+                "within_motion_limit": max(values["phi1_p98"], values["phi3_p98"]) <= MOTION,
+                "fraction": {bound: values["harvest_w"] / found.values["harvest_w"]
+                             for bound, found in self.bounds.items()},
+            }  # fmt: skip
+        return content
+
+
+def bound_report(
+    plant: Plant, sea: SeaState, seeds: Sequence[int], duration: float, laws: Mapping[str, Law], out: Path,
+    free: bool = False, effort: Effort | None = None, quiet: bool = False,
+) -> dict[str, Any]:  # fmt: skip
+    """Find the bound of each window and what part of it the laws reach.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    sea : SeaState
+        The sea.
+    seeds : sequence of int
+        One window each.
+    duration : float
+        Of a window. [s]
+    laws : mapping of str to Law
+        Laws by name.
+    out : Path
+        Folder for bound.json and bound.png; made where it is missing.
+    free : bool
+        Also the bound with a generator power that is free in each interval.
+    effort : Effort, optional
+        How hard to search.
+    quiet : bool
+        No progress bar.
+
+    Returns
+    -------
+    dict
+        What bound.json holds.
+
+    Raises
+    ------
+    InputError
+        For seeds, duration or folder that cannot be used; nothing is written then.
+    """
+    from gyroctl.studies.bound.draw import picture
+    from gyroctl.studies.paper.style import styled
+
+    begin = time.monotonic()
+    if out.exists() and not out.is_dir():
+        raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
+    if not seeds or len(set(seeds)) < len(seeds):
+        raise InputError("seeds", list(seeds), "must be different seeds, one at least", "Give for example 1,2,3")
+    effort = effort or Effort()
+    stages = ticks(len(laws), effort) + len(laws) + 2 + (effort.repairs + 2 if free else 0)
+    cuts = [cut(plant, sea, seed, duration) for seed in seeds]
+    windows = []
+    with Progress("bound", stages * len(cuts), quiet) as progress:
+        for one in cuts:
+            windows.append(_window(one, laws, free, effort, progress))
+            progress.advance()
+    content: dict[str, Any] = {
+        "gyroctl_version": gyroctl.__version__,
+        "request": {"gamma": sea.gamma, "hs": sea.hs, "wp": sea.wp, "seeds": list(seeds), "duration_s": duration,
+                    "device": plant.name, "motion_limit_rad": MOTION, "laws": list(laws)},
+        "windows": [window.record() for window in windows],
+    }  # fmt: skip
+    content["summary"] = summary(content["windows"])
+    content["meaning"] = MEANING
+    content["seconds"] = round(time.monotonic() - begin, 1)
+    out.mkdir(parents=True, exist_ok=True)
+    with styled():
+        _replace(out / "bound.png", lambda path: picture(windows, sea, duration).savefig(path, format="png"))
+    clean: dict[str, Any] = _plain(content)
+    text = json.dumps(clean, indent=1, allow_nan=False) + "\n"
+    _replace(out / "bound.json", lambda path: path.write_text(text, encoding="utf-8"))
+    return clean
+
+
+MEANING = {
+    "harvest_w": "mean power generated and change of the flywheel's energy, over the whole window",
+    "smooth": "best found with perfect foresight and constant generator power: a lower estimate of the true bound",
+    "free": "best found with perfect foresight and a generator power that is free every 0.1 s",
+    "cap_w": "what nothing inside the float can exceed in absorbed_w with an angular momentum of momentum_max_nms",
+    "absorbed_w": "generated, slipped and stored inside",
+    "fraction": "harvest of the law over that of the bound, same waves and same state at the start",
+}
+
+
+def summary(windows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Means over the windows; fractions are those of the means."""
+
+    def mean(values: Sequence[float]) -> float:
+        return float(np.mean(values))
+
+    bounds = {
+        name: {key: mean([w["bounds"][name][key] for w in windows])
+               for key in ("harvest_w", "power_cv", "phi1_p98", "absorbed_w")}
+        for name in windows[0]["bounds"]
+    }  # fmt: skip
+    laws = {}
+    for name in windows[0]["laws"]:
+        runs = [w["laws"][name] for w in windows]
+        harvest = mean([run["harvest_w"] for run in runs])
+        laws[name] = {
+            "harvest_w": harvest, "power_cv": mean([run["power_cv"] for run in runs]),
+            "phi1_p98": mean([run["phi1_p98"] for run in runs]),
+            "locked": sum(run["locked"] for run in runs),
+            "within_motion_limit": sum(run["within_motion_limit"] for run in runs), "runs": len(runs),
+            "fraction": {bound: harvest / bounds[bound]["harvest_w"] for bound in bounds},
+            "fraction_lowest": {bound: min(run["fraction"][bound] for run in runs) for bound in bounds},
+        }  # fmt: skip
+    return {"cap_w": mean([w["cap_w"] for w in windows]), "bounds": bounds, "laws": laws}
+
+
+def table(content: Mapping[str, Any]) -> list[str]:
+    """Lines of the table."""
+    whole = content["summary"]
+    lines = [f"{'':24} {'harvest':>9} {'CV':>6} {'98 % phi1':>10} {'of bound':>9} {'lowest':>7}  lock, motion"]
+    for name, bound in whole["bounds"].items():
+        lines.append(f"{'best found, ' + name:24} {bound['harvest_w']:7.2f} W {bound['power_cv']:6.3f} "
+                     f"{bound['phi1_p98']:6.2f} rad")  # fmt: skip
+    for name, law in whole["laws"].items():
+        lines.append(f"{name[:24]:24} {law['harvest_w']:7.2f} W {law['power_cv']:6.3f} {law['phi1_p98']:6.2f} rad "
+                     f"{100 * law['fraction']['smooth']:7.1f} % {100 * law['fraction_lowest']['smooth']:5.1f} %  "
+                     f"{law['locked']}/{law['runs']}, {law['within_motion_limit']}/{law['runs']}")  # fmt: skip
+    smooth = whole["bounds"]["smooth"]
+    lines.append(f"Cap on what can be taken from the float: {whole['cap_w']:.2f} W; the best found takes "
+                 f"{smooth['absorbed_w']:.2f} W, slip included.")  # fmt: skip
+    return lines
+
+
+def _window(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress) -> Window:
+    runs: dict[str, Record] = {}
+    for name, law in laws.items():
+        runs[name] = run_law(one.plant, law, one.waves, one.settings, name, start=one.start)[0]
+        progress.advance()
+    smooth = best_found(one, runs, effort, progress.advance)
+    bounds = {"smooth": smooth}
+    if free:
+        bounds["free"] = loosened(one, smooth, runs, effort, progress.advance)
+    counted = {name: one.counted(run) for name, run in runs.items()}
+    records = [*counted.values(), *(found.record for found in bounds.values())]
+    most = max(float(np.linalg.norm(momentum(one.plant, record.states), axis=0).max()) for record in records)
+    cap = momentum_cap(one.plant, one.waves, one.start, one.duration, most)
+    progress.advance()
+    return Window(one, bounds, counted, most, cap)
+
+
+def _shown(values: Mapping[str, float]) -> dict[str, float]:
+    return {key: values[key] for key in SHOWN}
+
+
+def _plain(value: Any) -> Any:
+    """What JSON can hold; no number becomes null."""
+    if isinstance(value, Mapping):
+        return {key: _plain(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    return value
+
+
+def _replace(path: Path, write: Any) -> None:
+    part = path.with_suffix(".part")
+    write(part)
+    os.replace(part, path)

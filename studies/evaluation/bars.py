@@ -1,0 +1,159 @@
+"""What the laws are to reach in the three seas, as data, and whether they do."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from gyroctl.reports.wording import number
+from gyroctl.studies.evaluation.entrants import ALL, Kind
+from gyroctl.studies.evaluation.rows import Row
+
+MOTION = 0.35
+"""Largest 98 % motion of phi1 and phi3, mean over the realisations. [rad]"""
+
+LOCKED = 0.99
+"""Least part of the realisations that hold lock. [1]"""
+
+SHARE = 0.85
+"""Part of a bar that one set of parameters for all seas is to reach. [1]"""
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A demand on some law of a kind.
+
+    Parameters
+    ----------
+    name : str
+        In words.
+    gamma : float
+        Sea.
+    kind : str
+        Kind of law.
+    information : str
+        What it may see at most.
+    power : float
+        Least mean power. [W]
+    ratio : float
+        Least mean power over that of the best constant pair of the sea. [1]
+    cv : float
+        Largest power CV. [1]
+    one_set : bool
+        Only with the one set of parameters for all seas.
+    """
+
+    name: str
+    gamma: float
+    kind: Kind
+    information: str
+    power: float = 0.0
+    ratio: float = 0.0
+    cv: float = math.inf
+    one_set: bool = False
+
+    def concerns(self, row: Row) -> bool:
+        """Whether the row may answer the bar."""
+        return (
+            row.kind == self.kind
+            and row.information == self.information
+            and (row.tuning == ALL or not self.one_set)
+        )  # fmt: skip
+
+    def missed(self, row: Row) -> list[str]:
+        """What the row misses; empty where it meets the bar. The numbers are those of the table, without a margin."""
+        missing = []
+        if not row.power.value >= self.power:
+            missing.append(f"power {number(row.power.value)} < {number(self.power)} W")
+        if self.ratio and not row.ratio.value >= self.ratio:
+            missing.append(f"ratio {number(row.ratio.value)} < {number(self.ratio)}")
+        if not row.cv.value <= self.cv:
+            missing.append(f"CV {number(row.cv.value, 2)} > {number(self.cv, 2)}")
+        return missing + limits_missed(row)
+
+    def shortfall(self, row: Row) -> float:
+        """How far the row is from the bar, in parts of it; 0 where it is met."""
+        gaps = [1.0 - row.power.value / self.power if self.power else 0.0,
+                1.0 - row.ratio.value / self.ratio if self.ratio else 0.0,
+                row.cv.value / self.cv - 1.0, row.motion / MOTION - 1.0,
+                (LOCKED - row.locked / row.runs) / LOCKED]  # fmt: skip
+        return sum(max(0.0, gap) if math.isfinite(gap) else 1.0 for gap in gaps)
+
+
+class Verdict(NamedTuple):
+    """Answer to a bar: the law that meets it or comes nearest, and what that one misses."""
+
+    bar: Bar
+    law: str
+    missed: tuple[str, ...]
+
+    @property
+    def met(self) -> bool:
+        """Whether some law meets the bar."""
+        return bool(self.law) and not self.missed
+
+
+def limits_missed(row: Row) -> list[str]:
+    """Which of the limits that hold for every law the row misses."""
+    missing = []
+    if not row.motion <= MOTION:
+        missing.append(f"motion {number(row.motion, 3)} > {MOTION:g} rad")
+    if not row.locked >= LOCKED * row.runs:
+        missing.append(f"locked {row.locked}/{row.runs}")
+    return missing
+
+
+def _bars() -> tuple[Bar, ...]:
+    bars = [
+        Bar("simple, most power", 5.0, "simple", "sensors", power=5.5),
+        Bar("simple, smooth", 5.0, "simple", "sensors", power=4.5, cv=0.35),
+        Bar("planning from sensors", 5.0, "planning", "sensors", power=10.0, cv=0.25),
+        Bar("planning with preview", 5.0, "planning", "oracle", power=13.0, cv=0.20),
+    ]
+    for gamma in (1.0, 50.0):
+        bars.append(Bar("simple, against constant", gamma, "simple", "sensors", ratio=1.8))
+        bars.append(Bar("planning from sensors, against constant", gamma, "planning", "sensors", ratio=3.0, cv=0.25))
+    one_set = [
+        replace(bar, name=f"{bar.name}, one set", power=SHARE * bar.power, ratio=SHARE * bar.ratio, one_set=True)
+        for bar in bars if bar.information == "sensors"
+    ]  # fmt: skip
+    return (*bars, *one_set)
+
+
+BARS = _bars()
+"""The same limits of motion and lock hold in all of them."""
+
+
+def answer(bar: Bar, table: Sequence[Row]) -> Verdict:
+    """Verdict on a bar from the rows of its sea: the strongest law that meets it, or the one that comes nearest."""
+    concerned = [row for row in table if bar.concerns(row)]
+    if not concerned:
+        return Verdict(bar, "", ("no such law takes part",))
+    meeting = [row for row in concerned if not bar.missed(row)]
+    best = max(meeting, key=lambda row: row.power.value) if meeting else min(concerned, key=bar.shortfall)
+    return Verdict(bar, best.law, tuple(bar.missed(best)))
+
+
+def answers(tables: Mapping[float, Sequence[Row]]) -> list[Verdict]:
+    """Verdicts on the bars of all seas that were run."""
+    return [answer(bar, tables[bar.gamma]) for bar in BARS if bar.gamma in tables]
+
+
+def one_set_laws(tables: Mapping[float, Sequence[Row]]) -> dict[str, list[str]]:
+    """For each law with one set of parameters for all seas: what it misses anywhere, and so whether it serves them all.
+
+    A law serves a sea when it meets one of the bars of its kind there.
+    """
+    found: dict[str, list[str]] = {}
+    for gamma, table in tables.items():
+        for row in table:
+            bars = [bar for bar in BARS if bar.one_set and bar.gamma == gamma and bar.concerns(row)]
+            if not bars:
+                continue
+            missing = found.setdefault(row.law, [])
+            if all(bar.missed(row) for bar in bars):
+                nearest = min(bars, key=lambda bar: bar.shortfall(row))
+                missing.append(f"gamma {gamma:g}: {', '.join(nearest.missed(row))}")
+    return found

@@ -1,0 +1,201 @@
+"""One case: a device and a sea, the laws that are run on it, and what became of every run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, fields, is_dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.harness.comparison import Realisations, compare
+from gyroctl.harness.controller import Law, LawError
+from gyroctl.harness.run import Settings
+from gyroctl.plant import Plant
+from gyroctl.reports.layout import REFERENCE
+from gyroctl.studies.evaluation.entrants import Entrant, kind
+from gyroctl.studies.evaluation.request import RUNS, Request
+from gyroctl.waves import Sea
+
+if TYPE_CHECKING:
+    import xarray
+
+
+@dataclass(frozen=True)
+class Case:
+    """A device in a sea.
+
+    Parameters
+    ----------
+    name : str
+        Name in the table.
+    truth : Plant
+        The device that is simulated. No law ever gets it: laws bring a design model of their own.
+    sea : Sea
+        The waves.
+    settings : Settings
+        Steps, sensors and actuators.
+    """
+
+    name: str
+    truth: Plant
+    sea: Sea
+    settings: Settings
+
+
+@dataclass(frozen=True)
+class Runs:
+    """A law in a case: one value of every metric a realisation.
+
+    Parameters
+    ----------
+    entrant : Entrant
+        The law.
+    kind, information : str
+        What it is and what it sees.
+    seeds : (n,) array
+        The realisations.
+    hashes : tuple of str
+        Content of their waves.
+    values : mapping of str to (n,) array
+        By the names of `gyroctl.simulation.metrics.UNITS` and the counters.
+    """
+
+    entrant: Entrant
+    kind: str
+    information: str
+    seeds: NDArray[np.int64]
+    hashes: tuple[str, ...]
+    values: Mapping[str, NDArray[np.float64]]
+
+    def on(self, seeds: Sequence[int], name: str) -> NDArray[np.float64]:
+        """Values of a metric on some of the realisations, in their order."""
+        at = {int(seed): i for i, seed in enumerate(self.seeds)}
+        return self.values[name][[at[seed] for seed in seeds]]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """All laws in a case; `failed` says in words why a law has no runs."""
+
+    case: Case
+    runs: Mapping[str, Runs]
+    failed: Mapping[str, str]
+
+    @property
+    def reference(self) -> Runs:
+        """Runs of the best constant pair."""
+        return self.runs[REFERENCE]
+
+
+def run_case(case: Case, entrants: Iterable[Entrant], ask: Request) -> Outcome:
+    """Run the laws on the case; what is stored is not run again, and a law that fails does not stop the others.
+
+    Parameters
+    ----------
+    case : Case
+        Device, sea, settings.
+    entrants : iterable of Entrant
+        The laws with the reference.
+    ask : Request
+        Seeds, length, folder.
+
+    Raises
+    ------
+    InputError
+        Where not even the reference can be run, or a law holds the true device as its model.
+    """
+    groups: dict[tuple[int, ...], list[Entrant]] = {}
+    for entrant in entrants:
+        label = entrant.label
+        seeds = ask.plan.all if label == REFERENCE else ask.plan.of(label, entrant.name)
+        groups.setdefault(seeds, []).append(entrant)
+    runs: dict[str, Runs] = {}
+    failed: dict[str, str] = {}
+    for seeds, group in groups.items():
+        _run_group(case, group, seeds, ask, runs, failed)
+    if REFERENCE in failed:
+        raise InputError("case", case.name, f"the reference cannot be run: {failed[REFERENCE]}", "Choose another sea")
+    check_waves(runs.values())
+    return Outcome(case, runs, failed)
+
+
+def common_seeds(first: Runs, second: Runs) -> tuple[int, ...]:
+    """Realisations on which both laws were run."""
+    return tuple(int(seed) for seed in first.seeds if seed in set(second.seeds.tolist()))
+
+
+def check_waves(runs: Iterable[Runs]) -> None:
+    """Refuse laws that met other waves under the same seed."""
+    met: dict[int, str] = {}
+    for law in runs:
+        for seed, sha256 in zip(law.seeds.tolist(), law.hashes, strict=True):
+            if met.setdefault(seed, sha256) != sha256:
+                raise InputError(f"laws.{law.entrant.label}", sha256[:12], f"met other waves under seed {seed}",
+                                 "Empty the folder of finished runs")  # fmt: skip
+
+
+def check_design(built: Law, truth: Plant) -> None:
+    """Refuse a law that holds the very device that is simulated."""
+    if any(model is truth for model in designs(built)):
+        raise InputError("laws", type(built).__name__, "plans with the device itself, not with a model of it",
+                         "Give the law a design model of its own")  # fmt: skip
+
+
+def designs(built: Any) -> list[Plant]:
+    """Design models among the fields of a law and of the laws it wraps."""
+    if is_dataclass(built):
+        members = [getattr(built, f.name) for f in fields(built)]
+    else:
+        members = list(built) if isinstance(built, tuple) else []
+    found = [member for member in members if isinstance(member, Plant)]
+    for member in members:
+        if hasattr(member, "step") and hasattr(member, "init"):
+            found += designs(member)
+    return found
+
+
+def _run_group(
+    case: Case, group: Sequence[Entrant], seeds: tuple[int, ...], ask: Request, runs: dict[str, Runs],
+    failed: dict[str, str],
+) -> None:  # fmt: skip
+    laws: dict[str, Law] = {}
+    for entrant in group:
+        try:
+            laws[entrant.label] = entrant.build()
+        except InputError as error:
+            failed[entrant.label] = str(error)
+            continue
+        check_design(laws[entrant.label], case.truth)
+    if not laws:
+        return
+    try:
+        ds = _compare(case, laws, seeds, ask)
+    except (InputError, LawError, BrokenProcessPool) as error:
+        if len(laws) == 1:
+            failed[next(iter(laws))] = str(error)
+            return
+        for entrant in group:  # one by one: what the others have finished is stored
+            if entrant.label in laws:
+                _run_group(case, [entrant], seeds, ask, runs, failed)
+        return
+    hashes = tuple(str(sha256) for sha256 in ds["sha256"].values)
+    names = [str(name) for name in ds.data_vars if ds[name].dims == ("law", "realisation")]
+    for entrant in group:
+        if entrant.label in laws:
+            row = ds.sel(law=entrant.label)
+            values = {name: np.asarray(row[name].values, np.float64) for name in names}
+            built = laws[entrant.label]
+            runs[entrant.label] = Runs(
+                entrant, kind(built), built.information, np.asarray(seeds, np.int64), hashes, values
+            )  # fmt: skip
+
+
+def _compare(case: Case, laws: Mapping[str, Law], seeds: tuple[int, ...], ask: Request) -> xarray.Dataset:
+    return compare(
+        case.truth, laws, Realisations(case.sea, seeds, ask.duration), case.settings, ask.workers, ask.out / RUNS,
+        ask.tuned_on, quiet=ask.quiet,
+    )  # fmt: skip

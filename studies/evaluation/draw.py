@@ -1,0 +1,177 @@
+"""A figure for each table."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gyroctl.reports.layout import REFERENCE
+from gyroctl.reports.statistics import Estimate
+from gyroctl.reports.theme import LOCK_SCALE, LawStyle, law_styles
+from gyroctl.studies.evaluation.bars import BARS, LOCKED, MOTION
+from gyroctl.studies.evaluation.rows import Row
+from gyroctl.studies.paper.style import INK, MUTED, label, sheet
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+OPEN = "white"
+"""Face of a marker whose limits of motion or lock are not kept."""
+
+
+def draw_seas(tables: Mapping[float, Sequence[Row]], asked: Mapping[str, Any]) -> Figure:
+    """Power against its CV in each sea, with the corners that the bars ask for."""
+    names = list(dict.fromkeys(row.law for table in tables.values() for row in table))
+    styles = law_styles(names, REFERENCE)
+    figure, axes = sheet(
+        1, len(tables), (5.2 * len(tables), 5.6), "All laws in all seas",
+        f"{note(asked)}; hollow: motion beyond {MOTION:g} rad or lock in less than {100 * LOCKED:g} % of the runs; "
+        "shaded: what the bars ask for",
+    )  # fmt: skip
+    for axis, (gamma, table) in zip(axes, tables.items(), strict=True):
+        shown = [row for row in table if math.isfinite(row.cv.value)]
+        right = 1.15 * max((row.cv.value for row in shown), default=1.0)
+        top = 1.15 * max((row.power.value for row in shown), default=1.0)
+        for bar in BARS:
+            if bar.gamma == gamma and bar.power and not bar.one_set:
+                width = min(bar.cv, right)
+                axis.fill_between([0.0, width], bar.power, max(top, bar.power), color="#12626E", alpha=0.07, lw=0)
+                top = max(top, 1.1 * bar.power)
+        for row in shown:
+            _point(axis, row.cv, row.power, styles[row.law], _kept(row), row.law)
+        axis.set_xlim(0.0, right)
+        axis.set_ylim(0.0, top)
+        label(axis, f"\N{GREEK SMALL LETTER GAMMA} = {gamma:g}", "CV of power", "mean power [W]")
+    _legend(figure, axes)
+    return figure
+
+
+def draw_information(levels: Sequence[tuple[str, Row]], asked: Mapping[str, Any]) -> Figure:
+    """Power and CV over what is known of the waves."""
+    figure, axes = sheet(1, 2, (10.0, 4.6), "The price of information", note(asked))
+    x = np.arange(len(levels))
+    names = [name for name, _ in levels]
+    for axis, title, unit, values in (
+        (axes[0], "Mean power", "mean power [W]", [row.power for _, row in levels]),
+        (axes[1], "Smoothness", "CV of power", [row.cv for _, row in levels]),
+    ):
+        for at, value, (_, row) in zip(x, values, levels, strict=True):
+            style = law_styles([row.law], REFERENCE)[row.law]
+            _point(axis, Estimate(float(at), math.nan, math.nan), value, style, _kept(row), "")
+        axis.set_xticks(x, names, rotation=20, ha="right")
+        axis.set_ylim(bottom=0.0)
+        label(axis, title, "", unit)
+    return figure
+
+
+def draw_offdesign(
+    groups: Mapping[str, Sequence[tuple[str, Mapping[str, Row]]]], asked: Mapping[str, Any]
+) -> Figure:  # fmt: skip
+    """Power over the best constant pair of each sea above, lock below; one column a group of seas."""
+    names = list(dict.fromkeys(law for group in groups.values() for _, table in group for law in table))
+    styles = law_styles(names, REFERENCE)
+    widths = [max(len(group), 1) + 1.0 for group in groups.values()]
+    figure, axes = sheet(
+        2, len(groups), (13.0, 7.4), "Off the design, same parameters", note(asked), width_ratios=widths
+    )
+    count = len(groups)
+    for column, (title, group) in enumerate(groups.items()):
+        above, below = axes[column], axes[count + column]
+        x = np.arange(len(group))
+        for law in names:
+            rows = [table.get(law) for _, table in group]
+            style, at = styles[law], [i for i, row in enumerate(rows) if row is not None]
+            kept = [row for row in rows if row is not None]
+            spread = x[at] + 0.04 * (names.index(law) - 0.5 * len(names))
+            above.errorbar(
+                spread, [row.ratio.value for row in kept], yerr=_arms([row.ratio for row in kept]), color=style.colour,
+                marker=style.marker, ms=5, lw=0.9, elinewidth=0.8, label=law,
+            )  # fmt: skip
+            below.errorbar(
+                spread, [row.lock.value for row in kept], yerr=_arms([row.lock for row in kept]), color=style.colour,
+                marker=style.marker, ms=5, lw=0.9, elinewidth=0.8,
+            )  # fmt: skip
+        above.axhline(1.0, color=INK, lw=0.9)
+        above.set_ylim(bottom=0.0)
+        below.set_ylim(-0.03, 1.03)
+        for axis in (above, below):
+            axis.set_xticks(x, [name for name, _ in group])
+            axis.set_xlim(-0.6, len(group) - 0.4)
+        label(above, title, "", "power of the best constant pair's" if column == 0 else "")
+        label(below, "", "", "runs that held lock" if column == 0 else "")
+    _legend(figure, axes)
+    return figure
+
+
+def draw_robustness(
+    tables: Mapping[str, Mapping[str, Row]], kept: Mapping[str, Mapping[str, Estimate]], asked: Mapping[str, Any]
+) -> Figure:  # fmt: skip
+    """Lock probability and kept power over cases and laws, as two maps with numbers."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    laws, cases = list(dict.fromkeys(law for table in tables.values() for law in table)), list(tables)
+    figure, axes = sheet(
+        1, 2, (3.6 + 1.5 * len(laws), 2.2 + 0.38 * len(cases)), "Laws on devices that differ from their design",
+        note(asked),
+    )  # fmt: skip
+    lock = [[table[law].lock.value if law in table else np.nan for law in laws] for table in tables.values()]
+    power = [[kept[name][law].value if law in kept[name] else np.nan for law in laws] for name in cases]
+    scale = LinearSegmentedColormap.from_list("lock", LOCK_SCALE)
+    _map(axes[0], np.array(lock), laws, cases, scale, (0.0, 1.0), "Probability to hold lock")
+    _map(axes[1], np.array(power), laws, cases, scale, (0.5, 1.1), "Mean power over that on the nominal device")
+    axes[1].set_yticklabels([])
+    return figure
+
+
+def note(asked: Mapping[str, Any]) -> str:
+    """Line below a figure: what was run."""
+    own = ", ".join(f"{name} {len(seeds)}" for name, seeds in asked["own_seeds"].items())
+    extra = f" ({own})" if own else ""
+    return f"{len(asked['seeds'])} realisations{extra} of {asked['duration_s']:g} s; intervals are 95 %"
+
+
+def _kept(row: Row) -> bool:
+    return row.motion <= MOTION and row.locked >= LOCKED * row.runs
+
+
+def _point(axis: Axes, x: Estimate, y: Estimate, style: LawStyle, kept: bool, name: str) -> None:
+    axis.errorbar(
+        x.value, y.value, xerr=_arms([x]), yerr=_arms([y]), color=style.colour, marker=style.marker, ms=7,
+        mfc=style.colour if kept else OPEN, mew=1.4, lw=0, elinewidth=1.0, label=name,
+    )  # fmt: skip
+
+
+def _arms(estimates: Sequence[Estimate]) -> Any:
+    """Lengths of the arms below and above, 0 where there is no interval."""
+    arms = [(e.value - e.low, e.high - e.value) for e in estimates]
+    return np.nan_to_num(np.array(arms).T, nan=0.0, posinf=0.0).clip(min=0.0)
+
+
+def _legend(figure: Figure, axes: Iterable[Axes]) -> None:
+    """One legend for all axes, to the right of them."""
+    found: dict[str, Any] = {}
+    for axis in axes:
+        for handle, name in zip(*axis.get_legend_handles_labels(), strict=True):
+            found.setdefault(name, handle)
+    figure.legend(found.values(), found.keys(), loc="outside right upper")
+
+
+def _map(
+    axis: Axes, values: Any, columns: Sequence[str], lines: Sequence[str], scale: Any, span: tuple[float, float],
+    title: str,
+) -> None:  # fmt: skip
+    axis.imshow(values, cmap=scale, vmin=span[0], vmax=span[1], aspect="auto")
+    for i, line in enumerate(values):
+        for j, value in enumerate(line):
+            if math.isfinite(value):
+                dark = abs(value - span[0]) > 0.9 * (span[1] - span[0])
+                axis.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=8, color="white" if dark else INK)
+    axis.set_xticks(range(len(columns)), columns, rotation=30, ha="right")
+    axis.set_yticks(range(len(lines)), lines)
+    axis.tick_params(length=0, labelcolor=MUTED)
+    axis.grid(False)
+    axis.set_title(title)

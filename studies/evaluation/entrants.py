@@ -1,0 +1,127 @@
+"""Who takes part: laws by name with their parameters, and of what kind they are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from gyroctl.errors import InputError
+from gyroctl.harness.controller import Law
+from gyroctl.harness.laws import law, registered, tuned_sets
+from gyroctl.reports.layout import REFERENCE
+
+Kind = Literal["constant", "simple", "planning"]
+
+ALL = "all"
+"""Name of the one set of parameters for all seas, the default of every law."""
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """A law as it takes part.
+
+    Parameters
+    ----------
+    label : str
+        Name in the tables.
+    name : str
+        Registered name, or "file.py:Name".
+    parameters : mapping
+        What differs from its defaults.
+    tuning : str
+        Set of tuned parameters: "all", or one for a sea alone.
+    """
+
+    label: str
+    name: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    tuning: str = ALL
+
+    def build(self) -> Law:
+        """Build the law anew: a law that was run may keep what it has worked out, and would be stored as another."""
+        return law(self.name, None if self.tuning == ALL else self.tuning, **self.parameters)
+
+
+def reference(gamma: float = 5.0) -> Entrant:
+    """Best constant pair of the sea of that peak enhancement, as it ships."""
+    return Entrant(REFERENCE, REFERENCE, {"gamma": gamma})
+
+
+def pair(cc: float, cg: float) -> Entrant:
+    """Take a constant pair as the reference."""
+    return Entrant(REFERENCE, "constant", {"cc": cc, "cg": cg})
+
+
+def parse(text: str) -> list[Entrant]:
+    """Read laws as they are given on the command line: ``load_angle,nmpc[information=oracle,horizon=8]``.
+
+    ``tuning`` among the parameters chooses a set of tuned ones.
+
+    Raises
+    ------
+    InputError
+        Field ``laws``: brackets that do not match, or a parameter without a value.
+    """
+    found, depth, start = [], 0, 0
+    for i, sign in enumerate(text + ","):
+        depth += (sign == "[") - (sign == "]")
+        if sign == "," and depth == 0:
+            if text[start:i].strip():
+                found.append(_one(text[start:i].strip()))
+            start = i + 1
+    if depth != 0 or not found:
+        raise InputError("laws", text, "is no list of laws", "Give names, for example load_angle,nmpc[horizon=8]")
+    return found
+
+
+def default_entrants() -> list[Entrant]:
+    """Every registered law but the reference, which always takes part, with its default parameters."""
+    return [Entrant(name, name) for name in registered() if name != REFERENCE]
+
+
+def with_sets(entrants: Iterable[Entrant], sea: str) -> list[Entrant]:
+    """Add to each law with default parameters the set that was tuned for `sea` ("gamma5") alone, where there is one."""
+    found = []
+    for entrant in entrants:
+        found.append(entrant)
+        plain = entrant.tuning == ALL and ".py:" not in entrant.name
+        if plain and entrant.name != "constant" and sea in tuned_sets(entrant.name):  # that set is best_constant
+            found.append(Entrant(f"{entrant.label} ({sea})", entrant.name, entrant.parameters, sea))
+    return found
+
+
+def kind(built: Law) -> Kind:
+    """Whether a law is constant, simple (rules or tables on the sensors) or plans ahead."""
+    while hasattr(built, "law"):  # a law around a law
+        built = built.law
+    if built.information == "none":
+        return "constant"
+    planning = ".nmpc" in type(built).__module__ or built.information in ("forecast", "oracle")
+    return "planning" if planning else "simple"
+
+
+def _one(text: str) -> Entrant:
+    name, bracket, inside = text.partition("[")
+    if not bracket:
+        return Entrant(text, text)
+    if not inside.endswith("]") or not name:
+        raise InputError("laws", text, "is no law", "Give its parameters in brackets: nmpc[information=oracle]")
+    parameters: dict[str, Any] = {}
+    for item in inside[:-1].split(","):
+        key, equals, value = item.partition("=")
+        if not equals or not key.strip() or not value.strip():
+            raise InputError("laws", text, f"{item.strip() or 'nothing'} is no parameter with its value",
+                             "Write key=value between the brackets")  # fmt: skip
+        parameters[key.strip()] = _value(value.strip())
+    tuning = str(parameters.pop("tuning", ALL))
+    return Entrant(text, name, parameters, tuning)
+
+
+def _value(text: str) -> Any:
+    for convert in (int, float):
+        try:
+            return convert(text)
+        except ValueError:
+            continue
+    return text

@@ -1,0 +1,100 @@
+"""Make tables and write them: markdown, JSON and a figure each."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import gyroctl
+from gyroctl.errors import InputError
+from gyroctl.reports.wording import seed_ranges
+from gyroctl.studies.evaluation.information import information_table
+from gyroctl.studies.evaluation.offdesign import offdesign_table
+from gyroctl.studies.evaluation.request import Request
+from gyroctl.studies.evaluation.robustness import robustness_table
+from gyroctl.studies.evaluation.seas import seas_table
+from gyroctl.studies.evaluation.writing import write_json, write_text
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+Table = Callable[[Request], tuple[dict[str, Any], str, "Figure"]]
+
+TABLES: dict[str, Table] = {
+    "seas": seas_table,
+    "offdesign": offdesign_table,
+    "information": information_table,
+    "robustness": robustness_table,
+}
+"""Tables by name."""
+
+TITLES = {
+    "seas": "All laws in three seas",
+    "offdesign": "Off the design, same parameters",
+    "information": "The price of information",
+    "robustness": "Devices that differ from the design",
+}
+
+
+def evaluate_tables(names: Sequence[str], ask: Request) -> dict[str, dict[str, Any]]:
+    """Make the tables and write each as soon as it is finished.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Of `TABLES`; all where there are none.
+    ask : Request
+        Laws, seeds, length, folder.
+
+    Returns
+    -------
+    dict
+        What the JSON files hold, by table.
+
+    Raises
+    ------
+    InputError
+        For an unknown table, or whatever a run refuses.
+    """
+    for name in names:
+        if name not in TABLES:
+            raise InputError("table", name, "there is no such table", f"Choose of {', '.join(TABLES)}")
+    return {name: _one(name, ask) for name in dict.fromkeys(names or TABLES)}
+
+
+def _one(name: str, ask: Request) -> dict[str, Any]:
+    from gyroctl.studies.paper.style import styled
+
+    begin = time.monotonic()
+    with styled():
+        found, text, figure = TABLES[name](ask)
+        ask.out.mkdir(parents=True, exist_ok=True)
+        _save(figure, ask.out / f"{name}.png")
+    content = {
+        "table": name, "title": TITLES[name], "gyroctl_version": gyroctl.__version__, "request": ask.record(), **found,
+        "seconds": round(time.monotonic() - begin, 1),
+    }  # fmt: skip
+    write_json(ask.out / f"{name}.json", content)
+    write_text(ask.out / f"{name}.md", _page(name, ask, text, found.get("failed", {})))
+    return content
+
+
+def _page(name: str, ask: Request, text: str, failed: dict[str, str]) -> str:
+    own = "".join(f"; {law}: {seed_ranges(seeds)}" for law, seeds in ask.plan.own.items())
+    head = (
+        f"# {TITLES[name]}\n\nRealisations {seed_ranges(ask.plan.common)}{own}; runs of {ask.duration:g} s. Intervals "
+        "in brackets are 95 %: bootstrap over realisations, Wilson for lock. Means are over all runs, lost ones "
+        "included; ratios and differences over the realisations that both have.\n\n"
+        f"![{TITLES[name]}]({name}.png)\n\n"
+    )
+    tail = "".join(f"\n- {what}: {why}" for what, why in failed.items())
+    return head + text + (f"\n\n## Not run\n{tail}" if failed else "") + "\n"
+
+
+def _save(figure: Figure, path: Path) -> None:
+    part = path.with_suffix(".part")
+    figure.savefig(part, format="png", metadata={"Software": f"gyroctl {gyroctl.__version__}"})
+    os.replace(part, path)

@@ -1,0 +1,104 @@
+"""What is asked for: laws, seeds, length of the runs, and where everything goes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gyroctl.errors import InputError
+from gyroctl.harness.run import Settings
+from gyroctl.studies.evaluation.entrants import Entrant, default_entrants, parse
+from gyroctl.studies.evaluation.seeds import SeedPlan, seed_plan
+
+RUNS, PAIRS = "runs", "pairs"
+"""Folders of finished runs and of constant pairs that were found."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """Common to all tables.
+
+    Parameters
+    ----------
+    out : Path
+        Folder of tables, figures and finished runs.
+    entrants : tuple of Entrant
+        The laws, the reference aside.
+    plan : SeedPlan
+        Realisations of each law.
+    duration : float
+        Length of the runs. [s]
+    workers : int, optional
+        Workers; they change no result.
+    tuned_on : tuple of int
+        Seeds that no run may use.
+    budget : float
+        Simulated time for the search of each sea's best constant pair. [s]
+    settings : Settings
+        Steps, sensors and actuators of the nominal case.
+    named : bool
+        Whether the laws were asked for by name.
+    planner : str
+        The law whose information is varied.
+    quiet : bool
+        No progress.
+    say : callable
+        Told what is being done.
+    """
+
+    out: Path
+    entrants: tuple[Entrant, ...]
+    plan: SeedPlan
+    duration: float = 2000.0
+    workers: int | None = None
+    tuned_on: tuple[int, ...] = ()
+    budget: float = 4e6
+    settings: Settings = field(default_factory=Settings)
+    named: bool = False
+    planner: str = "nmpc"
+    quiet: bool = False
+    say: Callable[[str], None] = lambda _: None
+
+    def record(self) -> dict[str, Any]:
+        """For the JSON files."""
+        return {
+            "laws": [entrant.label for entrant in self.entrants], "duration_s": self.duration,
+            "seeds": list(self.plan.common), "own_seeds": {name: list(s) for name, s in self.plan.own.items()},
+        }  # fmt: skip
+
+
+def request(
+    out: Path, laws: str = "", seeds: Sequence[str] = (), duration: float = 2000.0, workers: int = 0,
+    allow_tuning_seeds: bool = False, budget: float = 4e6, planner: str = "nmpc", quiet: bool = False,
+    say: Callable[[str], None] = lambda _: None,
+) -> Request:  # fmt: skip
+    """Build a request from what was typed.
+
+    Raises
+    ------
+    InputError
+        For laws, seeds or a duration that cannot be used, all before the first run.
+    """
+    from gyroctl.harness.experiment import all_tuning_seeds
+
+    tuned_on = all_tuning_seeds()
+    entrants = tuple(parse(laws) if laws else default_entrants())
+    plan = seed_plan(seeds, allow_tuning_seeds, tuned_on)
+    names = {entrant.label for entrant in entrants} | {entrant.name for entrant in entrants} | {planner}
+    for name in plan.own:
+        if name not in names and not any(name.startswith(f"{known}[") for known in names):
+            raise InputError("seeds", name, "no law of that name takes part", f"Name one of {', '.join(sorted(names))}")
+    if out.exists() and not out.is_dir():
+        raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
+    settings = Settings()
+    if not duration > settings.score_from:
+        raise InputError("duration", duration, f"is not longer than the blend of {settings.blend:g} s",
+                         "Give a longer one, for example 2000")  # fmt: skip
+    for entrant in entrants:
+        entrant.build()
+    return Request(
+        out, entrants, plan, duration, workers or None, () if allow_tuning_seeds else tuned_on, budget, settings,
+        bool(laws), planner, quiet, say,
+    )  # fmt: skip

@@ -1,0 +1,82 @@
+"""Which realisations each law is judged on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from gyroctl.errors import InputError
+
+KEPT_FOR_TUNING = range(100000, 100256)
+"""Seeds on which laws are tuned and tried: none of them may judge a law."""
+
+MEND = "Give for example 1:64, or nmpc=1:16 for one law"
+
+
+class SeedPlan(NamedTuple):
+    """Seeds of all laws, and those of laws that have their own.
+
+    Parameters
+    ----------
+    common : tuple of int
+        For every law that is not named.
+    own : mapping of str to tuple of int
+        For laws that are too slow for all of them.
+    """
+
+    common: tuple[int, ...]
+    own: Mapping[str, tuple[int, ...]]
+
+    def of(self, *names: str) -> tuple[int, ...]:
+        """Seeds of the law that has these names; the first that is listed counts."""
+        return next((self.own[name] for name in names if name in self.own), self.common)
+
+    @property
+    def all(self) -> tuple[int, ...]:
+        """Every seed, in order: those of the reference, which stands beside every law."""
+        return tuple(sorted(set(self.common).union(*self.own.values())))
+
+
+def seed_plan(texts: Iterable[str], allow_tuning: bool = False, tuned_on: Sequence[int] = ()) -> SeedPlan:
+    """Read seeds as they are given on the command line.
+
+    Parameters
+    ----------
+    texts : iterable of str
+        ``1:64`` (both ends included), ``1,5,9``, or with a law in front, ``nmpc=1:16``.
+    allow_tuning : bool
+        Accept seeds that are kept for tuning: to try things out, never to judge.
+    tuned_on : sequence of int
+        Further seeds on which a law was tuned.
+
+    Raises
+    ------
+    InputError
+        Field ``seeds``: what is no seed, repeats, or was used for tuning.
+    """
+    common, own = tuple(range(1, 65)), {}
+    for text in texts:
+        name, equals, numbers = text.rpartition("=")
+        seeds = _seeds(text, numbers)
+        if equals:
+            own[name.strip()] = seeds
+        else:
+            common = seeds
+    plan = SeedPlan(common, own)
+    used = sorted(set(plan.all) & (set(KEPT_FOR_TUNING) | set(tuned_on)))
+    if used and not allow_tuning:
+        raise InputError("seeds", f"{used[0]} to {used[-1]}", "are kept for tuning and cannot judge a law",
+                         "Choose others, for example 1:64, or try things out with --allow-tuning-seeds")  # fmt: skip
+    return plan
+
+
+def _seeds(text: str, numbers: str) -> tuple[int, ...]:
+    found: list[int] = []
+    for part in numbers.split(","):
+        first, colon, last = part.strip().partition(":")
+        if not first.isdecimal() or (colon and not last.isdecimal()):
+            raise InputError("seeds", text, f"{part.strip() or 'nothing'} is no seed and no range of seeds", MEND)
+        found += range(int(first), int(last) + 1) if colon else [int(first)]
+    if not found or len(set(found)) < len(found):
+        raise InputError("seeds", text, "is empty or repeats a seed", MEND)
+    return tuple(sorted(found))

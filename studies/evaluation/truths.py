@@ -1,0 +1,96 @@
+"""Devices that differ from the design: what the laws meet when the model, the calibration or the sensors are wrong.
+
+The laws stay as they are and plan with the nominal model. Every truth is built anew, the nominal one too.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import NamedTuple
+
+from gyroctl.devices import zhang2017
+from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.run import Settings
+from gyroctl.harness.sensing import CHANNELS, Sensors
+from gyroctl.hydrodynamics import ExcitationTable
+from gyroctl.plant import Plant
+
+NOMINAL = "nominal"
+
+OFF = 0.2
+"""By which part a constant differs. [1]"""
+
+NOISE = 0.05
+"""Sensor noise as a part of the channel's rms. [1]"""
+
+TYPICAL_RMS = {
+    "psi": math.pi / math.sqrt(3.0), "psi_rate": 3.1, "omega_rate": 69.0, "phi1": 0.12, "phi3": 0.096,
+    "phi1_rate": 0.27, "phi3_rate": 0.34,
+}  # fmt: skip
+"""Of each channel, in lock at gamma 5: means of the best constant pair, load_angle and coupling on seed 100000. The
+angle of the ring is uniform within a turn. [rad, rad/s]"""
+
+
+class Truth(NamedTuple):
+    """A device as it is simulated.
+
+    Parameters
+    ----------
+    name : str
+        What differs.
+    plant : Plant
+        The device.
+    settings : Settings
+        Its sensors and actuators.
+    """
+
+    name: str
+    plant: Plant
+    settings: Settings
+
+
+def truths(settings: Settings | None = None) -> tuple[Truth, ...]:
+    """Every truth, the nominal one first.
+
+    Parameters
+    ----------
+    settings : Settings, optional
+        Those of the nominal case.
+    """
+    given = settings or Settings()
+    found = [Truth(NOMINAL, zhang2017(), given)]
+    for name in ("k1", "d1", "J14"):
+        for sign in (-1, 1):
+            base = zhang2017()
+            changed = base.replace(**{name: (1.0 + sign * OFF) * getattr(base.parameters, name)})
+            found.append(Truth(_named(name, sign), changed, given))
+    for sign in (-1, 1):
+        found.append(Truth(_named("He", sign), scaled_excitation(zhang2017(), 1.0 + sign * OFF), given))
+    for sign in (-1, 1):
+        actuators = dataclasses.replace(given.actuators, cc_gain=(1.0 + sign * OFF) * given.actuators.cc_gain)
+        found.append(Truth(_named("cc given", sign), zhang2017(), dataclasses.replace(given, actuators=actuators)))
+    late: Actuators = dataclasses.replace(given.actuators, delay=given.actuators.delay + 1)
+    found.append(Truth("one sample late", zhang2017(), dataclasses.replace(given, actuators=late)))
+    noisy = dataclasses.replace(given, sensors=noisy_sensors(given.sensors))
+    found.append(Truth("5 % sensor noise", zhang2017(), noisy))
+    found.append(Truth("finer radiation", zhang2017(radiation="fine"), given))
+    return tuple(found)
+
+
+def scaled_excitation(plant: Plant, factor: float) -> Plant:
+    """Give the device waves that push `factor` times as hard, in the same phase."""
+    table = plant.excitation
+    if not isinstance(table, ExcitationTable):
+        raise TypeError(f"no table of moments to scale: {type(table).__name__}")
+    return plant.replace(excitation=dataclasses.replace(table, values=factor * table.values))
+
+
+def noisy_sensors(sensors: Sensors, part: float = NOISE) -> Sensors:
+    """White noise of that part of the typical rms on every channel, instead of what it has."""
+    changes = {name: dataclasses.replace(getattr(sensors, name), noise=part * TYPICAL_RMS[name]) for name in CHANNELS}
+    return dataclasses.replace(sensors, **changes)
+
+
+def _named(quantity: str, sign: int) -> str:
+    return f"{quantity} {'+' if sign > 0 else '-'}{100 * OFF:.0f} %"

@@ -1,0 +1,321 @@
+"""Nonlinear MPC: the translated model against casadi and the kernel, exact gradients, plans, fallbacks."""
+
+from __future__ import annotations
+
+import math
+import pickle
+
+import numpy as np
+import pytest
+from numba import njit
+
+import gyroctl as gy
+from gyroctl.controllers.nmpc import Nmpc, descent, prediction, preview, problem, translation
+from gyroctl.controllers.nmpc.power_command import PowerCommand
+from gyroctl.errors import InputError
+from gyroctl.harness.controller import Measurement
+from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.harness.start import locked_start
+from gyroctl.plant.kernel import hold_one, rows
+from gyroctl.simulation.metrics import evaluate
+
+NO_OMEGA = [0, 1, 2, 4, 5, 6, 7, *range(8, 14)]
+SEED = 100000
+
+
+@pytest.fixture(scope="module")
+def plant() -> gy.Plant:
+    return gy.zhang2017()
+
+
+@pytest.fixture(scope="module")
+def horizon(plant: gy.Plant) -> problem.Problem:
+    """4 s from a locked state into irregular waves."""
+    sea = gy.SeaState()
+    waves = gy.realise(plant, sea, SEED, 20.0)
+    start = locked_start(plant, sea)[0][NO_OMEGA]
+    cost = problem.weights(plant, 2000.0, 0.05, 0.05, 50.0, 3.2, 40.0, 0.3)  # limits so low that every term acts
+    flat = np.ascontiguousarray(waves.moments.T).ravel()[: 2 * 81]
+    return problem.Problem(start, flat, 10.0, 0.05, 0.12, 0.1, np.array([0.05]), prediction.constants(plant), cost)
+
+
+def tools(plant: gy.Plant):
+    orders = prediction.orders_of(plant)
+    return prediction.step_of(orders), prediction.pullback_of(orders), prediction.tangent_of(orders)
+
+
+def test_translated_function_is_casadis(plant):
+    import casadi
+
+    x, y = casadi.SX.sym("x", 3), casadi.SX.sym("y", 2)
+    value = casadi.vertcat(
+        casadi.sin(x[0]) / (1 + y[0] ** 2), casadi.fmax(x[1], y[1]) - casadi.if_else(x[2] > 0, x[2] * y[0], -3.0),
+        casadi.sqrt(casadi.fabs(x[2])) + casadi.exp(-x[1]) * casadi.cos(y[1]) + 2 * x[0] ** 3,
+    )  # fmt: skip
+    compiled = translation.compiled("sample", [x, y], [value, casadi.jacobian(value, x)])
+    reference = casadi.Function("f", [x, y], [value, casadi.densify(casadi.jacobian(value, x))])
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        a, b = rng.standard_normal(3), rng.standard_normal(2)
+        first, second = np.zeros(3), np.zeros(9)
+        call(compiled, a, b, first, second)  # compiled; called directly it would run as Python
+        expected = reference(a, b)
+        np.testing.assert_allclose(first, np.asarray(expected[0]).ravel(), rtol=1e-14)
+        np.testing.assert_allclose(second, np.asarray(expected[1]).ravel("F"), rtol=1e-14, atol=1e-15)
+
+
+def test_unknown_operation_is_refused():
+    import casadi
+
+    x = casadi.SX.sym("x", 1)
+    with pytest.raises(NotImplementedError, match="OPERATIONS"):
+        translation.source("sample", [x], [casadi.atan2(x, 2.0)])
+
+
+@njit
+def call(function, a, b, first, second):
+    function(a, b, first, second)
+
+
+@pytest.mark.parametrize("cc_max", [0.06, 0.12, 0.3])
+def test_model_follows_the_kernel(plant, cc_max):
+    """Four seconds of switching: within a hundredth of the kernel at dt = 0.0025 s."""
+    step, _, _ = tools(plant)
+    sea, k = gy.SeaState(), prediction.constants(plant)
+    waves = lead_in(gy.realise(plant, sea, SEED, 200.0), Settings())
+    flat = np.ascontiguousarray(waves.moments.T).ravel()
+    y = np.zeros(rows(plant.coefficients))
+    y[:14] = locked_start(plant, sea)[0]
+    cc = np.random.default_rng(1).choice([0.0, cc_max], 40)
+    x, u, h, after = y[NO_OMEGA].copy(), np.array([0.0, 5.0]), np.array([0.05]), np.zeros(13)
+    for i in range(40):
+        u[0] = cc[i]
+        for q in (2 * i, 2 * i + 1):
+            step(x, u, flat[2 * q : 2 * q + 4], h, k, after)
+            x[:] = after
+        y = hold_one(y, plant.coefficients, cc[i], 5.0 / y[7] ** 2, 0.1 * i, 0.1, 40, flat, waves.dt)
+    np.testing.assert_allclose(x[[0, 1]], y[[0, 1]], atol=4e-3)  # phi [rad]
+    assert abs(x[2] - y[2]) < 0.02  # psi [rad]
+    assert abs(x[6] - y[7]) < 0.03  # flywheel [rad/s]
+
+
+def test_model_converges_with_second_order(plant):
+    step, _, _ = tools(plant)
+    k = prediction.constants(plant)
+    rng = np.random.default_rng(3)
+    start = np.array([0.1, 0.05, 0.3, 0.1, 0.1, 3.0, 68.0, *rng.standard_normal(6) * 1e-3])
+    m0, slope, u = np.array([100.0, 250.0]), np.array([30.0, -80.0]), np.array([0.05, 8.0])
+
+    def at(parts: int):
+        x, after, h = start.copy(), np.zeros(13), np.array([0.1 / parts])
+        for i in range(parts):
+            a, b = m0 + slope * 0.1 * i / parts, m0 + slope * 0.1 * (i + 1) / parts
+            step(x, u, np.array([*a, *b]), h, k, after)
+            x[:] = after
+        return x
+
+    exact = at(2048)
+    coarse, fine = np.abs(at(16) - exact).max(), np.abs(at(32) - exact).max()
+    assert 3.4 < coarse / fine < 4.6
+
+
+def test_adjoint_is_the_transposed_tangent_and_both_are_exact(plant):
+    step, pullback, tangent = tools(plant)
+    rng, k, h = np.random.default_rng(2), prediction.constants(plant), np.array([0.05])
+    for _ in range(5):
+        x = np.array([0.1, 0.05, 0.3, 0.1, 0.1, 3.0, 68.0, *np.zeros(6)]) * (1 + 0.2 * rng.standard_normal(13))
+        u, m, w = np.array([rng.uniform(0, 0.3), 8.0]), 100 * rng.standard_normal(4), rng.standard_normal(13)
+        after, jacobian, by_x, by_u = np.zeros(13), np.zeros(13 * 15), np.zeros(13), np.zeros(2)
+        tangent(x, u, m, h, k, after, jacobian)
+        pullback(x, u, m, h, k, w, by_x, by_u)
+        J = jacobian.reshape(15, 13).T
+        np.testing.assert_allclose(w @ J, [*by_x, *by_u], rtol=1e-11, atol=1e-11)
+        for i in range(15):  # central differences confirm the exact derivative to their own accuracy
+            e = 1e-5 * max(1.0, abs(float([*x, *u][i])))
+            ahead, behind = np.zeros(13), np.zeros(13)
+            for sign, out in ((1, ahead), (-1, behind)):
+                z = np.array([*x, *u])
+                z[i] += sign * e
+                step(z[:13].copy(), z[13:].copy(), m, h, k, out)
+            np.testing.assert_allclose((ahead - behind) / (2 * e), J[:, i], rtol=1e-5, atol=1e-6 * np.abs(J).max())
+
+
+def test_gradient_of_the_cost(plant, horizon):
+    step, pullback, _ = tools(plant)
+    cc = np.random.default_rng(4).uniform(0.01, 0.1, 40)
+    states, slope = np.empty((81, 13)), np.empty(40)
+    problem.predict(step, horizon, cc, states)
+    problem.gradient(pullback, horizon, cc, states, slope)
+    for i in range(0, 40, 3):
+        e = 1e-6
+        values = []
+        for sign in (1, -1):
+            moved = cc.copy()
+            moved[i] += sign * e
+            values.append(problem.predict(step, horizon, moved, states))
+        assert (values[0] - values[1]) / (2 * e) == pytest.approx(slope[i], rel=1e-4, abs=1e-3)
+
+
+def test_descent_never_rises_and_ends_where_no_coupling_alone_can_improve(plant, horizon):
+    step, pullback, _ = tools(plant)
+    mild = horizon._replace(weights=horizon.weights._replace(limit1=0.2, limit3=0.2, floor=1.5, travel=4.0))
+    plan, length, costs = np.full(40, 0.05), 1e-3, []
+    for _ in range(150):
+        before, after, length, _ = descent.descend(step, pullback, mild, plan, length, 10)
+        assert after <= before + 1e-9
+        costs.append(after)
+    assert plan.min() >= 0.0 and plan.max() <= mild.cc_max
+    gain = costs[0] - costs[-1]
+    assert gain > 5.0 and costs[-10] - costs[-1] < 0.05 * gain  # J
+    states = np.empty((81, 13))
+    for i in range(40):  # brute force, one interval at a time
+        for sign in (-1, 1):
+            moved = plan.copy()
+            moved[i] = min(max(moved[i] + sign * 0.002, 0.0), mild.cc_max)
+            assert problem.predict(step, mild, moved, states) > costs[-1] - 0.05 * gain
+
+
+def test_a_plan_beats_every_constant_coupling(plant, horizon):
+    step, pullback, _ = tools(plant)
+    plan, states = np.full(40, 0.05), np.empty((81, 13))
+    _, after, _, _ = descent.descend(step, pullback, horizon, plan, 1e-3, 60)
+    constant = [problem.predict(step, horizon, np.full(40, c), states) for c in np.linspace(0.0, 0.12, 25)]
+    assert after < min(constant) - 1.0  # J
+
+
+def test_moments_between_the_intervals():
+    t = 0.1 * np.arange(41)
+    rows_at = np.stack([np.sin(4.0 * t), np.cos(4.0 * t)], axis=1)
+    fine = preview.between(rows_at).reshape(-1, 2)
+    exact = np.stack([np.sin(4.0 * 0.05 * np.arange(81)), np.cos(4.0 * 0.05 * np.arange(81))], axis=1)
+    np.testing.assert_array_equal(fine[::2], rows_at)
+    assert np.abs(fine - exact)[2:-2].max() < 2e-3
+    assert np.abs(fine - exact).max() < 0.03
+
+
+def test_power_command_holds_its_bounds():
+    command = PowerCommand(0.5, 1e-3, 0.02)
+    assert command.step(-100.0, 60.0, 5.0, 0.1)[0] == 0.0
+    assert command.step(1e6, 60.0, 5.0, 0.1)[0] == pytest.approx(0.02 * 3600.0)
+    power, mean = command.step(2.0, 60.0, 5.0, 0.1)
+    assert (power, mean) == (pytest.approx(6.0002), pytest.approx(5.0002))
+
+
+def run(plant, law, duration=200.0, gamma=5.0, settings=None, seed=SEED):
+    settings = settings or Settings()
+    waves = lead_in(gy.realise(plant, gy.SeaState(gamma=gamma), seed, duration), settings)
+    record, timing = run_law(plant, law, waves, settings)
+    return evaluate(plant, record, waves.moments[1], waves.dt, 3.14, 60.0, math.nan), record, timing
+
+
+@pytest.mark.parametrize("information", ["oracle", "forecast", "sensors"])
+def test_gives_several_times_the_best_constant_pair(plant, information):
+    found, _, _ = run(plant, Nmpc(information=information))
+    pair, _, _ = run(plant, gy.law("best_constant"))
+    total = found["mean_power"] + found["stored_w"]
+    assert found["locked"] == 1.0 and total > 3.0 * pair["mean_power"]
+    assert found["ledger_residual"] < 1e-6
+
+
+def test_repeats_to_the_last_bit_and_leaves_its_state_alone(plant):
+    law = Nmpc()
+    first, second = run(plant, law, 120.0)[1], run(plant, law, 120.0)[1]
+    np.testing.assert_array_equal(first.states, second.states)
+    state = law.init()
+    before = pickle.dumps(state)
+    y = Measurement(0.1, 3.0, 68.0, 0.05, 0.02, 0.1, 0.1)
+    one, two = law.step(0.0, y, state), law.step(0.0, y, state)
+    assert one[0] == two[0] and pickle.dumps(state) == before
+
+
+def test_travels_between_processes(plant):
+    law = Nmpc(information="sensors")
+    law.init()
+    copy = pickle.loads(pickle.dumps(law))
+    y = Measurement(0.1, 3.0, 68.0, 0.05, 0.02, 0.1, 0.1)
+    assert copy.step(0.0, y, copy.init())[0] == law.step(0.0, y, law.init())[0]
+
+
+class Stalling:
+    """A clock that jumps by a second at each look while `t` is between the two times."""
+
+    def __init__(self, begin: float, end: float) -> None:
+        self.now, self.looks, self.begin, self.end = 0.0, 0, begin, end
+
+    def __call__(self) -> float:
+        t = 0.1 * (self.looks // 2)  # two looks per sample
+        self.looks += 1
+        self.now += 1.0 if self.begin <= t < self.end else 0.0
+        return self.now
+
+
+def test_missed_deadlines_fall_back_and_keep_lock(plant):
+    law = Nmpc(deadline=0.05, clock=Stalling(100.0, 130.0))
+    found, record, timing = run(plant, law, 260.0)
+    assert found["locked"] == 1.0
+    assert timing.counters["deadline_misses"] == 300
+    assert timing.counters["kept_plans"] == 10 and timing.counters["fallbacks"] == 290
+    during = record.commands[1015:1295]
+    np.testing.assert_array_equal(during, np.tile([0.052, 2e-4], (280, 1)))
+
+
+def test_failed_plans_fall_back_and_keep_lock(plant):
+    settings = Settings()
+    waves = lead_in(gy.realise(plant, gy.SeaState(), SEED, 260.0), settings)
+    told = Nmpc(information="oracle").informed(waves)
+    moments = told.seen.moments.copy()
+    moments[2000:2600] = np.nan  # 100 s to 130 s, and so every horizon from 96 s on
+    broken = Nmpc(information="oracle", seen=told.seen._replace(moments=moments))
+    broken_run = _NotInformed(broken)
+    record, timing = run_law(plant, broken_run, waves, settings)
+    found = evaluate(plant, record, waves.moments[1], waves.dt, 3.14, 60.0, math.nan)
+    assert found["locked"] == 1.0 and np.isfinite(record.commands).all()
+    counts = timing.counters
+    assert counts["failed_plans"] == pytest.approx(340, abs=3)
+    assert counts["fallbacks"] == counts["failed_plans"] - 10
+
+
+class _NotInformed:
+    """The law as it is: the harness is not asked to tell it the waves."""
+
+    def __init__(self, law: Nmpc) -> None:
+        self.law, self.period, self.information = law, law.period, "sensors"
+
+    def init(self):
+        return self.law.init()
+
+    def step(self, t, y, state):
+        return self.law.step(t, y, state)
+
+    def counters(self, state):
+        return self.law.counters(state)
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "part"),
+    [
+        ("information", "none", "oracle, forecast or sensors"), ("horizon", 4.05, "multiple"), ("horizon", -1.0, "positive"),
+        ("iterations", 0, "positive"), ("cc_max", 0.0, "positive"), ("motion", -1.0, "negative"),
+        ("flywheel", math.nan, "positive"), ("lead", math.inf, "negative"),
+    ],
+)  # fmt: skip
+def test_bad_parameters(field, value, part):
+    with pytest.raises(InputError, match=f"nmpc.{field}.*{part}"):
+        Nmpc(**{field: value})
+
+
+def test_a_law_that_was_told_nothing_says_so():
+    with pytest.raises(InputError, match="informed"):
+        Nmpc(information="oracle").init()
+
+
+def test_waves_shorter_than_the_horizon(plant):
+    waves = gy.realise(plant, gy.SeaState(), SEED, 3.0)
+    with pytest.raises(InputError, match=r"nmpc.horizon.*longer than the waves"):
+        Nmpc(information="oracle").informed(waves)
+
+
+def test_waves_on_another_grid(plant):
+    waves = gy.realise(plant, gy.SeaState(), SEED, 20.0, dt=0.08)
+    with pytest.raises(InputError, match=r"run.waves_dt"):
+        Nmpc(information="oracle").informed(waves)
