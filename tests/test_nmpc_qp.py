@@ -16,7 +16,8 @@ from gyroctl.controllers.nmpc import rti
 from gyroctl.controllers.nmpc.osqp_solver import OsqpSolver, CondensedForm
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, gradient, predict, weights
-from gyroctl.controllers.nmpc.riccati import empty_riccati_room, newton_direction, solve
+from gyroctl.controllers.nmpc.riccati import empty_riccati_room, solve
+from gyroctl.controllers.nmpc.riccati_sweep import empty_sweep_room, sweep
 from gyroctl.controllers.nmpc.subproblem import (
     LIMIT_REACHED, NOT_CONVEX, NOT_FINITE, OUTPUTS, SOLVED, Step, Subproblem, empty_subproblem, evaluate, linearise,
     slope,
@@ -218,7 +219,7 @@ def test_riccati_sweep_solves_the_newton_system(free: float) -> None:
     for seed in range(6):
         qp, proximal = random_subproblem(seed)
         n, m = qp.b.shape
-        rng, room = np.random.default_rng(seed), empty_riccati_room(n, m)
+        rng, room = np.random.default_rng(seed), empty_sweep_room(n, m)
         evaluate(qp, proximal, np.zeros(n), room.states, room.slopes)
         slope(qp, proximal, np.zeros(n), room.slopes, room.slope)
         room.held[:] = rng.uniform(size=n) > free
@@ -230,11 +231,12 @@ def test_riccati_sweep_solves_the_newton_system(free: float) -> None:
             last = qp.A[i] @ last
             last[:, i] += qp.b[i]
             response[i] = last[list(OUTPUTS)]
-        active = (room.slopes != 0.0) * qp.weight
+        room.curvature[:] = active = (room.slopes != 0.0) * qp.weight
+        room.barrier[:] = rng.uniform(0.0, 2.0, n)
         difference = np.eye(n) - np.eye(n, k=-1)
         hessian = np.einsum("ir,irj,irk->jk", active, response, response)
-        hessian += proximal * np.eye(n) + 2.0 * qp.travel[0] * difference.T @ difference
-        assert newton_direction(qp, proximal, room)
+        hessian += np.diag(proximal + room.barrier) + 2.0 * qp.travel[0] * difference.T @ difference
+        assert sweep(qp, proximal, room)
         f, h = ~room.held, room.held
         if np.any(f):
             wanted = -np.linalg.solve(hessian[np.ix_(f, f)], room.slope[f] + hessian[np.ix_(f, h)] @ given[h])

@@ -23,7 +23,7 @@ from gyroctl.harness.loop import compile_law
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI
 from gyroctl.simulation.metrics import Record, evaluate, production
-from gyroctl.studies.startup import StuckGenerator, startup_report
+from gyroctl.studies.startup import Fault, StuckGenerator, startup_report, stuck
 
 WP, N, J4 = 3.14, 0.203 / 0.009, 0.3671
 REST = Settings(start="rest", actuators=gy.Actuators(cg_min=-0.02))
@@ -93,7 +93,7 @@ def after(watch: Watch, seconds: float, ring: float, flywheel: float, delta: flo
 
 
 def test_modes_follow_flywheel_and_ring() -> None:
-    """Rest, flywheel up to speed, ring in step, handed over, ring behind, ring stalled with a fast and a slow flywheel."""
+    """Rest, flywheel up to speed, ring in step, handed over, ring behind, stalled with a fast and a slow flywheel."""
     rules = Rules()
     enough = rules.speed_ratio * N * WP + 0.1
     watch = after(first_watch(), 50.0, 0.0, 10.0)[-1]
@@ -116,7 +116,7 @@ def test_ring_at_the_wrong_angle_or_not_caught_in_time_is_not_in_lock() -> None:
     """U1 < 0: the float's motion brakes the ring. It is let go after the patience."""
     watch = after(after(first_watch(), 1.0, 0.0, 70.0)[-1], 1.0, WP, 70.0)[-1]
     ways = after(watch, 80.0, WP, 20.0, delta=2.5)
-    assert [w.mode for w in ways if w.mode != PULL][0] == START
+    assert next(w.mode for w in ways if w.mode != PULL) == START
     assert next(i for i, w in enumerate(ways) if w.mode == START) * 0.1 <= Rules().patience
     assert ways[-1].catches == 0.0
 
@@ -229,8 +229,9 @@ def test_negative_gain_of_an_ordinary_law_never_motors(device: gy.Plant) -> None
 @pytest.mark.parametrize("name", ["load_angle", "coupling"])
 def test_locks_again_after_a_generator_that_pulled_too_hard(device: gy.Plant, name: str) -> None:
     waves = waves_of(device, 100005, 450.0, LOCKED)
-    bare, _ = run_law(device, StuckGenerator(gy.law(name), begin=150.0), waves, LOCKED)
-    law = StuckGenerator(wrap(gy.law(name)), begin=150.0)
+    bare, _ = run_law(device, stuck(gy.law(name), Fault(begin=150.0)), waves, LOCKED)
+    law = stuck(wrap(gy.law(name)), Fault(begin=150.0))
+    assert compile_law(law) is not None
     record, timing = run_law(device, law, waves, LOCKED)
     end = timing.counters["fault_ends"]
     assert 170.0 <= end < 260.0
@@ -243,6 +244,8 @@ def test_locks_again_after_a_generator_that_pulled_too_hard(device: gy.Plant, na
     assert found["motor_energy"] > 100.0
     assert found["ledger_residual"] < 1e-6
     assert np.diff(bare.states[:, -1]).min() >= 0.0
+    plain, _ = run_law(device, StuckGenerator(wrap(gy.law(name)), Fault(begin=150.0)), waves, LOCKED)
+    np.testing.assert_array_equal(plain.states, record.states)
 
 
 def test_any_python_law_can_be_wrapped_and_begins_anew_at_the_pull(device: gy.Plant) -> None:

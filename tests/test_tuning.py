@@ -30,7 +30,10 @@ EXAMPLE = Path(__file__).parents[1] / "docs" / "examples" / "my_law.py"
 SMALL: dict[str, Any] = {
     "law": f"{EXAMPLE}:MyLaw",
     "knobs": {"cg": {"start": 4e-4, "width": 0.5}, "gain": {"start": 3e-4, "width": 1.0}},
-    "seas": {"mild": {"hs": 0.25, "gamma": 5.0, "power": 2.0, "runs": 1}, "tall": {"hs": 0.3, "gamma": 50.0, "runs": 1}},
+    "seas": {
+        "mild": {"hs": 0.25, "gamma": 5.0, "power": 2.0, "runs": 1},
+        "tall": {"hs": 0.3, "gamma": 50.0, "runs": 1},
+    },
     "search": {"population": 4, "window": 160.0, "confirm": 200.0, "runs": 1},
     "seeds": {"first": 100128, "count": 2},
 }
@@ -152,9 +155,7 @@ def test_front_keeps_to_the_motion_limit_and_tells_what_ships(tmp_path: Path) ->
 # --- a whole tuning ------------------------------------------------------------------------------------------------
 
 
-def test_tuning_spends_its_budget_and_no_more(
-    task: Task, on: Circumstances, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_tuning_spends_its_budget_and_no_more(task: Task, on: Circumstances, monkeypatch: pytest.MonkeyPatch) -> None:
     jobs: list[tuning_bench.Job] = []
     runner = tuning_bench.Runner.__call__
 

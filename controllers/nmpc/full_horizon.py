@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.descent import descend
-from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of, tangent_of
+from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of
 from gyroctl.controllers.nmpc.problem import FLYWHEEL, Problem, Weights, stage_cost, terminal_cost
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
@@ -484,19 +484,6 @@ def cost_of(w: Window, power: NDArray[np.float64], states: NDArray[np.float64]) 
     return float(w.period * cost + terminal_cost(states[-1], w.weights, ignored) + 0.5 * w.closing * gained * gained)
 
 
-def tracking_gains(plant: Plant, w: Window, plan: Plan, caution: float = 4.0) -> NDArray[np.float64]:
-    """Gains (n, m) of the coupling on the deviation from a plan, by the Riccati equation along it. [Nms per unit]
-
-    A plan of minutes at pull-out must be held by feedback. It is nearly bang-bang: where the coupling stands on a bound
-    it can move to one side only, which the regulator reckons as `caution` times dearer.
-    """
-    gains = np.empty((plan.cc.size, w.start.size))
-    on_bound = (plan.cc <= 0.0) | (plan.cc >= w.cc_max)
-    price = np.where(on_bound, caution, 1.0) / CC_SCALE**2
-    _riccati(tangent_of(orders_of(plant)), w, plan.cc, plan.power, plan.states, _sizes(plan.states), price, gains)
-    return gains
-
-
 def _sizes(states: NDArray[np.float64]) -> NDArray[np.float64]:
     """Typical size of each state."""
     sizes = np.std(states, axis=0)
@@ -505,26 +492,75 @@ def _sizes(states: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @entry_point
-def _riccati(
-    tangent: Any, w: Window, cc: Any, power: Any, states: Any, sizes: Any, price: Any, gains: Any
-) -> None:  # fmt: skip
-    m, s = w.start.size, w.substeps
-    cost = np.diag(1.0 / sizes**2)
-    ahead = cost.copy()
-    u, after, flat = np.empty(2), np.empty(m), np.empty((m + 2) * m)
-    for i in range(cc.size - 1, -1, -1):
+def _strayed(
+    step: Any, pullback: Any, w: Window, first: int, start: Any, cc: Any, power: Any, wanted: Any, sizes: Any,
+    final: float, price: float, planned: Any, states: Any, by_cc: Any,
+) -> float:  # fmt: skip
+    """Deviation from the wanted states (n + 1, m), squared and summed; its gradient by the coupling into `by_cc`."""
+    m, s, n = start.size, w.substeps, cc.size
+    u, weight, by_x, by_u = np.empty(2), np.zeros(m), np.zeros(m), np.zeros(2)
+    follow(step, w, first, start, cc, power, states)
+    cost = 0.0
+    for i in range(n - 1, -1, -1):
+        factor = final if i == n - 1 else 1.0
+        for row in range(m):
+            away = (states[s * (i + 1), row] - wanted[i + 1, row]) / sizes[row]
+            cost += 0.5 * factor * away * away
+            weight[row] += factor * away / sizes[row]
         u[0], u[1] = cc[i], power[i]
-        x, by_x, by_cc = states[i].copy(), np.eye(m), np.zeros(m)
-        for q in range(s * i, s * (i + 1)):
-            tangent(x, u, w.moments[2 * q : 2 * q + 4], w.h, w.k, after, flat)
-            columns = flat.reshape((m + 2, m))
-            part = np.ascontiguousarray(columns[:m].T)
-            by_x = part @ by_x
-            by_cc = part @ by_cc + columns[m]
-            x[:] = after
-        weighed = ahead @ by_cc
-        row = (weighed @ by_x) / (price[i] + weighed @ by_cc)
-        gains[i] = row
-        pulled = ahead @ by_x
-        ahead = cost + by_x.T @ pulled - np.outer(by_x.T @ weighed, row)
-        ahead = 0.5 * (ahead + ahead.T)
+        move = cc[i] - planned[i]
+        cost += 0.5 * price * move * move
+        by_cc[i] = price * move
+        for q in range(s * (i + 1) - 1, s * i - 1, -1):
+            at = 2 * (s * first + q)
+            pullback(states[q], u, w.moments[at : at + 4], w.h, w.k, weight, by_x, by_u)
+            by_cc[i] += by_u[0]
+            weight[:] = by_x
+    return cost
+
+
+class Tracker:
+    """Holds the plant to a plan: finds the coupling that brings a state back to it, within the bounds.
+
+    A plan of minutes at pull-out must be held by feedback, and it is nearly bang-bang: where the coupling stands on a
+    bound a linear regulator has nothing to move. So the way back is planned as well, some seconds ahead.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    w : Window
+        The window.
+    plan : Plan
+        Its plan.
+    horizon : int
+        Control intervals looked ahead.
+    """
+
+    def __init__(self, plant: Plant, w: Window, plan: Plan, horizon: int = 80) -> None:
+        self.w, self.plan, self.horizon = w, plan, horizon
+        self.step, self.pullback = step_of(orders_of(plant)), pullback_of(orders_of(plant))
+        self.sizes = _sizes(plan.states)
+        self.cc = plan.cc.copy()
+
+    def back(self, i: int, x: NDArray[np.float64], iterations: int = 15) -> NDArray[np.float64]:
+        """Return the coupling (horizon,) from interval `i` on for the state `x` (m,) there. [Nms]"""
+        from scipy.optimize import Bounds, minimize
+
+        part = slice(i, min(i + self.horizon, self.plan.cc.size))
+        planned, power, wanted = self.plan.cc[part], self.plan.power[part], self.plan.states[i : part.stop + 1]
+        states, by_cc = np.empty((planned.size * self.w.substeps + 1, x.size)), np.empty(planned.size)
+
+        def value(z: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+            cost = _strayed(
+                self.step, self.pullback, self.w, i, x, z * CC_SCALE, power, wanted, self.sizes, 10.0, 0.5, planned,
+                states, by_cc,
+            )  # fmt: skip
+            return (cost, by_cc * CC_SCALE) if np.isfinite(cost) else (1e9, np.zeros(z.size))
+
+        found = minimize(
+            value, self.cc[part] / CC_SCALE, jac=True, method="L-BFGS-B", bounds=Bounds(0.0, self.w.cc_max / CC_SCALE),
+            options={"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": 10},
+        )  # fmt: skip
+        self.cc[part] = found.x * CC_SCALE
+        return self.cc[part]

@@ -13,9 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc import problem as problem_file
 from gyroctl.controllers.nmpc import riccati as riccati_file
-from gyroctl.controllers.nmpc import subproblem as subproblem_file
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import Problem, predict
 from gyroctl.controllers.nmpc.riccati import RiccatiRoom, empty_riccati_room, solve
@@ -92,7 +90,7 @@ def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
     return advance
 
 
-SOURCES = (__file__, riccati_file.__file__, subproblem_file.__file__, problem_file.__file__)
+SOURCES = (__file__, *riccati_file.SOURCES)
 advance = _advance(source_stamp(SOURCES))
 
 

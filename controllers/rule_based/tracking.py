@@ -78,7 +78,9 @@ class Tracking(NamedTuple):
         swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
         begun = 1.0 if state.age == 0.0 else lag(self.period, self.fast)
         fast = state.fast + begun * (y.psi_rate - state.fast)
-        behind = upright(state.theta, state.speed) - y.psi  # load angle, from the clock of this sample [rad]
+        behind = (
+            upright(state.theta, state.speed, self.period) - y.psi
+        )  # load angle, from the clock of this sample [rad]
         left = state.left + (begun if state.age > 0.0 else 0.0) * (math.cos(behind) - state.left)
 
         pull = self.share + self.margin * max(left, 0.0)

@@ -82,9 +82,10 @@ def follow(y: Any, state: Any, period: float, bandwidth: float, memory: float) -
 
 
 @inlined
-def upright(theta: float, speed: float) -> float:
-    """Phase of the waves from the angle of the clock: without the turn of the smoothing. [rad]"""
-    return theta + math.atan(SMOOTH * speed)
+def upright(theta: float, speed: float, period: float) -> float:
+    """Phase of the waves from the angle of the clock: without the turn of the smoothing, as it is sampled. [rad]"""
+    keep = math.exp(-period / SMOOTH)
+    return theta + math.atan2(keep * math.sin(speed * period), 1.0 - keep * math.cos(speed * period))
 
 
 @inlined

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from gyroctl.harness.tuning import Circumstances, Tuned
+    from gyroctl.harness.tuning import Circumstances, Start, Tuned
     from gyroctl.harness.tuning_task import Task
 
 
@@ -68,14 +68,16 @@ def circumstances(experiment: Path | None) -> Circumstances:
     return Circumstances(setup.plant, setup.settings, frozenset(setup.run.seeds))
 
 
-def _start(sets: dict[str, Any], name: str) -> dict[str, float] | None:
+def _start(sets: dict[str, Any], name: str) -> Start | None:
     from gyroctl.errors import InputError
+    from gyroctl.harness.tuning import Start
 
     if not name:
         return None
     if name not in sets:
         raise InputError("--from", name, "there is no such tuned set", f"Choose one of {', '.join(sets) or 'none yet'}")
-    return dict(sets[name]["parameters"])
+    found = sets[name]["found"]
+    return Start(name, sets[name]["parameters"], found["spent_s"] + found.get("spent_before_s", 0.0))
 
 
 def _front(task: Task, which: str, found: Tuned, out: Path) -> None:

@@ -1,7 +1,7 @@
 """The best constant pair of any sea, with the budget that every law has: the yardstick of all laws.
 
 A coarse grid over all that the device can hold, a fine one about its best pair, the few best of that on all seeds with
-the fine step, and the neighbours of the best one. Sixteen runs stand side by side on each core, so that this takes seconds.
+the fine step, and then from neighbour to neighbour. Sixteen runs stand side by side on each core: this takes seconds.
 """
 
 from __future__ import annotations
@@ -158,8 +158,6 @@ def _around(
     ccs = [float(f"{cc * factor:.3g}") for factor in cc_factors]
     cgs = [float(f"{cg * factor:.3g}") for factor in cg_factors]
     return [(a, b) for a in ccs if a <= limits.cc_max for b in cgs if b <= limits.cg_max]
-
-
 
 
 def _count(budget: float, stage: int, pairs: int, duration: float, seeds: int) -> int:

@@ -73,7 +73,7 @@ class Subject:
 
     def times(self) -> NDArray[np.float64]:
         """Times of its samples. [s]"""
-        return np.arange(len(self.measurements)) * self.law.period
+        return np.arange(len(self.measurements), dtype=np.float64) * float(self.law.period)
 
 
 def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
@@ -203,7 +203,7 @@ def _bounds(record: Record, settings: Settings) -> Check:
     found = f"cc {low[0]:.3g} to {high[0]:.3g}, cg {low[1]:.3g} to {high[1]:.3g} Nms"
     if not outside.any():
         return Check("bounds", True, found)
-    which = " and ".join(n for n, out in zip(("cc", "cg"), outside.any(axis=0), strict=True) if out)
+    which = " and ".join(n for i, n in enumerate(("cc", "cg")) if outside[:, i].any())
     mend = f"Keep {which} within 0 to {limits.cc_max:g} and {limits.cg_max:g} by min and max: the actuators saturate"
     return Check("bounds", False, f"{found}; {outside.any(axis=1).mean():.1%} of the samples outside", mend)
 
@@ -356,8 +356,8 @@ def _step_size(plant: Plant, built: Law, name: str, runs: int) -> Check:
     text = f"step .01 to .005 s: power {mean / scale:.2%} apart ({error / scale:.2%} standard error), "
     text += f"{flips} of {off.size} verdicts on lock change"
     passed = mean <= max(TOLERANCE * scale, SIGMAS * error) and lost <= max(1, off.size // 8)
-    return Check("step size", passed, text,
-                 "" if passed else "Its outcome hangs on the integration step: use a shorter run.dt for it")  # fmt: skip
+    mend = "" if passed else "Its outcome hangs on the integration step: use a shorter run.dt for it"
+    return Check("step size", passed, text, mend)
 
 
 def _evaluated(plant: Plant, built: Law, name: str, seed: int, settings: Settings) -> dict[str, float]:

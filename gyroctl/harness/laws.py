@@ -8,6 +8,7 @@ import importlib.util
 import inspect
 import math
 from collections.abc import Callable, Mapping
+from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from types import ModuleType
@@ -22,7 +23,13 @@ GROUP = "gyroctl.controllers"
 
 def registered() -> dict[str, EntryPoint]:
     """Entry points of all registered laws by name, sorted."""
-    return {point.name: point for point in sorted(entry_points(group=GROUP), key=lambda point: point.name)}
+    return dict(_registered())
+
+
+@lru_cache(maxsize=1)
+def _registered() -> tuple[tuple[str, EntryPoint], ...]:
+    """Look once: the metadata of every installed package is read for it."""
+    return tuple(sorted((point.name, point) for point in entry_points(group=GROUP)))
 
 
 def home(name: str) -> tuple[Path, str]:

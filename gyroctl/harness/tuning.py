@@ -104,6 +104,14 @@ class Circumstances:
     evaluation: frozenset[int] = frozenset()
 
 
+class Start(NamedTuple):
+    """A tuned set at which a search begins: what was spent on it, the search owes too. [s]"""
+
+    name: str
+    parameters: Mapping[str, float]
+    spent: float
+
+
 class Plan(NamedTuple):
     """How a budget is spent, in simulated time. [s]"""
 
@@ -115,7 +123,7 @@ class Plan(NamedTuple):
 
 def tune(
     task: Task, which: str, on: Circumstances, budget: float = BUDGET, folder: Path | None = None, workers: int = 1,
-    quiet: bool = False, start: Mapping[str, float] | None = None,
+    quiet: bool = False, start: Start | None = None,
 ) -> Tuned:  # fmt: skip
     """Tune a law for all seas of its task, or for one of them.
 
@@ -135,8 +143,8 @@ def tune(
         Threads or processes; they change no bit of the result.
     quiet : bool
         Show no progress.
-    start : mapping, optional
-        Values of knobs at which the search begins instead of the task's.
+    start : Start, optional
+        Where the search begins instead of at the task's start.
 
     Raises
     ------
@@ -150,7 +158,7 @@ def tune(
         return _pairs(task, which, on, budget, workers, quiet)
     seas = task.served(which)
     if start:
-        task = starting(task, start)
+        task = starting(task, start.parameters)
     example = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
     plan = planned(task, seas, budget)
     log = TuningLog(folder / f"{task.stem}.{which}.{_key(task, which, on)}.jsonl" if folder is not None else None)
@@ -164,8 +172,9 @@ def tune(
         points = _shortlist(work, plan, means, archive)
         confirmed = [work.confirm(parameters) for parameters in points]
     found = {
-        "date": datetime.date.today().isoformat(), **_provenance(task, on, start), "seeds": _span(task),
-        "budget_s": budget, "spent_s": total, "spent_searching_s": plan.generations * plan.generation,
+        **_provenance(task, on), "start_from": start.name if start else "task",
+        "spent_before_s": start.spent if start else 0.0, "budget_s": budget, "spent_s": total,
+        "spent_searching_s": plan.generations * plan.generation,
         "spent_confirming_s": plan.points * plan.confirmation,
         "search": {**asdict(task.search), "generations": plan.generations, "points_confirmed": len(points)},
     }  # fmt: skip
@@ -344,27 +353,23 @@ def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: in
         archive += [Seen({"cc": cc, "cg": cg}, {name: means}, stage) for (cc, cg), means, stage in found.seen]
         best = Seen({"cc": found.cc, "cg": found.cg}, {name: found.means}, "confirm")
         circumstances = {
-            "date": datetime.date.today().isoformat(), **_provenance(task, on, None), "seeds": _span(task),
-            "budget_s": budget, "spent_s": found.spent,
+            **_provenance(task, on), "budget_s": budget, "spent_s": found.spent,
         }  # fmt: skip
         sets[name] = _set(best, {name: goals}, {name: task.seas[name]}, task, circumstances)
     return Tuned(sets, tuple(archive))
 
 
-def _span(task: Task) -> dict[str, int]:
-    return {"first": task.seeds.span[0], "last": task.seeds.span[-1]}
-
-
-def _provenance(task: Task, on: Circumstances, start: Mapping[str, float] | None) -> dict[str, Any]:
+def _provenance(task: Task, on: Circumstances) -> dict[str, Any]:
     from gyroctl import __version__
 
     return {
+        "date": datetime.date.today().isoformat(),
         "version": __version__,
+        "seeds": {"first": task.seeds.span[0], "last": task.seeds.span[-1]},
         "method": task.method,
         "rule": " ".join((Goal.score.__doc__ or "").split()),
         "seas": {name: asdict(sea) for name, sea in task.seas.items()},
         "start": {knob.name: knob.start for knob in task.knobs},
-        "start_given": bool(start),
         "plant": on.plant.name,
         "plant_sha256": plant_hash(on.plant),
         "hydrodynamics_sha256": on.plant.excitation.sha256,

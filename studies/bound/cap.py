@@ -81,7 +81,7 @@ def storage(
     """Storage X and loss Q of a passive filter z' = Az + bv, Mr = c'z: A'X + XA = -Q <= 0, Xb = c, X > 0."""
     import cvxpy as cp
 
-    n = b.size
+    n = int(b.size)
     # unit-size states and outputs: the canonical form is badly scaled
     size = np.abs(np.linalg.eigvals(A)).mean() ** np.arange(n)
     gain = float(np.abs(c * size).max())

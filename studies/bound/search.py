@@ -8,17 +8,16 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc import full_horizon
 from gyroctl.controllers.nmpc.full_horizon import (
     Plan,
+    Tracker,
     Window,
     beam,
     optimise,
     receding,
     reduced,
-    tracking_gains,
     window,
 )
 from gyroctl.controllers.nmpc.problem import FLYWHEEL, weights
@@ -40,6 +39,12 @@ TERMINAL = 0.3
 BEAMS = ((12.0, 50), (8.0, 40))
 """Beam searches for starts: generator power to begin with [W], control intervals between two choices."""
 
+
+EXCESS = 20.0
+"""What motion beyond the limit is reckoned to have brought. [W/rad]"""
+
+RETURN = 5
+"""Control intervals after which the replay looks again how to keep to its plan."""
 
 STEADY = 0.02
 """Power CV below which a law's own run counts as one of constant power. [-]"""
@@ -65,14 +70,14 @@ class Effort:
         Times that the motion limit of the plan is moved until the true 98 % motion fits.
     """
 
-    rounds: int = 3
-    iterations: int = 700
-    beams: int = 2
-    width: int = 5
+    rounds: int = 4
+    iterations: int = 600
+    beams: int = 1
+    width: int = 6
     each: int = 2
     polish: int = 250
     finalists: int = 2
-    repairs: int = 2
+    repairs: int = 1
 
 
 @dataclass(frozen=True)
@@ -90,7 +95,7 @@ class Found:
     planned_w : float
         Harvest that the model promised. [W]
     starts : mapping
-        Harvest from each start, before and after; NaN where the run broke a limit. [W]
+        Harvest of each start and of what was found from it; NaN where that broke a limit. [W]
     plan : Plan, optional
         None where a law's own run was the best.
     """
@@ -137,14 +142,13 @@ def best_found(
     found: list[Found] = []
     table: dict[str, tuple[float, float]] = {}
     for name, start in starts.items():
-        before = verify(cut, rough, start, name)
         plan = optimise(cut.plant, rough, start, True, effort.rounds, effort.iterations)
         after = verify(cut, rough, plan, name)
-        table[name] = (_score(before), _score(after))
+        table[name] = (_planned(cut, start), _score(after))
         found.append(after)
         count()
     # a plan that the replay could not hold, or whose motion is a little too large, may still be the best start
-    found.sort(key=lambda one: one.planned_w, reverse=True)
+    found.sort(key=_promise, reverse=True)
     for one in found[: effort.finalists]:
         found += _polished(cut, one, True, effort, count)
     return dataclasses.replace(_best(cut, found, runs or {}, True), starts=table)
@@ -203,25 +207,29 @@ def ticks(runs: int, effort: Effort | None = None) -> int:
 
 def verify(cut: Cut, w: Window, plan: Plan, origin: str) -> Found:
     """Follow a plan with the plant's kernel, held to its path by the coupling alone; the power is as planned."""
-    gains = tracking_gains(cut.plant, w, plan)
-    record = cut.counted(_follow(cut, w, plan, gains))
+    record = cut.counted(_follow(cut, w, plan))
+    return Found(cut.worth(record), record, origin, _planned(cut, plan), {}, plan)
+
+
+def _planned(cut: Cut, plan: Plan) -> float:
+    """Harvest by the model's account. [W]"""
     J4, n = cut.plant.parameters.J4, cut.intervals
     speed = plan.states[:, FLYWHEEL]
-    planned = float(plan.power[:n].mean()) + 0.5 * J4 * float(speed[n] ** 2 - speed[0] ** 2) / cut.duration
-    return Found(cut.worth(record), record, origin, planned, {}, plan)
+    return float(plan.power[:n].mean()) + 0.5 * J4 * float(speed[n] ** 2 - speed[0] ** 2) / cut.duration
 
 
-def _follow(cut: Cut, w: Window, plan: Plan, gains: NDArray[np.float64]) -> Record:
+def _follow(cut: Cut, w: Window, plan: Plan) -> Record:
     k, waves, actuators = cut.plant.coefficients, cut.waves, cut.settings.actuators
     flat = np.ascontiguousarray(waves.moments.T).ravel()
     y = np.zeros(rows(k))
     states, controls = np.zeros((plan.cc.size + 1, y.size)), np.zeros((plan.cc.size, 2))
     y[: cut.start.size] = cut.start
     states[0] = y
-    period = actuators.period
+    period, tracker = actuators.period, Tracker(cut.plant, w, plan)
     for i in range(plan.cc.size):
-        away = reduced(y[: cut.start.size]) - plan.states[i]
-        cc = min(max(plan.cc[i] - float(gains[i] @ away), 0.0), w.cc_max)
+        if i % RETURN == 0:
+            way_back = tracker.back(i, reduced(y[: cut.start.size]))
+        cc = float(way_back[i % RETURN])
         cg = min(plan.power[i] / max(y[OMEGA_RATE] ** 2, 1.0), actuators.cg_max)
         controls[i] = cc, cg
         # twice the steps that the slip asks for: the coupling switches hard here
@@ -246,6 +254,13 @@ def _plan_of(w: Window, record: Record) -> Plan:
     n = w.intervals
     power = record.controls[:n, 1] * record.states[:n, OMEGA_RATE] ** 2
     return Plan(record.controls[:n, 0].copy(), power, reduced(record.states[: n + 1, : w.start.size + 1]), math.nan)
+
+
+def _promise(found: Found) -> float:
+    """What a plan may be worth once its motion is brought within the limit. [W]"""
+    v = found.values
+    harvest = v["harvest_w"] if v["locked"] else found.planned_w - 1.0
+    return harvest - EXCESS * max(v["phi1_p98"] - MOTION, v["phi3_p98"] - MOTION, 0.0) * v["locked"]
 
 
 def _score(found: Found) -> float:

@@ -11,7 +11,7 @@ import numpy as np
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.reports.statistics import Estimate
 from gyroctl.reports.theme import LOCK_SCALE, LawStyle, law_styles
-from gyroctl.studies.evaluation.bars import BARS, LOCKED, MOTION
+from gyroctl.studies.evaluation.bars import BARS, LOCKED, MOTION, Bar
 from gyroctl.studies.evaluation.rows import Row
 from gyroctl.studies.paper.style import INK, MUTED, label, sheet
 
@@ -34,13 +34,11 @@ def draw_seas(tables: Mapping[float, Sequence[Row]], asked: Mapping[str, Any]) -
     )  # fmt: skip
     for axis, (gamma, table) in zip(axes, tables.items(), strict=True):
         shown = [row for row in table if math.isfinite(row.cv.value)]
-        right = 1.15 * max((row.cv.value for row in shown), default=1.0)
-        top = 1.15 * max((row.power.value for row in shown), default=1.0)
-        for bar in BARS:
-            if bar.gamma == gamma and bar.power and not bar.one_set:
-                width = min(bar.cv, right)
-                axis.fill_between([0.0, width], bar.power, max(top, bar.power), color="#12626E", alpha=0.07, lw=0)
-                top = max(top, 1.1 * bar.power)
+        corners = [(bar, _asked(bar, table)) for bar in BARS if bar.gamma == gamma and not bar.one_set]
+        right = 1.1 * max([_high(row.cv) for row in shown] + [0.5])
+        top = 1.1 * max([_high(row.power) for row in shown] + [power for _, power in corners])
+        for bar, power in corners:
+            axis.fill_between([0.0, min(bar.cv, right)], power, top, color="#12626E", alpha=0.07, lw=0)
         for row in shown:
             _point(axis, row.cv, row.power, styles[row.law], _kept(row), row.law)
         axis.set_xlim(0.0, right)
@@ -132,6 +130,16 @@ def note(asked: Mapping[str, Any]) -> str:
     own = ", ".join(f"{name} {len(seeds)}" for name, seeds in asked["own_seeds"].items())
     extra = f" ({own})" if own else ""
     return f"{len(asked['seeds'])} realisations{extra} of {asked['duration_s']:g} s; intervals are 95 %"
+
+
+def _asked(bar: Bar, table: Sequence[Row]) -> float:
+    """Power that a bar asks for in this sea. [W]"""
+    constant = next((row.power.value for row in table if row.law == REFERENCE), 0.0)
+    return max(bar.power, bar.ratio * constant)
+
+
+def _high(estimate: Estimate) -> float:
+    return estimate.high if math.isfinite(estimate.high) else estimate.value
 
 
 def _kept(row: Row) -> bool:

@@ -3,8 +3,8 @@
 ``python -m gyroctl.studies.startup --seeds 100000:100100 --out DIR`` makes the table and the figure.
 """
 
-from gyroctl.studies.startup.fault import StuckGenerator
+from gyroctl.studies.startup.fault import Fault, StuckGenerator, stuck
 from gyroctl.studies.startup.report import startup_report
 from gyroctl.studies.startup.runs import Case, lost_runs, rest_runs
 
-__all__ = ["Case", "StuckGenerator", "lost_runs", "rest_runs", "startup_report"]
+__all__ = ["Case", "Fault", "StuckGenerator", "lost_runs", "rest_runs", "startup_report", "stuck"]

@@ -18,7 +18,7 @@ from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, PSI_RAT
 from gyroctl.simulation.lock import THRESHOLD, WINDOW
 from gyroctl.simulation.metrics import evaluate
 from gyroctl.simulation.progress import Progress
-from gyroctl.studies.startup.fault import StuckGenerator
+from gyroctl.studies.startup.fault import stuck
 from gyroctl.waves import Sea, SeaState, WaveRealisation, realise
 
 CG_MIN = -0.02
@@ -63,7 +63,7 @@ def lost_runs(
 ) -> list[Case]:  # fmt: skip
     """Start locked; in the middle of the run the generator is stuck at its limit until the ring stalls."""
     settings = Settings(dt=dt, actuators=Actuators(cg_min=CG_MIN))
-    wrapped = {name: StuckGenerator(wrap(law, rules)) for name, law in laws.items()}
+    wrapped = {name: stuck(wrap(law, rules)) for name, law in laws.items()}
     return _ensemble(wrapped, seeds, sea or SeaState(), duration, settings, quiet, "forced loss")
 
 
