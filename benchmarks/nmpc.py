@@ -57,7 +57,9 @@ def main() -> None:
     failures = int(sum(row["failed_plans"] for row in rows))
     slowest = max(row["closed_loop_s"] for row in rows)
     results |= {"samples": samples, "failed_plans": failures, "slowest_closed_loop_s": slowest, "runs": rows}
-    print(f"{samples} samples: {failures} failed plans, none unhandled; 2000 s of closed loop in {slowest:.1f} s at most")
+    print(
+        f"{samples} samples: {failures} failed plans, none unhandled; 2000 s of closed loop in {slowest:.1f} s at most"
+    )
     Path(__file__).with_suffix(".json").write_text(json.dumps(results, indent=1) + "\n")
 
 

@@ -17,7 +17,7 @@ from gyroctl.studies.bound.cap import absorbed, float_alone, float_states, momen
 from gyroctl.studies.bound.search import MOTION, best_found, verify
 from gyroctl.studies.bound.search import _window as problem_of
 
-QUICK = Effort(rounds=2, iterations=150, beams=1, width=2, each=1, finalists=1, repairs=1)
+QUICK = Effort(rounds=2, iterations=100, beams=1, width=2, each=1, finalists=1, repairs=1)
 
 
 @pytest.fixture(scope="module")
@@ -107,6 +107,7 @@ def test_optimiser_improves_and_the_replay_agrees(short: Cut) -> None:
     assert plan.cc.min() >= 0.0 and plan.cc.max() <= w.cc_max
 
 
+@pytest.mark.slow
 def test_bound_is_never_below_a_law(short: Cut) -> None:
     """And never above the cap; freeing the power loses nothing."""
     runs = {
@@ -193,6 +194,7 @@ def test_bad_input_is_refused(device: gy.Plant, tmp_path) -> None:
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_report_and_command(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
     """One quick window from the command line: the files, the table, the fractions."""
     import json

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from numba import njit
 
 import gyroctl as gy
-from gyroctl.controllers.nmpc import Nmpc, descent, prediction, preview, problem, translation
+from gyroctl.controllers.nmpc import Nmpc, descent, prediction, problem, translation
+from gyroctl.controllers.nmpc.foresight import between
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.errors import InputError
 from gyroctl.harness.controller import Measurement
@@ -186,7 +188,7 @@ def test_a_plan_beats_every_constant_coupling(plant, horizon):
 def test_moments_between_the_intervals():
     t = 0.1 * np.arange(41)
     rows_at = np.stack([np.sin(4.0 * t), np.cos(4.0 * t)], axis=1)
-    fine = preview.between(rows_at).reshape(-1, 2)
+    fine = between(rows_at[0].copy(), np.ascontiguousarray(rows_at[1:].T)).reshape(-1, 2)
     exact = np.stack([np.sin(4.0 * 0.05 * np.arange(81)), np.cos(4.0 * 0.05 * np.arange(81))], axis=1)
     np.testing.assert_array_equal(fine[::2], rows_at)
     assert np.abs(fine - exact)[2:-2].max() < 2e-3
@@ -262,11 +264,9 @@ def test_missed_deadlines_fall_back_and_keep_lock(plant):
 def test_failed_plans_fall_back_and_keep_lock(plant):
     settings = Settings()
     waves = lead_in(gy.realise(plant, gy.SeaState(), SEED, 260.0), settings)
-    told = Nmpc(information="oracle").informed(waves)
-    moments = told.seen.moments.copy()
-    moments[2000:2600] = np.nan  # 100 s to 130 s, and so every horizon from 96 s on
-    broken = Nmpc(information="oracle", seen=told.seen._replace(moments=moments))
-    broken_run = _NotInformed(broken)
+    moments = waves.moments.copy()
+    moments[:, 2000:2600] = np.nan  # 100 s to 130 s, and so every horizon from 96 s on
+    broken_run = _NotInformed(Nmpc(information="oracle").informed(replace(waves, moments=moments)))
     record, timing = run_law(plant, broken_run, waves, settings)
     found = evaluate(plant, record, waves.moments[1], waves.dt, 3.14, 60.0, math.nan)
     assert found["locked"] == 1.0 and np.isfinite(record.commands).all()
@@ -294,7 +294,8 @@ class _NotInformed:
 @pytest.mark.parametrize(
     ("field", "value", "part"),
     [
-        ("information", "none", "oracle, forecast or sensors"), ("horizon", 4.05, "multiple"), ("horizon", -1.0, "positive"),
+        ("information", "none", "oracle, forecast or sensors"), ("horizon", 4.05, "multiple"),
+        ("horizon", -1.0, "positive"),
         ("iterations", 0, "positive"), ("cc_max", 0.0, "positive"), ("motion", -1.0, "negative"),
         ("flywheel", math.nan, "positive"), ("lead", math.inf, "negative"),
     ],
@@ -317,5 +318,5 @@ def test_waves_shorter_than_the_horizon(plant):
 
 def test_waves_on_another_grid(plant):
     waves = gy.realise(plant, gy.SeaState(), SEED, 20.0, dt=0.08)
-    with pytest.raises(InputError, match=r"run.waves_dt"):
+    with pytest.raises(InputError, match=r"probe\.dt"):
         Nmpc(information="oracle").informed(waves)

@@ -12,8 +12,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
 import gyroctl as gy
+from gyroctl.cli.app import app
 from gyroctl.harness import constant_pair, evolution, tuning_bench
 from gyroctl.harness.constant_pair import best_pair
 from gyroctl.harness.front import FrontRow, front_rows, nondominated, write_front
@@ -22,7 +24,7 @@ from gyroctl.harness.law_content import content
 from gyroctl.harness.laws import registered, tuned_seeds, tuned_sets
 from gyroctl.harness.scan import scan
 from gyroctl.harness.tuned import read_sets, write_sets
-from gyroctl.harness.tuning import Circumstances, Seen, chosen, planned, tune
+from gyroctl.harness.tuning import Circumstances, Seen, Start, chosen, planned, tune
 from gyroctl.harness.tuning_task import SEAS, Knob, Task, build_task, read_task
 
 EXAMPLE = Path(__file__).parents[1] / "docs" / "examples" / "my_law.py"
@@ -275,6 +277,65 @@ def test_law_that_gives_no_number_is_the_worst_and_stops_nothing(device: gy.Plan
     runner = tuning_bench.Runner(device, gy.Settings())
     found = runner(tuning_bench.Job(f"{tmp_path}/bad.py:MyLaw", (), gy.SeaState(), 100128, 150.0, 0.01))
     assert dict(zip(METRICS, found, strict=True))["locked"] == 0.0
+
+
+def test_tuning_that_begins_at_a_set_owes_what_that_cost(task: Task, on: Circumstances) -> None:
+    found = tune(task, "mild", on, 2000.0, quiet=True, start=Start("all", {"cg": 6e-4, "gain": 1e-4}, 5000.0))
+    entry = found.sets["mild"]["found"]
+    assert (entry["start"], entry["start_from"], entry["spent_before_s"]) == ({"cg": 6e-4, "gain": 1e-4}, "all", 5000.0)
+    first = [seen.parameters["cg"] for seen in found.archive if seen.stage == "search"][:4]
+    assert 6e-4 * math.exp(-0.5) < np.median(first) < 6e-4 * math.exp(0.5)
+
+
+def test_further_goal_ships_a_set_of_its_own(on: Circumstances) -> None:
+    tables = {**SMALL, "goals": {"gentle": {"motion": 0.2, "power_cv": {"mild": 0.1}}}}
+    found = tune(build_task(tables), "all", on, BUDGET + 800.0, quiet=True)
+    assert set(found.sets) == {"all", "all-gentle"}
+    goals = {sea: entry["motion"] for sea, entry in found.sets["all-gentle"]["goal"].items()}
+    assert goals == {"mild": 0.2, "tall": 0.2}
+    assert found.sets["all-gentle"]["goal"]["mild"]["power_cv"] == 0.1
+
+
+def test_command_tunes_ships_and_goes_on(tmp_path: Path) -> None:
+    (tmp_path / "my_law.py").write_text(EXAMPLE.read_text())
+    task = tmp_path / "mine.toml"
+    task.write_text("""
+        law = "my_law.py:MyLaw"
+        knobs = { cg = { start = 4e-4, width = 0.5 } }
+        seas = { mild = { hs = 0.25, runs = 1 } }
+        search = { population = 4, window = 160, confirm = 200, runs = 1 }
+        seeds = { first = 100128, count = 2 }
+    """)
+    command = ["tune", str(task), "--for", "mild", "--budget", "1500", "--out", f"{tmp_path}/out", "--workers", "1"]
+    first = CliRunner().invoke(app, command)
+    assert first.exit_code == 0, first.output
+    assert "mild" in first.output and "2/2" in first.output
+    names = {path.name for path in (tmp_path / "out").iterdir()}
+    assert {"MyLaw.json", "MyLaw.mild.front.csv", "MyLaw.mild.front.png"} <= names
+    assert not list(tmp_path.rglob("*.part*"))
+    shipped = CliRunner().invoke(app, [*command, "--ship"])
+    assert shipped.exit_code == 0
+    assert read_sets(tmp_path / "out" / "MyLaw.json") == read_sets(tmp_path / "tuned" / "MyLaw.json")
+    parameters = read_sets(tmp_path / "tuned" / "MyLaw.json")["mild"]["parameters"]
+    assert gy.law(f"{tmp_path}/my_law.py:MyLaw", tuning="mild").cg == parameters["cg"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["coupling", "--for", "gamma7"], "--for"),
+        (["nothing"], "law"),
+        (["missing.toml"], "task"),
+        (["coupling", "--budget", "10"], "budget"),
+        (["coupling", "--from", "gamma7"], "--from"),
+        (["coupling", "--experiment", "missing.toml"], "experiment"),
+    ],
+)
+def test_command_refuses_before_it_runs(tmp_path: Path, arguments: list[str], words: str) -> None:
+    result = CliRunner().invoke(app, ["tune", *arguments, "--out", str(tmp_path / "out")])
+    assert isinstance(result.exception, gy.InputError)
+    assert result.exception.field == words
+    assert not list(tmp_path.rglob("*.json*"))
 
 
 # --- refusals ------------------------------------------------------------------------------------------------------

@@ -12,64 +12,72 @@ from typing import Any
 
 import numpy as np
 
+from gyroctl.controllers.nmpc import problem as problem_file
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import Problem, gradient, predict
-from gyroctl.plant.compiled import entry_point
+from gyroctl.plant.compiled import entry_point, source_stamp
 
 LENGTH_MIN, LENGTH_MAX = 1e-8, 1.0  # of a step along the gradient [(Nms)^2/J]
 
 
-@entry_point
-def descend(
-    step: Any, pullback: Any, problem: Problem, cc: Any, length: float, iterations: int
-) -> tuple[float, float, float, float]:
-    """Improve a plan in place.
+def _descend(stamp: str) -> Any:
+    def descend(
+        step: Any, pullback: Any, problem: Problem, cc: Any, length: float, iterations: int
+    ) -> tuple[float, float, float, float]:
+        """Improve a plan in place.
 
-    Parameters
-    ----------
-    step, pullback : cfunc
-        See `prediction`.
-    problem : Problem
-        The horizon.
-    cc : (n,) array
-        Plan, changed in place. [Nms]
-    length : float
-        First step along the gradient, from the last plan. [(Nms)^2/J]
-    iterations : int
-        Gradient steps.
+        Parameters
+        ----------
+        step, pullback : cfunc
+            See `prediction`.
+        problem : Problem
+            The horizon.
+        cc : (n,) array
+            Plan, changed in place. [Nms]
+        length : float
+            First step along the gradient, from the last plan. [(Nms)^2/J]
+        iterations : int
+            Gradient steps.
 
-    Returns
-    -------
-    tuple of four floats
-        Cost before and after [J], step length to go on with, largest projected gradient step at unit length [J/Nms].
-    """
-    n = cc.size
-    states, ahead = np.empty((STEPS * n + 1, problem.start.size)), np.empty((STEPS * n + 1, problem.start.size))
-    slope, new_slope, trial = np.empty(n), np.empty(n), np.empty(n)
-    for i in range(n):
-        cc[i] = min(max(cc[i], 0.0), problem.cc_max)
-    first = predict(step, problem, cc, states)
-    cost = first
-    gradient(pullback, problem, cc, states, slope)
-    for _ in range(iterations):
+        Returns
+        -------
+        tuple of four floats
+            Cost before and after [J], step length to go on with, largest move of a projected step of unit length [Nms].
+        """
+        assert stamp
+        n = cc.size
+        states, ahead = np.empty((STEPS * n + 1, problem.start.size)), np.empty((STEPS * n + 1, problem.start.size))
+        slope, new_slope, trial = np.empty(n), np.empty(n), np.empty(n)
         for i in range(n):
-            trial[i] = min(max(cc[i] - length * slope[i], 0.0), problem.cc_max)
-        found = predict(step, problem, trial, ahead)
-        if not found < cost:  # not a number counts as no improvement
-            length = max(0.3 * length, LENGTH_MIN)
-            continue
-        gradient(pullback, problem, trial, ahead, new_slope)
-        square, product = 0.0, 0.0
+            cc[i] = min(max(cc[i], 0.0), problem.cc_max)
+        first = predict(step, problem, cc, states)
+        cost = first
+        gradient(pullback, problem, cc, states, slope)
+        for _ in range(iterations):
+            for i in range(n):
+                trial[i] = min(max(cc[i] - length * slope[i], 0.0), problem.cc_max)
+            found = predict(step, problem, trial, ahead)
+            if not found < cost:  # not a number counts as no improvement
+                length = max(0.3 * length, LENGTH_MIN)
+                continue
+            gradient(pullback, problem, trial, ahead, new_slope)
+            square, product = 0.0, 0.0
+            for i in range(n):
+                move = trial[i] - cc[i]
+                square += move * move
+                product += move * (new_slope[i] - slope[i])
+                cc[i], slope[i] = trial[i], new_slope[i]
+            wanted = square / product if product > 0.0 else 2.0 * length
+            length = min(max(wanted, 0.3 * length, LENGTH_MIN), 4.0 * length, LENGTH_MAX)
+            cost = found
+        left = 0.0
         for i in range(n):
-            move = trial[i] - cc[i]
-            square += move * move
-            product += move * (new_slope[i] - slope[i])
-            cc[i], slope[i] = trial[i], new_slope[i]
-        wanted = square / product if product > 0.0 else 2.0 * length
-        length = min(max(wanted, 0.3 * length, LENGTH_MIN), 4.0 * length, LENGTH_MAX)
-        cost = found
-    left = 0.0
-    for i in range(n):
-        move = min(max(cc[i] - slope[i], 0.0), problem.cc_max) - cc[i]
-        left = max(left, abs(move))
-    return first, cost, length, left
+            move = min(max(cc[i] - slope[i], 0.0), problem.cc_max) - cc[i]
+            left = max(left, abs(move))
+        return first, cost, length, left
+
+    return entry_point(descend)
+
+
+SOURCES = (*problem_file.SOURCES, __file__)
+descend = _descend(source_stamp(SOURCES))

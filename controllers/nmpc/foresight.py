@@ -1,89 +1,143 @@
-"""The moments over the horizon, by level of information: looked up, told by a probe and predicted from there, or
-predicted from what the sensors let one estimate.
+"""The moments over the horizon, by level of information.
+
+`sensors`: predicted from what the sensors let one estimate. `forecast`: a probe tells them some seconds ahead, and the
+prediction goes on from there. `oracle`: the probe sees the whole horizon.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.prediction import STEPS
-from gyroctl.controllers.nmpc.preview import Preview, between
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
-from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, observe, predict
+from gyroctl.plant.compiled import entry_point
+from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, observe, predict, probe
+from gyroctl.waves.estimation.probe import Probe
 
-ForesightState = PredictorState | None
-"""Memory of the prediction; none where everything is looked up."""
+State = TypeVar("State")
+
+
+class Waves(Protocol):
+    """A realisation as `gyroctl.waves.WaveRealisation`."""
+
+    @property
+    def moments(self) -> NDArray[np.float64]: ...  # noqa: D102
+
+    @property
+    def dt(self) -> float: ...  # noqa: D102
+
+    @property
+    def duration(self) -> float: ...  # noqa: D102
+
+    @property
+    def seed(self) -> int: ...  # noqa: D102
 
 
 class Foresight(NamedTuple):
     """How a law sees the moments ahead; build it with `Foresight.design`."""
 
-    seen: Preview | None  # the true moments, for a law that may see them
-    predictor: Predictor | None  # for what is not seen
-    lead: int  # control intervals ahead that are seen
+    predictor: Predictor
+    probe: Probe | None  # none where the sensors are all there is
     intervals: int  # of the horizon
+    period: float  # [s]
 
     @classmethod
     def design(
-        cls, plant: Plant, information: str, estimator: MomentEstimator, seen: Preview | None, period: float,
-        horizon: float, lead: float,
+        cls, plant: Plant, estimator: MomentEstimator, horizon: float, lead: float | None = None, noise: float = 0.0,
+        waves: Waves | None = None,
     ) -> Foresight:  # fmt: skip
-        """Choose what is looked up and what is predicted.
+        """Choose where the moments come from.
+
+        Parameters
+        ----------
+        plant : Plant
+            The design model.
+        estimator : MomentEstimator
+            What the moments of now come from without a probe.
+        horizon : float
+            [s]
+        lead : float, optional
+            How far ahead the probe tells, infinite for the whole horizon; without it there is no probe. [s]
+        noise : float
+            Error of the probe, as a part of the moments' deviation. [-]
+        waves : realisation, optional
+            What the probe sees.
 
         Raises
         ------
         InputError
-            Where a law that may look ahead was not told the waves, or a lead is no multiple of the period.
+            For a probe without waves, or waves shorter than the horizon.
         """
-        intervals = round(horizon / period)
-        if information == "sensors":
+        intervals, period = round(horizon / estimator.period), estimator.period
+        if lead is None:
             predictor = Predictor.design(plant, period, horizon=horizon, estimator=estimator)
-            return cls(None, predictor, 0, intervals)
-        if seen is None:
-            raise InputError("nmpc.seen", None, f"a law with information {information!r} was told no waves",
+            return cls(predictor, None, intervals, period)
+        if waves is None:
+            raise InputError("nmpc.seen", None, "a law that may look ahead was told no waves",
                              "Call law.informed(waves) first; comparison and simulation do")  # fmt: skip
-        if information == "oracle":
-            return cls(seen, None, intervals, intervals)
-        told = round(lead / period)
-        if not math.isclose(told * period, lead, abs_tol=1e-9):
-            raise InputError("nmpc.lead", lead, f"is no multiple of the period of {period:g} s",
-                             f"Give for example {told * period:g} s")  # fmt: skip
-        if told >= intervals:
-            return cls(seen, None, intervals, intervals)
-        return cls(seen, Predictor.design(plant, period, horizon=horizon), told, intervals)
+        if waves.duration < horizon:
+            raise InputError("nmpc.horizon", horizon, f"is longer than the waves that were told, {waves.duration:g} s",
+                             "Give a shorter horizon or longer waves")  # fmt: skip
+        predictor = Predictor.design(plant, period, horizon=horizon)
+        return cls(
+            predictor, Probe.design(predictor, waves.moments, waves.dt, lead, noise, waves.seed), intervals, period
+        )
 
-    def init(self) -> ForesightState:
+    def init(self) -> PredictorState:
         """Return the memory before the first sample."""
-        return None if self.predictor is None else self.predictor.init()
+        return self.predictor.init()
+
+    def foresee(
+        self, t: float, estimate: EstimatorState, memory: PredictorState
+    ) -> tuple[NDArray[np.float64], PredictorState]:
+        """Return the moments at each model step from `t` [s] to the horizon, flat [Nm], and the new memory."""
+        memory, ahead = copied(memory), np.empty((2, self.intervals))
+        if self.probe is None:
+            observe(self.predictor, memory, estimate.me_hat[0], estimate.me_hat[1])
+            predict(self.predictor, memory, ahead)
+        else:
+            probe.foresee(self.predictor, self.probe, memory, math.floor(t / self.period + 0.5), ahead)
+        return between(memory.now, ahead), memory
 
 
-def foresee(
-    foresight: Foresight, t: float, estimate: EstimatorState, memory: ForesightState
-) -> tuple[NDArray[np.float64], ForesightState]:
-    """Return the moments at each model step from `t` [s] to the horizon, flat (2 (n STEPS + 1),) [Nm], and the memory."""
-    seen, told, n = foresight.seen, foresight.lead, foresight.intervals
-    if foresight.predictor is None or memory is None:
-        assert seen is not None
-        return seen.window(t, STEPS * n + 1), memory
-    memory = copied(memory)
-    ahead = np.empty((2, n - told))
-    if seen is None:
-        observe(foresight.predictor, memory, estimate.me_hat[0], estimate.me_hat[1])
-        predict(foresight.predictor, memory, ahead)
-        return between(np.vstack((memory.now, ahead.T))), memory
-    known = seen.window(t, STEPS * told + 1).reshape(-1, 2)[::STEPS]
-    observe(foresight.predictor, memory, known[-1, 0], known[-1, 1])
-    predict(foresight.predictor, memory, ahead)
-    return between(np.vstack((known, ahead.T))), memory
+@entry_point
+def between(now: NDArray[np.float64], ahead: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Moments at twice as many instants as control intervals, by cubic interpolation.
+
+    A straight line would be off by 3 % of the shortest waves' moments; four points are off by 0.2 %.
+
+    Parameters
+    ----------
+    now : (2,) array
+        Moments of now. [Nm]
+    ahead : (2, n) array
+        And at the end of each interval. [Nm]
+
+    Returns
+    -------
+    (2 (2 n + 1),) array
+        Me1, Me3 at each half interval. [Nm]
+    """
+    n = ahead.shape[1] + 1
+    out = np.empty(2 * (2 * n - 1))
+    for j in range(2):
+        out[j] = now[j]
+        for i in range(1, n):
+            out[4 * i + j] = ahead[j, i - 1]
+        for i in range(n - 1):
+            middle = 0.5 * (out[4 * i + j] + out[4 * i + 4 + j])
+            if 0 < i < n - 2:
+                middle += 0.125 * (middle - 0.5 * (out[4 * i - 4 + j] + out[4 * i + 8 + j]))
+            out[4 * i + 2 + j] = middle
+    return out
 
 
-def copied(state: Any) -> Any:
+def copied(state: State) -> State:
     """Copy a NamedTuple of arrays, nested or not: the estimators change theirs in place, a law must not."""
     if isinstance(state, tuple):
-        return type(state)(*(copied(part) for part in state))
-    return state.copy()
+        return cast(State, type(state)(*(copied(part) for part in state)))
+    return cast(Any, state).copy()  # type: ignore[no-any-return]

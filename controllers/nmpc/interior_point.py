@@ -80,7 +80,8 @@ def interior_point(qp: Any, proximal: float, d: Any, tolerance: float, limit: in
     for side in range(6):
         bound = qp.low[side] if side < 3 else qp.high[side - 3]
         inner.used[side] = np.isfinite(bound) and qp.weight[side % 3] > 0.0
-    first = 0.05 * np.mean(np.abs(room.slope)) * qp.cc_max[0] + 1e-12
+    steepness = np.mean(np.abs(room.slope)) + 1e-12
+    first = 0.05 * steepness * qp.cc_max[0]
     pairs = 2 * n
     for i in range(n):  # every pair starts on the central path
         for side in range(2):
@@ -118,8 +119,8 @@ def interior_point(qp: Any, proximal: float, d: Any, tolerance: float, limit: in
             for side in range(6):
                 inner.l[i, side] += part * inner.dl[i, side]
         evaluate(qp, proximal, d, room.states, room.slopes)
-    scale = qp.cc_max[0] / max(np.mean(np.abs(room.slope)), 1e-300)
-    for i in range(n):
+    scale = qp.cc_max[0] / steepness
+    for i in range(n):  # of each pair the one that is small for its size is zero
         if inner.t[i, 0] < scale * inner.z[i, 0]:
             d[i] = room.low[i]
         elif inner.t[i, 1] < scale * inner.z[i, 1]:

@@ -18,17 +18,16 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.foresight import Foresight, ForesightState, copied, foresee
+from gyroctl.controllers.nmpc.foresight import Foresight, Waves, copied
 from gyroctl.controllers.nmpc.planner import planner_of
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of
-from gyroctl.controllers.nmpc.preview import Preview, Waves, preview
 from gyroctl.controllers.nmpc.problem import weights
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA, OMEGA_RATE
-from gyroctl.waves.estimation import EstimatorState, MomentEstimator, update
+from gyroctl.waves.estimation import EstimatorState, MomentEstimator, PredictorState, update
 
 PATIENCE = 10
 """Samples for which the rest of a good plan is followed when no new one comes."""
@@ -59,7 +58,7 @@ class NmpcState(NamedTuple):
     cc: float  # last command [Nms]
     cg: float  # [Nms]
     estimate: EstimatorState
-    foresight: ForesightState
+    forecast: PredictorState
     age: int  # samples since the last good plan
     fallback: Any  # state of the fallback law
     counts: Counts
@@ -97,6 +96,8 @@ class Nmpc:
         Of the solver, per sample.
     lead : float
         How far ahead the probe sees, for "forecast". [s]
+    noise : float
+        Error of the probe, as a part of the moments' standard deviation. [-]
     flywheel : float
         Flywheel speed wanted, the same in every sea: one that follows the ring would follow it into a stall. [rad/s]
     proportional, integral : float
@@ -122,8 +123,8 @@ class Nmpc:
         The design model.
     fallback : law
         Acts where planning fails: any object with `init` and `step`.
-    seen : Preview, optional
-        Moments that the law may look into; given by `informed`.
+    seen : realisation, optional
+        Waves that the law may look into; given by `informed`.
     clock : callable
         Time. [s]
 
@@ -137,10 +138,11 @@ class Nmpc:
     horizon: float = 4.0
     iterations: int = 10
     lead: float = 0.0
+    noise: float = 0.0
     flywheel: float = 60.0
-    proportional: float = 0.6
-    integral: float = 1e-3
-    power: float = 5.0
+    proportional: float = 0.4
+    integral: float = 5e-4
+    power: float = 6.0
     motion: float = 2000.0
     limit1: float = 0.25
     limit3: float = 0.25
@@ -153,8 +155,8 @@ class Nmpc:
     deadline: float = math.inf
     period: float = 0.1
     plant: Plant = field(default_factory=zhang2017, repr=False)
-    fallback: Any = Fallback()
-    seen: Preview | None = field(default=None, repr=False)
+    fallback: Any = field(default_factory=Fallback)
+    seen: Waves | None = field(default=None, repr=False)
     clock: Callable[[], float] = field(default=time.perf_counter, repr=False)
 
     def __post_init__(self) -> None:
@@ -167,7 +169,7 @@ class Nmpc:
             finite = math.isfinite(value) or name == "deadline"
             if not (isinstance(value, int | float) and finite and value > 0.0):
                 raise InputError(f"nmpc.{name}", value, "must be positive", "Leave it out for the default")
-        for name in ("lead", "motion", "limit1", "limit3", "lock", "floor", "travel", "terminal"):
+        for name in ("lead", "noise", "motion", "limit1", "limit3", "lock", "floor", "travel", "terminal"):
             value = getattr(self, name)
             if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0):
                 raise InputError(f"nmpc.{name}", value, "must not be negative", "Leave it out for the default")
@@ -186,7 +188,9 @@ class Nmpc:
 
     def informed(self, waves: Waves) -> Nmpc:
         """Return the law with the realisation that it may look into."""
-        return replace(self, seen=preview(waves, self.period / STEPS, self.horizon))
+        knowing = replace(self, seen=waves)
+        knowing._foresight  # noqa: B018 - refuses waves that are too short, before the run
+        return knowing
 
     def counters(self, state: NmpcState) -> dict[str, int]:
         """Counts of a run from its last state."""
@@ -205,8 +209,8 @@ class Nmpc:
         """Estimate, look ahead, command the power, plan, act."""
         begin = self.clock()
         state = self._observed(y, state)
-        moments, foresight = foresee(self._foresight, t, state.estimate, state.foresight)
-        state = self._powered(state._replace(foresight=foresight))
+        moments, forecast = self._foresight.foresee(t, state.estimate, state.forecast)
+        state = self._powered(state._replace(forecast=forecast))
         plan = self._planned(moments, state, begin)
         return self._acted(t, y, plan, state)
 
@@ -275,6 +279,5 @@ class Nmpc:
 
     @cached_property
     def _foresight(self) -> Foresight:
-        return Foresight.design(
-            self.plant, self.information, self._estimator, self.seen, self.period, self.horizon, self.lead
-        )  # fmt: skip
+        lead = {"sensors": None, "forecast": self.lead, "oracle": math.inf}[self.information]
+        return Foresight.design(self.plant, self._estimator, self.horizon, lead, self.noise, self.seen)

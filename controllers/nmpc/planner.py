@@ -23,7 +23,7 @@ FIELDS = len(Weights._fields)
 
 @lru_cache(maxsize=4)
 def planner_of(orders: Orders) -> Any:
-    """Compile ``plan(start, moments, now, weights, h, k, cc, length, iterations)`` for radiation filters of these orders.
+    """Compile ``plan(start, moments, now, weights, h, k, cc, length, iterations)`` for filters of these orders.
 
     `now` holds power [W], last coupling, its limit [Nms] and the control interval [s]; `weights` the fields of
     `Weights`; the rest is as in `Problem` and `descend`, whose answer comes back.
@@ -35,7 +35,7 @@ def planner_of(orders: Orders) -> Any:
         start: NDArray[np.float64], moments: NDArray[np.float64], now: NDArray[np.float64],
         weights: NDArray[np.float64], h: NDArray[np.float64], k: NDArray[np.float64], cc: NDArray[np.float64],
         length: float, iterations: int,
-    ) -> tuple[float, float, float, float]:  # fmt: skip
+    ) -> Any:  # fmt: skip
         cost = Weights(*to_fixed_tuple(weights, FIELDS))
         problem = Problem(start, moments, now[0], now[1], now[2], now[3], h, k, cost)
         return descend(step, pullback, problem, cc, length, iterations)

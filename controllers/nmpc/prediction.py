@@ -1,9 +1,9 @@
-"""The prediction model: one step of the plant that is cheap enough for hundreds of thousands per second, and its adjoint.
+"""The prediction model: one step of the plant, cheap enough for millions per second, and its exact derivatives.
 
-The slip is the only fast mode of the device (rate about 683 cc per second) and linear in the coupling: implicit-explicit
-Runge-Kutta ARS(2,2,2) (Ascher, Ruuth, Spiteri, Appl. Numer. Math. 25 (1997) 151-167) takes the coupling implicitly, by
-one division, and all else explicitly. It is L-stable in the slip, of second order, and needs two evaluations of the
-equations where classical Runge-Kutta needs twenty.
+The slip is the only fast mode of the device (rate about 683 cc per second) and linear in the coupling. The
+implicit-explicit Runge-Kutta method ARS(2,2,2) (Ascher, Ruuth, Spiteri, Appl. Numer. Math. 25 (1997) 151-167) takes the
+coupling implicitly, by one division, and all else explicitly. It is L-stable in the slip, of second order, and needs two
+evaluations of the equations where classical Runge-Kutta needs twenty.
 
 Everything is derived by casadi from the one text of the equations; the constants of the device enter as an array, so
 that one compilation serves every device.
@@ -115,7 +115,7 @@ def pullback_of(orders: Orders) -> Any:
     found = model(orders)
     weight = casadi.SX.sym("weight", found.x.numel())
     back = casadi.jtimes(found.after, casadi.vertcat(found.x, found.u), weight, True)
-    return compiled("pullback", [*found.given, weight], [back[: -2], back[-2:]])
+    return compiled("pullback", [*found.given, weight], [back[:-2], back[-2:]])
 
 
 @lru_cache(maxsize=4)

@@ -19,9 +19,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.controllers.nmpc import prediction
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.plant import Plant
-from gyroctl.plant.compiled import entry_point
+from gyroctl.plant.compiled import entry_point, source_stamp
 
 PHI1, PHI3, V1, V3, RING, FLYWHEEL = 0, 1, 3, 4, 5, 6  # rows of the prediction model's state
 
@@ -99,62 +100,74 @@ _stage = entry_point(stage_cost)
 _terminal = entry_point(terminal_cost)
 
 
-@entry_point
-def predict(step: Any, problem: Problem, cc: Any, states: Any) -> float:
-    """Predict the states of a plan and return its cost.
+def _predict(stamp: str) -> Any:
+    def predict(step: Any, problem: Problem, cc: Any, states: Any) -> float:
+        """Predict the states of a plan and return its cost.
 
-    Parameters
-    ----------
-    step : cfunc
-        See `prediction.step_of`.
-    problem : Problem
-        The horizon.
-    cc : (n,) array
-        The plan. [Nms]
-    states : (n STEPS + 1, m) array
-        Overwritten.
+        Parameters
+        ----------
+        step : cfunc
+            See `prediction.step_of`.
+        problem : Problem
+            The horizon.
+        cc : (n,) array
+            The plan. [Nms]
+        states : (n STEPS + 1, m) array
+            Overwritten.
 
-    Returns
-    -------
-    float
-        Cost. [J]
-    """
-    u, ignored = np.array([0.0, problem.power]), np.zeros(problem.start.size)
-    cost, last = 0.0, problem.before
-    states[0, :] = problem.start
-    for i in range(cc.size):
-        u[0] = cc[i]
-        for q in range(STEPS * i, STEPS * (i + 1)):
-            step(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, states[q + 1])
-        cost += problem.period * _stage(states[STEPS * (i + 1)], problem.weights, ignored)
-        cost += problem.weights.travel * (cc[i] - last) ** 2
-        last = cc[i]
-    return cost + _terminal(states[STEPS * cc.size], problem.weights, ignored)
+        Returns
+        -------
+        float
+            Cost. [J]
+        """
+        assert stamp
+        u, ignored = np.array([0.0, problem.power]), np.zeros(problem.start.size)
+        cost, last = 0.0, problem.before
+        states[0, :] = problem.start
+        for i in range(cc.size):
+            u[0] = cc[i]
+            for q in range(STEPS * i, STEPS * (i + 1)):
+                step(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, states[q + 1])
+            cost += problem.period * _stage(states[STEPS * (i + 1)], problem.weights, ignored)
+            cost += problem.weights.travel * (cc[i] - last) ** 2
+            last = cc[i]
+        total: float = cost + _terminal(states[STEPS * cc.size], problem.weights, ignored)
+        return total
+
+    return entry_point(predict)
 
 
-@entry_point
-def gradient(pullback: Any, problem: Problem, cc: Any, states: Any, slope: Any) -> None:
-    """Write the gradient of the cost by the plan into `slope` (n,), by the adjoint of the predicted `states`."""
-    m = problem.start.size
-    u, weight = np.array([0.0, problem.power]), np.zeros(m)
-    by_x, by_u = np.zeros(m), np.zeros(2)
-    _terminal(states[STEPS * cc.size], problem.weights, weight)
-    for i in range(cc.size - 1, -1, -1):
-        by_x[:] = 0.0
-        _stage(states[STEPS * (i + 1)], problem.weights, by_x)
-        for row in range(m):
-            weight[row] += problem.period * by_x[row]
-        u[0] = cc[i]
-        total = 0.0
-        for q in range(STEPS * (i + 1) - 1, STEPS * i - 1, -1):
-            pullback(
-                states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, weight, by_x, by_u
-            )  # fmt: skip
-            total += by_u[0]
-            weight[:] = by_x
-        slope[i] = total
-    travel = 2.0 * problem.weights.travel
-    for i in range(cc.size):
-        slope[i] += travel * (cc[i] - (problem.before if i == 0 else cc[i - 1]))
-        if i + 1 < cc.size:
-            slope[i] += travel * (cc[i] - cc[i + 1])
+def _gradient(stamp: str) -> Any:
+    def gradient(pullback: Any, problem: Problem, cc: Any, states: Any, slope: Any) -> None:
+        """Write the gradient of the cost by the plan into `slope` (n,), by the adjoint of the predicted `states`."""
+        assert stamp
+        m = problem.start.size
+        u, weight = np.array([0.0, problem.power]), np.zeros(m)
+        by_x, by_u = np.zeros(m), np.zeros(2)
+        _terminal(states[STEPS * cc.size], problem.weights, weight)
+        for i in range(cc.size - 1, -1, -1):
+            by_x[:] = 0.0
+            _stage(states[STEPS * (i + 1)], problem.weights, by_x)
+            for row in range(m):
+                weight[row] += problem.period * by_x[row]
+            u[0] = cc[i]
+            total = 0.0
+            for q in range(STEPS * (i + 1) - 1, STEPS * i - 1, -1):
+                pullback(
+                    states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, weight, by_x, by_u
+                )  # fmt: skip
+                total += by_u[0]
+                weight[:] = by_x
+            slope[i] = total
+        travel = 2.0 * problem.weights.travel
+        for i in range(cc.size):
+            slope[i] += travel * (cc[i] - (problem.before if i == 0 else cc[i - 1]))
+            if i + 1 < cc.size:
+                slope[i] += travel * (cc[i] - cc[i + 1])
+
+    return entry_point(gradient)
+
+
+SOURCES = (prediction.__file__, __file__)
+predict = _predict(source_stamp(SOURCES))
+gradient = _gradient(source_stamp(SOURCES))

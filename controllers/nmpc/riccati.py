@@ -26,9 +26,10 @@ from gyroctl.controllers.nmpc.subproblem import (
 )  # fmt: skip
 from gyroctl.plant.compiled import entry_point, source_stamp
 
-PATIENCE = 8
+PATIENCE = 7
 INTERIOR = 40  # most iterations of the interior point method, of two sweeps each
 SUFFICIENT = 1e-4  # share of the linear decrease that a step must bring
+ROUNDING = 1e-13  # of the cost, relative
 SHORTEST = 1e-9  # part of a step below which no decrease can be measured
 
 
@@ -79,6 +80,7 @@ def _solve(stamp: str) -> Callable[..., Step]:
         for i in range(n):
             d[i] = min(max(d[i], room.low[i]), room.high[i])
         cost = evaluate(qp, proximal, d, room.states, room.slopes)
+        rounding = ROUNDING * (1.0 + abs(cost) + abs(nothing))
         distance, status, count, inner = np.inf, LIMIT_REACHED, 0, 0
         room.barrier[:] = 0.0
         for count in range(limit + 1):
@@ -130,7 +132,7 @@ def _solve(stamp: str) -> Callable[..., Step]:
                     room.trial[i] = min(max(d[i] + part * room.direction[i], room.low[i]), room.high[i])
                     decrease -= room.slope[i] * (room.trial[i] - d[i])
                 found = evaluate(qp, proximal, room.trial, room.ahead, room.new_slopes)
-                if found <= cost - SUFFICIENT * decrease:
+                if found <= cost - SUFFICIENT * decrease + rounding:
                     accepted = True
                     break
                 part *= 0.5

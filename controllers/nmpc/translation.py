@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Sequence
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 OPERATIONS = {
     "OP_ASSIGN": "{0}", "OP_ADD": "{0} + {1}", "OP_SUB": "{0} - {1}", "OP_MUL": "{0} * {1}", "OP_DIV": "{0} / {1}",
@@ -101,4 +101,4 @@ def source(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> str:
             lines.append(f"    w{into[0]} = " + names[operation].format(*(f"w{i}" for i in of)))
         else:
             raise NotImplementedError(f"casadi operation {operation} in {name}: add it to OPERATIONS")
-    return "\n".join(cast("list[str]", lines)) + "\n"
+    return "\n".join(lines) + "\n"

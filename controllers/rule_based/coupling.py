@@ -2,10 +2,12 @@
 
 The flywheel stores minutes of output. So the generator may be slow: like the governor of a turbine it gives a power
 that rises with the speed of the flywheel (a droop) about a level that goes with the height of the waves, and so holds
-the flywheel a little below the speed of the ring's gear, which makes the slip that the coupling needs. The coupling
-acts as a clipped semi-active brake on the ring: it can give a torque of the sign of the slip only, so it gives the
-wanted torque where the instantaneous slip allows it and none elsewhere. (Filtering the slip instead gives more power on
-paper, by sliding: the ring then stalls again and again.)
+the flywheel a little below the speed of the ring's gear, which makes the slip that the coupling needs. The droop is on
+the speed over V: the ring swings within the cycle as the waves are high, and the slip must go with it.
+
+The coupling acts as a clipped semi-active brake on the ring: it can give a torque of the sign of the slip only, so it
+gives the wanted torque where the instantaneous slip allows it and none elsewhere. (Filtering the slip instead gives more
+power on paper, by sliding: the ring then stalls again and again.)
 
 The torque wanted against the ring, with ``u1 + i u3 = exp(i psi)(phi1' + i phi3')`` and ``-J4 omega' u3`` the torque by
 which the float drives the ring in (24):
@@ -47,20 +49,19 @@ class CouplingState(NamedTuple):
 class Coupling(NamedTuple):
     """Torque on the ring by clipped coupling; generator power by a droop of the flywheel speed."""
 
-    through1: float = 2.1  # part of the driving torque handed on, as far as it comes from phi1' [-]
-    through3: float = 0.97  # and from phi3' [-]
-    direct1: float = 0.8  # of the torque a quarter turn from it, in u1, as far as it comes from phi1' [-]
-    direct3: float = 0.45  # and from phi3' [-]
-    margin: float = 0.7  # of the synchronising torque left [-]
-    damping: float = 0.4  # of J4 omega' V per deviation of the ring speed [s/rad]
-    motion: float = 0.36  # amplitude of phi1 at which the load is halved [rad]
-    relative: float = 1.8  # and the same in units of the float's motion [-]
-    recall: float = 3.3  # time constant of that amplitude [s]
-    speed_ratio: float = 0.93  # flywheel speed at the level, as a part of N times the frequency of the waves [-]
-    level: float = 0.14  # generator power there, as a part of J4 omega' V times that frequency [-]
-    droop: float = 0.28  # rise of that part with the relative speed of the flywheel [-]
-    bandwidth: float = 0.15  # of the wave clock [rad/s]
-    memory: float = 150.0  # of the height of the waves [s]
+    through1: float = 2.178  # part of the driving torque handed on, as far as it comes from phi1' [-]
+    through3: float = 1.017  # and from phi3' [-]
+    direct1: float = 0.8408  # of the torque a quarter turn from it, in u1, as far as it comes from phi1' [-]
+    direct3: float = 0.5197  # and from phi3' [-]
+    margin: float = 0.5665  # of the synchronising torque left [-]
+    damping: float = 0.35  # of J4 omega' V per deviation of the ring speed [s/rad]
+    motion: float = 0.3134  # amplitude of phi1 at which the load is halved [rad]
+    relative: float = 2.2  # and the same in units of the float's motion [-]
+    recall: float = 4.0  # time constant of that amplitude [s]
+    level: float = 0.24  # generator power at no mean slip, as a part of J4 omega' V times the waves' frequency [-]
+    droop: float = 0.08  # rise of that part with the flywheel's speed over N V [-]
+    bandwidth: float = 0.1693  # of the wave clock [rad/s]
+    memory: float = 170.0  # of the height of the waves [s]
     cc_max: float = 0.12  # [Nms]
     cg_max: float = 0.02  # [Nms]
     wp: float = 3.14  # where the wave clock begins [rad/s]
@@ -95,7 +96,7 @@ class Coupling(NamedTuple):
         if torque * slip > 0.0:
             cc = min(torque / (self.N * slip), self.cc_max)
 
-        part = self.level + self.droop * (y.omega_rate / (self.speed_ratio * self.N * speed) - 1.0)
+        part = self.level + self.droop * (y.omega_rate / self.N - speed) / V
         # the speed is kept off zero: a flywheel at rest must not ask for an infinite gain
         cg = ease * part * self.J4 * V * speed / max(y.omega_rate, 20.0)
         return (cc, min(max(cg, 0.0), self.cg_max)), CouplingState(*clock, swing)

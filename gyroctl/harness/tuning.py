@@ -173,9 +173,10 @@ def tune(
         confirmed = [work.confirm(parameters) for parameters in points]
     found = {
         **_provenance(task, on), "start_from": start.name if start else "task",
-        "spent_before_s": start.spent if start else 0.0, "budget_s": budget, "spent_s": total,
+        "spent_before_s": start.spent if start else 0.0, "budget_s": budget,
+        "spent_s": plan.generations * plan.generation + len(points) * plan.confirmation,
         "spent_searching_s": plan.generations * plan.generation,
-        "spent_confirming_s": plan.points * plan.confirmation,
+        "spent_confirming_s": len(points) * plan.confirmation,
         "search": {**asdict(task.search), "generations": plan.generations, "points_confirmed": len(points)},
     }  # fmt: skip
     sets = {}

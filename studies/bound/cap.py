@@ -123,7 +123,7 @@ def absorbed(plant: Plant, record: Record) -> float:
     taken = float(inside[1] - inside[0])
     for name in ("slip", "generator"):
         taken += float(ends[1, n + LEDGER.index(name)] - ends[0, n + LEDGER.index(name)])
-    return taken / ((record.states.shape[0] - 1) * record.period)
+    return float(taken / ((record.states.shape[0] - 1) * record.period))
 
 
 def momentum_cap(

@@ -6,15 +6,18 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
-from gyroctl.harness.constant_pair import best_pair
+from gyroctl.harness.constant_pair import COARSE, best_pair
+from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
+from gyroctl.plant.kernel import slip_rate
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.reports.wording import number
+from gyroctl.simulation.ensemble import UNSTABLE
 from gyroctl.studies.evaluation.bars import limits_missed
 from gyroctl.studies.evaluation.cases import Case, run_case
 from gyroctl.studies.evaluation.entrants import Entrant, pair
@@ -70,12 +73,19 @@ def found_pair(plant: Plant, sea: Sea, ask: Request) -> dict[str, Any]:
     except (OSError, ValueError):
         pass
     best = best_pair(
-        plant, sea, ask.budget, TUNING_SEEDS, settings=ask.settings, workers=ask.workers or os.cpu_count() or 1,
+        plant, sea, ask.budget, TUNING_SEEDS, settings=searching(plant, ask.settings), workers=ask.workers or os.cpu_count() or 1,
         quiet=ask.quiet,
     )  # fmt: skip
     found = {"cc": best.cc, "cg": best.cg, "means": best.means, "met": best.met, "spent_s": best.spent, **content}
     write_json(path, found)
     return dict(plain(found))
+
+
+def searching(plant: Plant, settings: Settings) -> Settings:
+    """Settings of a search: no coupling with which its coarse step would be unstable (about 0.14 Nms)."""
+    stable = 0.99 * UNSTABLE / (COARSE * float(slip_rate(plant.coefficients, 1.0)))
+    limits = settings.actuators
+    return replace(settings, actuators=replace(limits, cc_max=min(limits.cc_max, stable)))
 
 
 def offdesign_table(

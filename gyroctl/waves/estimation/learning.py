@@ -32,7 +32,7 @@ from gyroctl.waves.estimation.sea_shape import HIGHEST, LOWEST, log_spectrum
 
 SOURCES = (compiled.__file__, spectrum.__file__, sea_shape.__file__, __file__)
 
-DRAWN = 0.1
+DRAWN = 0.2
 """Part by which the bins are drawn to the JONSWAP sea at each fit."""
 
 TRUST = (0.7, 0.1, 0.7)

@@ -1,0 +1,93 @@
+"""The study: table and figure of skill against the lead."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import gyroctl
+from gyroctl.devices import zhang2017
+from gyroctl.errors import InputError
+from gyroctl.studies.forecast.draw import draw
+from gyroctl.studies.forecast.skill import FIRST, LEADS, SOURCES, Skill, skill
+from gyroctl.studies.paper.style import styled
+from gyroctl.waves import DriftingSea, SeaState
+
+SEAS: dict[str, SeaState | DriftingSea] = {
+    "gamma 1": SeaState(gamma=1.0),
+    "gamma 5": SeaState(gamma=5.0),
+    "gamma 50": SeaState(gamma=50.0),
+    "gamma 5, peak 2.8 to 3.5 rad/s": DriftingSea(wp=2.8, wp_end=3.5, gamma=5.0, over=1000.0),
+}
+"""The seas of the study."""
+
+
+def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, law: str = "coupling") -> str:
+    """Write forecast.csv, forecast.json and forecast.png into `out`, and return the table as text.
+
+    Parameters
+    ----------
+    out : Path
+        Directory, made where it is missing.
+    seeds : sequence of int
+        Realisations.
+    duration : float
+        Of each. [s]
+    law : str
+        The law that moves the device meanwhile.
+
+    Raises
+    ------
+    InputError
+        For no seed, or a duration that leaves nothing to judge.
+    """
+    if not seeds:
+        raise InputError("forecast.seeds", list(seeds), "names no realisation", "Give for example 100000:100004")
+    if not duration >= FIRST + 2.0 * LEADS[-1]:
+        raise InputError("forecast.duration", duration, "leaves nothing to judge", f"Give more than {FIRST + 16:g} s")
+    out.mkdir(parents=True, exist_ok=True)
+    truth = zhang2017(radiation="fine")  # finer than the design model, as in every evaluation
+    found = {name: skill(sea, law, seeds, duration, truth) for name, sea in SEAS.items()}
+    note = (
+        f"truth: finer radiation fit; {len(seeds)} realisations of {duration:g} s under the law {law}; default sensors"
+    )
+    with styled():
+        draw(found, note).savefig(out / "forecast.png", metadata={"Software": f"gyroctl {gyroctl.__version__}"})
+    rows = _rows(found)
+    with (out / "forecast.csv").open("w", newline="", encoding="utf-8") as stream:
+        csv.writer(stream).writerows([["sea", "source", "moment", *(f"error_at_{lead:g}_s" for lead in LEADS)], *rows])
+    record = {
+        "gyroctl_version": gyroctl.__version__, "seeds": list(seeds), "duration_s": duration, "law": law,
+        "error_at_the_sample": {
+            name: {"estimator": value.now[0].tolist(), "smoothed": value.now[1].tolist()}
+            for name, value in found.items()
+        },
+    }  # fmt: skip
+    (out / "forecast.json").write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
+    return _text(rows) + _sample(found)
+
+
+def _rows(found: dict[str, Skill]) -> list[list[str]]:
+    return [
+        [name, source, f"Me{moment}", *(f"{error:.3f}" for error in value.error[s, j])]
+        for name, value in found.items()
+        for s, source in enumerate(SOURCES)
+        for j, moment in enumerate((1, 3))
+    ]
+
+
+def _text(rows: list[list[str]]) -> str:
+    head = f"| sea | from | moment | {' | '.join(f'{lead:g} s' for lead in LEADS)} |\n"
+    rule = "| --- | --- | --- |" + " ---: |" * len(LEADS) + "\n"
+    return head + rule + "".join(f"| {' | '.join(row)} |\n" for row in rows if "nan" not in row)
+
+
+def _sample(found: dict[str, Skill]) -> str:
+    lines = [
+        f"{name}: at the sample, estimator {v.now[0, 0]:.4f} {v.now[0, 1]:.4f}, smoothed {v.now[1, 0]:.4f} "
+        f"{v.now[1, 1]:.4f} (Me1, Me3)\n"
+        for name, v in found.items()
+    ]
+    return "\n" + "".join(lines)
