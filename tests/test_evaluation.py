@@ -21,7 +21,8 @@ from gyroctl.reports.statistics import Estimate
 from gyroctl.studies.evaluation import Request, offdesign, request, seas
 from gyroctl.studies.evaluation.bars import BARS, Bar, answer, answers, one_set_laws
 from gyroctl.studies.evaluation.cases import Case, Runs, check_design, check_waves, common_seeds, designs, run_case
-from gyroctl.studies.evaluation.entrants import Entrant, kind, parse, reference, with_sets
+from gyroctl.studies.evaluation.draw import _styles
+from gyroctl.studies.evaluation.entrants import Entrant, kind, pair, parse, reference, with_sets
 from gyroctl.studies.evaluation.information import information_table
 from gyroctl.studies.evaluation.offdesign import OffSea, found_pair, never_worse, off_seas, offdesign_table, searching
 from gyroctl.studies.evaluation.report import evaluate_tables
@@ -125,13 +126,19 @@ def test_bar_is_met_only_where_everything_is_kept() -> None:
     bar = Bar("smooth", 5.0, "simple", "sensors", power=4.5, cv=0.35)
     assert answer(bar, [made()]).met
     for spoilt, word in (
-        ({"power": 4.4}, "power"), ({"cv": 0.36}, "CV"), ({"phi1_p98": 0.351}, "motion"), ({"phi3_p98": 0.351}, "motion"),
-        ({"locked": 197}, "locked"), ({"cv": float("nan")}, "CV"), ({"phi1_p98": float("nan")}, "motion"),
+        ({"power": 4.4}, "power"), ({"cv": 0.36}, "CV"), ({"phi1_p98": 0.351}, "motion"),
+        ({"phi3_p98": 0.351}, "motion"), ({"locked": 197}, "locked"), ({"cv": float("nan")}, "CV"),
+        ({"phi1_p98": float("nan")}, "motion"), ({"phi3_p98": float("nan")}, "motion"),
     ):  # fmt: skip
         verdict = answer(bar, [made(**spoilt)])
         assert not verdict.met
         assert verdict.missed[0].startswith(word)
     assert answer(bar, [made(locked=198)]).met, "198 of 200 are 99 %"
+
+
+def test_run_without_a_number_is_no_success() -> None:
+    lost = Estimate(6.0, 5.0, 7.0, "1 of 200 values not finite")
+    assert answer(BARS[0], [dataclasses.replace(made(), power=lost)]).missed == ("power: 1 of 200 values not finite",)
 
 
 def test_strongest_law_that_meets_a_bar_answers_it() -> None:
@@ -253,7 +260,7 @@ def test_miscalibrated_coupling_gives_what_another_command_would(device: gy.Plan
     """cc 0.05 from a coupling that gives 0.8 of it is cc 0.04 from one that is right; cg is not touched."""
     waves = lead_in(realise(device, gy.SeaState(), 100000, 60.0), Settings(blend=20.0))
 
-    def record(cc: float, gain: float, **limits: float) -> Any:
+    def record(cc: float, gain: float, **limits: Any) -> Any:
         settings = Settings(blend=20.0, actuators=Actuators(cc_gain=gain, **limits))
         return run_law(device, gy.law("constant", cc=cc), waves, settings)[0]
 
@@ -329,13 +336,11 @@ def forbidden(item: Any) -> None:
 
 def test_seas_table_and_how_it_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ask = asked(tmp_path, "load_angle,constant")
-    monkeypatch.setattr(seas, "GAMMAS", (5.0,))
     monkeypatch.setattr("gyroctl.studies.evaluation.report.TABLES", {"seas": lambda a: seas.seas_table(a, (5.0,))})
     first = evaluate_tables(["seas"], ask)["seas"]
     assert {"seas.md", "seas.json", "seas.png"} <= {path.name for path in tmp_path.iterdir()}
     assert json.loads((tmp_path / "seas.json").read_text())["seas"]["gamma5"]
-    powers = {r.law: r.power.value for r in first["seas"]["gamma5"]} if not isinstance(
-        first["seas"]["gamma5"][0], dict) else {r["law"]: r["power"].value for r in first["seas"]["gamma5"]}  # fmt: skip
+    powers = {entry["law"]: entry["power"].value for entry in first["seas"]["gamma5"]}
     assert set(powers) >= {"best_constant", "load_angle", "constant"}
 
     ran: list[tuple[str, int]] = []
@@ -456,34 +461,40 @@ def test_offdesign_stands_beside_the_pair_of_that_sea(tmp_path: Path) -> None:
     content, text, _ = offdesign_table(asked(tmp_path), chosen, search)
     assert [case["name"] for case in content["cases"]] == ["0.2 m"]
     assert "no lock begins" in content["failed"]["height 0.45 m"]
-    assert "cc 0.07, cg 0.0001" in text and "comes nearest" in text
+    assert "cc 0.07, cg 0.0001" in text
+    assert "comes nearest" in text
     device = gy.zhang2017()
     waves = lead_in(realise(device, low, 100000, SHORT), Settings())
     record, _ = run_law(device, gy.law("constant", cc=0.07, cg=1e-4), waves, Settings())
     by_hand = np.mean(1e-4 * record.states[1000:, 7] ** 2)
     constant = next(entry for entry in content["cases"][0]["laws"] if entry["law"] == "best_constant")
     outcome = run_case(
-        Case("x", device, low, Settings()), [offdesign.pair(0.07, 1e-4)], asked(tmp_path, seeds=("100000",))
+        Case("x", device, low, Settings()), [pair(0.07, 1e-4)], asked(tmp_path, seeds=("100000",))
     )  # fmt: skip
     assert outcome.reference.values["mean_power"][0] == pytest.approx(by_hand, rel=2e-3)
     assert constant["power"].value > 0.0
 
 
 def test_pair_of_a_sea_is_searched_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    calls: list[Any] = []
-
-    def best_pair(plant: Any, sea: Any, *_: Any, **__: Any) -> Any:
-        calls.append(sea)
-        return offdesign_best
-
     from gyroctl.harness.constant_pair import BestPair
 
-    offdesign_best = BestPair(0.05, 2e-4, {"mean_power": 1.0}, True, 1.0, ())
+    calls: list[tuple[Any, float]] = []
+
+    def best_pair(plant: Any, sea: Any, budget: float, seeds: Any, goal: Any, *_: Any, **__: Any) -> BestPair:
+        calls.append((sea, goal.motion))
+        motion = 0.8 * sea.hs
+        met = motion <= goal.motion
+        return BestPair(0.05, 2e-4 if met else 1e-5, {"phi1_p98": 0.1, "phi3_p98": motion}, met, 1.0, ())
+
     monkeypatch.setattr(offdesign, "best_pair", best_pair)
     device, ask = gy.zhang2017(), asked(tmp_path)
     for sea in (gy.SeaState(hs=0.2), gy.SeaState(hs=0.2), gy.SeaState(hs=0.3), DriftingSea(), DriftingSea()):
-        assert found_pair(device, sea, ask)["cg"] == 2e-4
+        found = found_pair(device, sea, ask)
+        assert (found["cg"], found["motion_waived"]) == (2e-4, False)
     assert len(calls) == 3
+    high = found_pair(device, gy.SeaState(hs=0.6), ask)  # no pair keeps the motion limit: none is held back by it
+    assert (high["cg"], high["motion_waived"]) == (2e-4, True)
+    assert [motion for sea, motion in calls if sea.hs == 0.6] == [0.34, float("inf")]
     assert searching(device, Settings()).actuators.cc_max < 0.3
 
 
@@ -500,3 +511,8 @@ def test_command_refuses_before_the_first_run(tmp_path: Path) -> None:
         result = CliRunner().invoke(app, ["evaluate", *arguments, "--out", str(tmp_path / "out")])
         assert isinstance(result.exception, gy.InputError), arguments
     assert not (tmp_path / "out").exists()
+
+
+def test_no_two_laws_look_alike_in_a_figure() -> None:
+    styles = _styles([*(f"law {i}" for i in range(24)), "best_constant"])
+    assert len({(style.colour, style.marker) for style in styles.values()}) == 25

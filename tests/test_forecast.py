@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import csv
 import math
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from numba import njit
 from numpy.typing import NDArray
 
 import gyroctl as gy
 from gyroctl.harness.run import Settings, run_law
 from gyroctl.harness.sensing import ROWS
+from gyroctl.studies.forecast import forecast_report
+from gyroctl.studies.forecast.report import SEAS
+from gyroctl.studies.forecast.skill import SOURCES
 from gyroctl.waves.estimation import (
     MomentEstimator,
     Predictor,
@@ -226,15 +232,18 @@ def test_the_sea_is_learnt(device: gy.Plant, sea: gy.SeaState) -> None:
         assert math.exp(learnt.shape[2]) > 12.0
 
 
-def test_a_mixed_sea_is_learnt_bin_by_bin(device: gy.Plant) -> None:
-    """Swell and wind sea together are no JONSWAP sea: the bins must find the second peak."""
+def test_bins_find_what_no_jonswap_sea_has(device: gy.Plant) -> None:
+    """Swell and wind sea together: less between the two peaks, more at them, than in the fitted JONSWAP sea."""
     swell, wind = gy.SeaState(0.2, 2.0, 10.0), gy.SeaState(0.25, 4.5, 5.0)
-    values = moments(device, swell, 600.0) + moments(device, wind, 600.0, SEED + 1)
+    values = moments(device, swell, 500.0) + moments(device, wind, 500.0, SEED + 1)
     predictor = Predictor.design(device)
-    learnt = fed(predictor, values).memory.spectrum
+    state = fed(predictor, values).memory
     omega = predictor.learner.omega
-    level = [learnt[np.abs(omega - centre) < 0.25].mean() for centre in (2.0, 3.2, 4.5)]
-    assert level[0] > 1.5 * level[1] and level[2] > level[1]
+    fitted = np.exp([log_spectrum(state.shape, w, np.zeros(3)) for w in omega])
+    at = [np.abs(omega - centre) < 0.25 for centre in (2.0, 3.2, 4.5)]
+    peak, gap, second = (state.spectrum[band].sum() / fitted[band].sum() for band in at)
+    assert peak > 1.3 * gap and second > 1.3 * gap
+    assert state.spectrum[at[0]].mean() > 1.3 * state.spectrum[at[1]].mean()
 
 
 def test_a_fit_step_raises_the_likelihood_and_keeps_the_spectrum_positive(device: gy.Plant) -> None:
@@ -314,6 +323,42 @@ def test_a_value_that_is_no_number_does_no_lasting_harm(device: gy.Plant) -> Non
     predict(predictor, fed(predictor, values), out)
     predict(predictor, fed(predictor, broken), other)
     assert np.all(np.isfinite(other)) and np.abs(other - out).max() < 0.1 * np.abs(out).max()
+
+
+def test_compiled_code_may_call_it(device: gy.Plant) -> None:
+    predictor, values = known(device), moments(device, gy.SeaState(), 20.0)
+
+    @njit
+    def run(predictor: Predictor, state: PredictorState, values: Array, out: Array) -> None:
+        for i in range(values.shape[1]):
+            observe(predictor, state, values[0, i], values[1, i])
+        predict(predictor, state, out)
+
+    out, other = np.empty((2, 80)), np.empty((2, 80))
+    run(predictor, predictor.init(), values, out)
+    predict(predictor, fed(predictor, values), other)
+    np.testing.assert_array_equal(out, other)
+
+
+@pytest.mark.slow
+def test_study_writes_table_and_figure(tmp_path: Path) -> None:
+    text = forecast_report(tmp_path, [SEED], duration=260.0)
+    assert {path.name for path in tmp_path.iterdir()} == {"forecast.csv", "forecast.json", "forecast.png"}
+    with (tmp_path / "forecast.csv").open(encoding="utf-8") as stream:
+        rows = {(row["sea"], row["source"], row["moment"]): row for row in csv.DictReader(stream)}
+    assert len(rows) == len(SEAS) * len(SOURCES) * 2
+    for moment in ("Me1", "Me3"):
+        one, two = (float(rows["gamma 5", source, moment]["error_at_1_s"]) for source in ("true moments", "sensors"))
+        assert 0.0 < one < two < 0.6
+    assert rows["gamma 5, peak 2.8 to 3.5 rad/s", "sensors, sea known", "Me1"]["error_at_1_s"] == "nan"
+    assert "gamma 50" in text and "nan" not in text
+
+
+def test_study_refuses_what_leaves_nothing_to_judge(tmp_path: Path) -> None:
+    for seeds, duration, field in (([], 500.0, "forecast.seeds"), ([SEED], 100.0, "forecast.duration")):
+        with pytest.raises(gy.InputError) as caught:
+            forecast_report(tmp_path, seeds, duration)
+        assert caught.value.field == field
 
 
 # --- the probe -------------------------------------------------------------------------------------------------------

@@ -9,7 +9,8 @@ from typer.testing import CliRunner
 
 import gyroctl as gy
 from gyroctl.cli.app import app
-from gyroctl.harness.law_check import Check, check_law, laws_of
+from gyroctl.harness.law_check import check_law, laws_of
+from gyroctl.harness.law_trials import Check
 
 EXAMPLE = Path(__file__).parents[1] / "docs" / "examples" / "my_law.py"
 DOCS = Path(__file__).parents[1] / "docs" / "experiment.md"

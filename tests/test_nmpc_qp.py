@@ -13,13 +13,23 @@ from scipy.sparse import block_diag, csc_matrix, diags, hstack, identity, vstack
 
 import gyroctl as gy
 from gyroctl.controllers.nmpc import rti
-from gyroctl.controllers.nmpc.osqp_solver import OsqpSolver, CondensedForm
+from gyroctl.controllers.nmpc.interior_point import empty_interior_room, interior_point
+from gyroctl.controllers.nmpc.osqp_solver import CondensedForm, OsqpSolver
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, gradient, predict, weights
 from gyroctl.controllers.nmpc.riccati import empty_riccati_room, solve
 from gyroctl.controllers.nmpc.riccati_sweep import empty_sweep_room, sweep
 from gyroctl.controllers.nmpc.subproblem import (
-    LIMIT_REACHED, NOT_CONVEX, NOT_FINITE, OUTPUTS, SOLVED, Step, Subproblem, empty_subproblem, evaluate, linearise,
+    LIMIT_REACHED,
+    NOT_CONVEX,
+    NOT_FINITE,
+    OUTPUTS,
+    SOLVED,
+    Step,
+    Subproblem,
+    empty_subproblem,
+    evaluate,
+    linearise,
     slope,
 )  # fmt: skip
 from gyroctl.harness.start import locked_start
@@ -114,7 +124,8 @@ def reference(qp: Subproblem, proximal: float) -> Array:
     dynamics = hstack([-block_diag([column[:, None] for column in qp.b]), chain, csc_matrix((n * m, 3 * n))])
     box = hstack([identity(n), csc_matrix((n, n * m + 3 * n))])
     limit = hstack([csc_matrix((3 * n, n)), picked, -identity(3 * n)], format="csr")  # low <= y + e - s <= high
-    y, low, high, limited = qp.outputs.ravel(), np.tile(qp.low, n), np.tile(qp.high, n), np.tile(np.isfinite(qp.high), n)
+    y, low, high = qp.outputs.ravel(), np.tile(qp.low, n), np.tile(qp.high, n)
+    limited = np.isfinite(high)
     A = vstack([dynamics, box, -box, limit[limited], -limit], format="csc")
     b = np.concatenate([np.zeros(n * m), qp.cc_max - qp.plan, qp.plan, (high - y)[limited], y - low])
     cones = [clarabel.ZeroConeT(n * m), clarabel.NonnegativeConeT(b.size - n * m)]
@@ -185,7 +196,8 @@ def test_states_that_are_no_numbers_are_noticed() -> None:
 def test_cost_and_slope_are_what_the_head_of_the_file_states(seed: int) -> None:
     qp, proximal = random_subproblem(seed)
     n, m = qp.b.shape
-    d, states, slopes, found = np.random.default_rng(seed).standard_normal(n), *(np.empty(s) for s in ((n, m), (n, 3), n))
+    d = np.random.default_rng(seed).standard_normal(n)
+    states, slopes, found = np.empty((n, m)), np.empty((n, 3)), np.empty(n)
     assert evaluate(qp, proximal, d, states, slopes) == pytest.approx(by_hand(qp, proximal, d), rel=1e-12)
     slope(qp, proximal, d, slopes, found)
     np.testing.assert_allclose(found, gradient_by_differences(qp, proximal, d), rtol=1e-5, atol=1e-5)
@@ -268,13 +280,26 @@ def test_solvers_agree_on_problems_from_the_closed_loop() -> None:
     for qp, proximal in problems:
         found, d = solved(qp, proximal)
         assert found.status == SOLVED
-        assert by_hand(qp, proximal, d) - by_hand(qp, proximal, 0.0 * d) == pytest.approx(found.value, rel=1e-6, abs=1e-9)
+        gain = by_hand(qp, proximal, d) - by_hand(qp, proximal, np.zeros(N))
+        assert gain == pytest.approx(found.value, rel=1e-6, abs=1e-9)
         np.testing.assert_allclose(d, reference(qp, proximal), rtol=0.0, atol=2e-3 * CC_MAX)
         other = np.zeros(N)
         value = solver.solve(qp, proximal, other).value
         np.testing.assert_allclose(d, other, rtol=0.0, atol=1e-8 * CC_MAX)
         assert value == pytest.approx(found.value, rel=1e-9, abs=1e-9)
     assert sum(np.any(qp.travel > 0.0) for qp, _ in problems) == len(problems) / 2
+
+
+def test_interior_point_needs_few_sweeps_whatever_the_problem() -> None:
+    """Alone it is right to its tolerance, and lands on the bounds that hold the solution."""
+    for qp, proximal in [random_subproblem(seed) for seed in range(40)] + real_subproblems()[::3]:
+        n, m = qp.b.shape
+        d, (_, best) = np.zeros(n), solved(qp, proximal)
+        count = interior_point(qp, proximal, d, 1e-10, 40, empty_sweep_room(n, m), empty_interior_room(n))
+        assert 3 < count < 25
+        short = by_hand(qp, proximal, d) - by_hand(qp, proximal, best)
+        scale = max(1e-3, by_hand(qp, proximal, np.zeros(n)) - by_hand(qp, proximal, best))
+        assert -1e-9 * scale < short < 1e-3 * scale
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
 
@@ -24,7 +24,9 @@ from gyroctl.harness.law_content import content
 from gyroctl.harness.laws import registered, tuned_seeds, tuned_sets
 from gyroctl.harness.scan import scan
 from gyroctl.harness.tuned import read_sets, write_sets
-from gyroctl.harness.tuning import Circumstances, Seen, Start, chosen, planned, tune
+from gyroctl.harness.tuning import Start, chosen, planned, tune
+from gyroctl.harness.tuning_record import Circumstances
+from gyroctl.harness.tuning_stages import Seen
 from gyroctl.harness.tuning_task import SEAS, Knob, Task, build_task, read_task
 
 EXAMPLE = Path(__file__).parents[1] / "docs" / "examples" / "my_law.py"
@@ -127,6 +129,7 @@ def test_chosen_meets_the_goal_before_it_has_power() -> None:
     assert chosen([strong, good], {"gamma5": Goal()}, seas) is strong
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.lists(st.tuples(*[st.integers(0, 4)] * 3), min_size=1, max_size=30))
 def test_front_is_what_no_point_beats(points: list[tuple[int, int, int]]) -> None:
     def beats(a: tuple[int, int, int], b: tuple[int, int, int]) -> bool:
@@ -400,6 +403,7 @@ def test_unknown_knob_and_sea_are_refused(on: Circumstances) -> None:
 # --- knobs, plans, files -------------------------------------------------------------------------------------------
 
 
+@settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(start=st.floats(1e-4, 1e3), width=st.floats(0.05, 2.0), x=st.floats(-2.0, 2.0), log=st.booleans())
 def test_knob_and_its_coordinate_are_inverse(start: float, width: float, x: float, log: bool) -> None:
     knob = Knob("k", start, width, "log" if log else "linear")

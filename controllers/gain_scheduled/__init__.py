@@ -48,9 +48,7 @@ def scheduled_lmi(
     return _law("scheduled_lmi", load, effort, cc_min, cc_max, cg_max, wp)
 
 
-def _law(
-    name: str, load: float, effort: float, cc_min: float, cc_max: float, cg_max: float, wp: float
-) -> Scheduled:
+def _law(name: str, load: float, effort: float, cc_min: float, cc_max: float, cg_max: float, wp: float) -> Scheduled:
     return law_of(
         read_table(table_file(name)), load=load, effort=effort, cc_min=cc_min, cc_max=cc_max, cg_max=cg_max, wp=wp
     )

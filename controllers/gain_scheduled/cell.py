@@ -27,7 +27,7 @@ from gyroctl.plant.equations import PSI, PSI_RATE
 Matrices = NDArray[np.float64]
 
 OFFSET, SLOPE = 0.05, 1.7
-"""First guess of the wave height: envelope = SLOPE (height - OFFSET), since the ring moves the float too. [m, rad/s/m]"""
+"""First guess of the height: envelope = SLOPE (height - OFFSET), since the ring moves the float too. [m, rad/s/m]"""
 
 SOLVER_STEPS = 40
 
@@ -225,7 +225,7 @@ def _model(loop: LoopOrbit, point: NDArray[np.float64], filters: Filters) -> tup
         row = np.zeros(ROW)
         row[: len(POINT)] = point
         row[0], row[len(POINT) + i] = 100.0, 1.0  # the signal itself, well inside the limits
-        probe: Any = frozen(row, filters, loop.law.wp, cc_max=1e3)._replace(period=loop.flow.period)
+        probe: Any = frozen(row.tolist(), filters, loop.law.wp, cc_max=1e3)._replace(period=loop.flow.period)
         for k in range(samples):
             _, by_y, by_s = step_jacobian(probe, 0.0, read(loop.states[k]), loop.law_states[k])
             C[k, i, :n], C[k, i, n:] = by_y[0] @ loop.sensing, by_s[0]
@@ -243,7 +243,7 @@ def _modulated(
     a[:, :n, :n], b[:, :n], c[:, :, :n] = A, B, C
     a[:, n, n] = a[:, n + 1, n + 1] = decay
     for k in range(samples):
-        _, entry = flow.jacobian(loop.states[k], *loop.controls[k], k)
+        _, entry = flow.jacobian(loop.states[k], float(loop.controls[k, 0]), float(loop.controls[k, 1]), k)
         turned = flow.forcing.amplitude * np.exp(2j * np.pi * (k + 0.5) / samples)
         a[k, : flow.free.size, n:] = entry[:, 2:] @ np.stack([turned.real, -turned.imag], axis=1)
     g = np.zeros((samples, n + 2, 2))

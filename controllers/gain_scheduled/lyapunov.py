@@ -7,16 +7,17 @@ half-period symmetry nothing else does. With gains K_i = Y_i Q_i^-1 at the nodes
     A_i Q_i + B_i Y_i + (..)' + 2 a Q_i + G_i G_i' -+ rate dQ/dV <= 0,    [Z_i, C Q_i + D Y_i; .., Q_i] >= 0,
 
 and the largest trace of Z_i, a bound of the cost of the irregular wave, is made least (S. Boyd et al., Linear Matrix
-Inequalities in System and Control Theory, SIAM 1994, chapter 7; F. Wu et al., Int. J. Robust Nonlinear Control 6 (1996)
-983-998 for the bounded rate). With a constant Q the schedule may move at any rate; with Q affine in the envelope its rate
-is bounded. The inequality holds at the nodes; between them, where the law interpolates its gains, it is checked.
+Inequalities in System and Control Theory, SIAM 1994, chapter 7; F. Wu et al., Int. J. Robust Nonlinear Control 6
+(1996) 983-998 for the bounded rate). With a constant Q the schedule may move at any rate; with Q affine in the envelope
+its rate is bounded. The inequality holds at the nodes; between them, where the law interpolates, it is checked.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,7 +34,6 @@ Matrix = NDArray[np.float64]
 
 INPUTS = ("cc", "cg", "cc_cos", "cc_sin", "cg_cos", "cg_sin")
 EVEN, ODD = slice(0, 2), slice(2, 6)
-ROUNDING = 1e-9
 
 
 @dataclass(frozen=True)
@@ -68,17 +68,22 @@ class Wishes:
         And of the generator gain, as a part of the lock capacity J4 V/N. [-]
     decay, swing_decay : float
         Least rates at which libration and horizontal mode die out. [1/s]
+    shake, swing_shake : float
+        White acceleration of ring and float, root of its spectral density: what is irregular within a wave, and so
+        not seen by an average over waves. [rad/s^1.5]
     rate : float
         Largest rate of the envelope [rad/s^2]; infinite for one Lyapunov function, which allows any.
     """
 
-    angle: float = 0.35
-    speed: float = 0.17
+    angle: float = 0.1
+    speed: float = 0.5
     swing: float = 0.09
-    cc: float = 0.005
-    cg: float = 0.3
-    decay: float = 0.12
-    swing_decay: float = 0.012
+    cc: float = 0.003
+    cg: float = 0.15
+    decay: float = 0.03
+    swing_decay: float = 0.005
+    shake: float = 0.05
+    swing_shake: float = 0.02
     rate: float = float("inf")
 
 
@@ -134,7 +139,7 @@ def solve(
     wishes : Wishes
         Weights, decay and rate.
     detuning : sequence of float
-        How much dearer the controls are in each cell.
+        How much dearer the controls are in each cell; the decay that is asked of it falls with the root of that.
     capacity : float
         J4/N: the lock capacity is that times the envelope. [Nms s/rad]
     quiet : bool
@@ -150,13 +155,14 @@ def solve(
     n, m = models[0].B.shape
     units = np.array([wishes.angle, wishes.speed, wishes.swing, wishes.swing * 1.25])
     varying = np.isfinite(wishes.rate)
-    Q0 = _even_odd(cp)
-    Q1 = _even_odd(cp) if varying else np.zeros((n, n))
+    Q0 = _even_odd()
+    Q1: Any = _even_odd() if varying else np.zeros((n, n))
     constraints, costs, solved = [], [], []
     for model, dearer in zip(models, detuning, strict=True):
         # deviations in units of the weights, so that the numbers are of size one
         A = model.A * units[None, :] / units[:, None]
-        G = model.G / units[:, None]
+        shaken = np.diag([0.0, wishes.shake, 0.0, wishes.swing_shake])[:, [1, 3]]
+        G = np.hstack([model.G, shaken]) / units[:, None]
         strong = np.array([wishes.cc, wishes.cg * capacity * model.node.envelope] * 3)[[0, 1, 0, 0, 1, 1]]
         strong = strong / np.sqrt(dearer)
         B = model.B * strong[None, :] / units[:, None]
@@ -165,7 +171,7 @@ def solve(
         Q = Q0 + model.node.envelope * Q1 if varying else Q0
         Z = cp.Variable((n + m, n + m), symmetric=True)
         inner = A @ Q + B @ Y
-        dying = np.diag([wishes.decay, wishes.decay, wishes.swing_decay, wishes.swing_decay])
+        dying = np.diag([wishes.decay, wishes.decay, wishes.swing_decay, wishes.swing_decay]) / np.sqrt(dearer)
         base = inner + inner.T + 2.0 * dying @ Q + G @ G.T  # Q has no entries across the modes
         for sign in (-1.0, 1.0) if varying else (0.0,):
             left = base + sign * wishes.rate * Q1 if varying else base
@@ -205,14 +211,15 @@ def proven_decay(model: SlowModel, K: Matrix, Q0: Matrix, Q1: Matrix, rate: floa
     return -0.5 * worst
 
 
-def signal_gains(K: Matrix, share: float, capacity: float) -> Matrix:
+def signal_gains(K: Matrix, share: float, capacity: float, follow: float = 0.3) -> Matrix:
     """Gains (2, 10) on the signals of the law from those (6, 4) on the slow states.
 
-    The envelope is no state of the slow model: the generator takes the same share of a change of it.
+    The envelope is no state of the slow model: of its brisk changes the generator follows a part, `follow`. All of it
+    is too much in low waves, where a load raises the envelope that it is taken from.
     """
     place = {name: i for i, name in enumerate(SIGNALS)}
     gains = np.zeros((2, len(SIGNALS)))
-    gains[1, place["envelope"]] = share * capacity
+    gains[1, place["envelope"]] = follow * share * capacity
     for control in range(2):
         gains[control, [place["angle"], place["speed"]]] = K[control, :2]
         for j, name in enumerate(("cos", "sin")):
@@ -221,22 +228,12 @@ def signal_gains(K: Matrix, share: float, capacity: float) -> Matrix:
     return gains
 
 
-def between(
-    models: Mapping[Node, SlowModel], gains: Sequence[Matrix], certificate: Certificate, rate: float
-) -> dict[str, float]:
-    """Proven decay at points between the nodes, by name, with the gains interpolated there."""
-    return {
-        str(node): proven_decay(model, K, certificate.Q0, certificate.Q1, rate)
-        for (node, model), K in zip(models.items(), gains, strict=True)
-    }
-
-
 def cell_model(cell: Cell, decorrelation: float, scatter: float = 0.5) -> SlowModel:
     """Slow model of a cell."""
     return slow_model(cell.orbit, cell.node, decorrelation, scatter)
 
 
-def _even_odd(cp: object) -> object:
+def _even_odd() -> Any:
     """Symmetric 4 x 4 variable without coupling of libration and horizontal mode."""
     import cvxpy
 

@@ -106,8 +106,8 @@ def _costs(cell: Cell, weights: Weights, detuning: float) -> tuple[Matrices, NDA
     ):
         plant[:, i, cell.rows[name]] = 1.0 / unit
     outputs = np.concatenate([plant, cell.C[:, 1:2] / weights.angle], axis=1)
-    unit = np.array([weights.cc, weights.cg * parameters.J4 * cell.node.envelope / parameters.N])
-    return outputs.transpose(0, 2, 1) @ outputs, np.diag(detuning / unit**2)
+    units = np.array([weights.cc, weights.cg * parameters.J4 * cell.node.envelope / parameters.N])
+    return outputs.transpose(0, 2, 1) @ outputs, np.diag(detuning / units**2)
 
 
 def _cost(cell: Cell, K: NDArray[np.float64], Q: Matrices, R: NDArray[np.float64], W: Matrices) -> float:

@@ -6,15 +6,16 @@ The table is a grid over three slow quantities, all measured:
   it stands for the wave height, since it is what can pull the ring;
 - the peak frequency, as the mean rate at which the float's motion turns, weighted with its square: the ring speed less
   the rate of the load angle, so that a ring that lags behind does not pull its own reference down;
-- the bandwidth, as the part of the square of that rate which the slow filter does not pass, about a minute long. (The
-  variance of the envelope over its squared mean says nothing here: within a minute it is .27 for gamma 1, 5 and 50.)
+- the bandwidth, as the part of the square of that motion which the slow filter does not pass, over about a minute. (The
+  variance of the envelope over its squared mean says nothing: within a minute it is .27 for gamma 1, 5 and 50.)
 
-A cell holds the coupling, the share of the lock capacity that the generator takes, and the course of a few signals on its orbit, and gains on their deviations: envelope and load angle of a brisker filter (the angle by
-its sine, so that a ring that slips a turn asks for no more than one that lags), ring speed, flywheel speed, and what is
-left of phi1 and its rate beside the wave's frequency, the swing of the lightly damped horizontal mode. The gains on the
-ring speed vary with twice the ring angle and those on the swing with the ring angle: no others act on slow motions, by
-the half-period symmetry of the device. Between the nodes every number of the table is interpolated linearly in each direction, so that the command is
-continuous; outside, the nearest edge is taken and the sample is counted.
+A cell holds the coupling, the share of the lock capacity that the generator takes, and the course of a few signals on
+its orbit, and gains on their deviations: envelope and load angle of a brisker filter (the angle by its sine, so that a
+ring that slips a turn asks for no more than one that lags), ring speed, flywheel speed, and what is left of phi1 and
+its rate beside the wave's frequency, the swing of the lightly damped horizontal mode. The gains on the ring speed vary with
+twice the ring angle and those on the swing with the ring angle: no others act on slow motions, by the half-period
+symmetry of the device. Between the nodes every number of the table is interpolated linearly in each direction, so
+that the command is continuous; outside, the nearest edge is taken and the sample is counted.
 """
 
 from __future__ import annotations
@@ -41,8 +42,8 @@ ROW = len(POINT) + 2 * len(SIGNALS)
 class ScheduledState(NamedTuple):
     """Filters of the law.
 
-    Slow and brisk parts of u1, u3 [rad/s]; ring speed [rad/s]; means of the squares of both envelopes [rad^2/s^2] and of
-    the brisk one times its rate of turning; parts of phi1 [rad] and phi1' [rad/s] that turn with the ring; samples
+    Slow and brisk parts of u1, u3 [rad/s]; ring speed [rad/s]; means of the squares of both envelopes [rad^2/s^2] and
+    of the brisk one times its rate of turning; parts of phi1 [rad] and phi1' [rad/s] that turn with the ring; samples
     outside the table; 1 once begun.
     """
 

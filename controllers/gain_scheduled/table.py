@@ -51,9 +51,9 @@ def read_table(path: Path) -> dict[str, Any]:
 
 def law_of(content: Mapping[str, Any], **fields: float) -> Scheduled:
     """Law of a table's content; `fields` replace the law's own."""
-    nodes = [tuple(float(value) for value in content["nodes"][name]) for name in NODES]
-    rows = [row_of(cell) for cell in content["cells"]]
-    return Scheduled(*nodes, tuple(value for row in rows for value in row), **{**content["filters"], **fields})
+    V, w, b = (tuple(float(value) for value in content["nodes"][name]) for name in NODES)
+    cells = tuple(value for cell in content["cells"] for value in row_of(cell))
+    return Scheduled(V, w, b, cells, **{**content["filters"], **fields})
 
 
 def row_of(cell: Mapping[str, Any]) -> list[float]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.riccati_sweep import sweep
 from gyroctl.controllers.nmpc.subproblem import OUTPUTS, bounds, evaluate, slope
-from gyroctl.plant.compiled import entry_point
+from gyroctl.plant.compiled import entry_point, inlined
 
 FloatArray = NDArray[np.float64]
 TO_BOUNDARY = 0.995
@@ -37,11 +37,13 @@ class InteriorRoom(NamedTuple):
     used: NDArray[np.bool_]  # (6,) limits which are finite and weigh something
 
 
+@inlined
 def empty_interior_room(n: int) -> InteriorRoom:
     """Room for a horizon of `n` intervals."""
-    a, b, c, d = (np.zeros((n, 2)) for _ in range(4))
-    e, f, g, h, i = (np.zeros((n, 6)) for _ in range(5))
-    return InteriorRoom(a, b, c, d, e, f, g, h, i, np.zeros(6, np.bool_))
+    return InteriorRoom(
+        np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 6)), np.zeros((n, 6)),
+        np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6)), np.zeros(6, np.bool_),
+    )  # fmt: skip
 
 
 @entry_point
@@ -93,10 +95,11 @@ def interior_point(qp: Any, proximal: float, d: Any, tolerance: float, limit: in
                 weight, distance = qp.weight[side % 3], _distance(qp, room.states, i, side)
                 inner.l[i, side] = 0.5 * weight * (np.sqrt(distance * distance + 4.0 * first / weight) - distance)
     mean, count = first, 0
-    for count in range(limit):
+    while count < limit:
         mean = _complementarity(qp, room, inner) / pairs
         if not mean > tolerance * first:
             break
+        count += 1
         inner.second[:] = 0.0
         inner.limit_second[:] = 0.0
         _direction(qp, proximal, d, 0.0, room, inner)
@@ -133,7 +136,8 @@ def _distance(qp: Any, states: Any, i: int, side: int) -> float:
     """How far an output is within a limit."""
     r = side % 3
     value = qp.outputs[i, r] + states[i, OUTPUTS[r]]
-    return value - qp.low[r] if side < 3 else qp.high[r] - value
+    inside: float = value - qp.low[r] if side < 3 else qp.high[r] - value
+    return inside
 
 
 @entry_point

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.foresight import Foresight, Waves, copied
-from gyroctl.controllers.nmpc.planner import planner_of
+from gyroctl.controllers.nmpc.planner import FRESH, planner_of
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of
 from gyroctl.controllers.nmpc.problem import weights
@@ -52,13 +52,14 @@ class NmpcState(NamedTuple):
     """What the law carries from sample to sample; replaced at each, never changed."""
 
     plan: NDArray[np.float64]  # (n,) couplings from the last sample on [Nms]
-    length: float  # step length of the solver, see `descend`
+    memory: float  # of the solver, see `planner.FRESH`
     power: float  # last power command [W]
     mean: float  # its integral part [W]
     cc: float  # last command [Nms]
     cg: float  # [Nms]
     estimate: EstimatorState
     forecast: PredictorState
+    sample: int  # number of the next sample
     age: int  # samples since the last good plan
     fallback: Any  # state of the fallback law
     counts: Counts
@@ -77,7 +78,7 @@ class Plan(NamedTuple):
     """Answer of the planner, with its status."""
 
     cc: NDArray[np.float64]  # (n,) [Nms]
-    length: float
+    memory: float
     status: Literal["good", "late", "failed"]
 
 
@@ -92,8 +93,12 @@ class Nmpc:
         prediction from there; or the sensors alone. The state comes from the sensors in all three.
     horizon : float
         How far a plan looks. [s]
+    solver : {"riccati", "descent"}
+        Real-time iterations with a quadratic program by Riccati recursions, or projected gradients.
     iterations : int
         Of the solver, per sample.
+    every, retries : int
+        Every so many samples another plan is begun elsewhere and gets so many iterations; none with 0.
     lead : float
         How far ahead the probe sees, for "forecast". [s]
     noise : float
@@ -136,7 +141,10 @@ class Nmpc:
 
     information: Literal["oracle", "forecast", "sensors"] = "sensors"
     horizon: float = 4.0
-    iterations: int = 10
+    solver: Literal["riccati", "descent"] = "riccati"
+    iterations: int = 1
+    every: int = 5
+    retries: int = 20
     lead: float = 0.0
     noise: float = 0.0
     flywheel: float = 60.0
@@ -164,12 +172,14 @@ class Nmpc:
         if self.information not in ("oracle", "forecast", "sensors"):
             raise InputError("nmpc.information", self.information, "unknown level",
                              "Choose oracle, forecast or sensors")  # fmt: skip
-        for name in ("horizon", "iterations", "period", "cc_max", "cg_max", "deadline", "flywheel"):
+        if self.solver not in FRESH:
+            raise InputError("nmpc.solver", self.solver, "unknown solver", f"Choose one of {', '.join(FRESH)}")
+        for name in ("horizon", "iterations", "every", "period", "cc_max", "cg_max", "deadline", "flywheel"):
             value = getattr(self, name)
             finite = math.isfinite(value) or name == "deadline"
             if not (isinstance(value, int | float) and finite and value > 0.0):
                 raise InputError(f"nmpc.{name}", value, "must be positive", "Leave it out for the default")
-        for name in ("lead", "noise", "motion", "limit1", "limit3", "lock", "floor", "travel", "terminal"):
+        for name in ("retries", "lead", "noise", "motion", "limit1", "limit3", "lock", "floor", "travel", "terminal"):
             value = getattr(self, name)
             if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0):
                 raise InputError(f"nmpc.{name}", value, "must not be negative", "Leave it out for the default")
@@ -201,14 +211,14 @@ class Nmpc:
         """Before the first sample."""
         pair = (0.052, 3.5e-4)
         return NmpcState(
-            np.full(self.intervals, pair[0]), 1e-3, self.power, self.power, *pair, self._estimator.init(),
-            self._foresight.init(), 0, self.fallback.init(), Counts(),
+            np.full(self.intervals, pair[0]), FRESH[self.solver], self.power, self.power, *pair, self._estimator.init(),
+            self._foresight.init(), 0, 0, self.fallback.init(), Counts(),
         )  # fmt: skip
 
     def step(self, t: float, y: Any, state: NmpcState) -> tuple[tuple[float, float], NmpcState]:
         """Estimate, look ahead, command the power, plan, act."""
         begin = self.clock()
-        state = self._observed(y, state)
+        state = self._observed(y, state._replace(sample=state.sample + 1))
         moments, forecast = self._foresight.foresee(t, state.estimate, state.forecast)
         state = self._powered(state._replace(forecast=forecast))
         plan = self._planned(moments, state, begin)
@@ -236,10 +246,22 @@ class Nmpc:
         cc = np.append(state.plan[1:], state.plan[-1])
         now = np.array([state.power, state.cc, self.cc_max, self.period])
         start = state.estimate.x_hat[rows]
-        _, after, length, _ = planner(start, moments, now, cost, h, k, cc, state.length, self.iterations)
+        other, more = self._elsewhere(state.sample, cc)
+        after, memory = planner(start, moments, now, cost, h, k, cc, state.memory, self.iterations, other, more)
         if not math.isfinite(after):
-            return Plan(cc, 1e-3, "failed")
-        return Plan(cc, length, "late" if self.clock() - begin > self.deadline else "good")
+            return Plan(cc, FRESH[self.solver], "failed")
+        return Plan(cc, memory, "late" if self.clock() - begin > self.deadline else "good")
+
+    def _elsewhere(self, sample: int, cc: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
+        """Another plan to begin from, and the iterations that it gets at this sample."""
+        turn, rest = divmod(sample, self.every)
+        if rest != 0 or self.retries == 0:
+            return cc, 0
+        kind = turn % 4
+        if kind < 2:
+            return np.full(cc.size, (0.0, 0.5 * self.cc_max)[kind]), self.retries
+        moved = (kind == 2) * 3 or -3  # the same switching, a little later or sooner
+        return np.roll(cc, moved), self.retries
 
     def _acted(self, t: float, y: Any, plan: Plan, state: NmpcState) -> tuple[tuple[float, float], NmpcState]:
         """Apply the plan, or what stands in for it."""
@@ -247,7 +269,7 @@ class Nmpc:
         cg = min(state.power / max(speed * speed, 1.0), self.cg_max)
         if plan.status == "good":
             command = (float(plan.cc[0]), float(cg))
-            return command, state._replace(plan=plan.cc, length=plan.length, cc=command[0], cg=command[1], age=0)
+            return command, state._replace(plan=plan.cc, memory=plan.memory, cc=command[0], cg=command[1], age=0)
         counts = counts._replace(
             late=counts.late + (plan.status == "late"), failed=counts.failed + (plan.status == "failed")
         )  # fmt: skip
@@ -260,7 +282,7 @@ class Nmpc:
             command, fallback = self.fallback.step(t, y, state.fallback)
             counts = counts._replace(fallbacks=counts.fallbacks + 1)
         state = state._replace(
-            plan=rest, length=1e-3, cc=command[0], cg=command[1], age=state.age + 1, fallback=fallback, counts=counts
+            plan=rest, memory=FRESH[self.solver], cc=command[0], cg=command[1], age=state.age + 1, fallback=fallback, counts=counts
         )  # fmt: skip
         return command, state
 
@@ -271,7 +293,7 @@ class Nmpc:
         cost = weights(self.plant, self.motion, self.limit1, self.limit3, self.lock, self.floor, self.travel,
                        self.terminal)  # fmt: skip
         rows = np.array([row for row in range(len(self.plant.labels)) if row != OMEGA])
-        return planner_of(orders), constants(self.plant), np.array([self.period / STEPS]), np.array(cost), rows
+        return planner_of(orders, self.solver), constants(self.plant), np.array([self.period / STEPS]), np.array(cost), rows
 
     @cached_property
     def _estimator(self) -> MomentEstimator:

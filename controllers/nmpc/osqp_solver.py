@@ -18,7 +18,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.subproblem import (
-    LIMIT_REACHED, NOT_CONVEX, NOT_FINITE, OUTPUTS, SOLVED, Step, Subproblem, bounds, evaluate, slope,
+    LIMIT_REACHED,
+    NOT_CONVEX,
+    NOT_FINITE,
+    OUTPUTS,
+    SOLVED,
+    Step,
+    Subproblem,
+    bounds,
+    evaluate,
+    slope,
 )  # fmt: skip
 from gyroctl.plant.compiled import entry_point
 

@@ -22,14 +22,21 @@ from gyroctl.controllers.nmpc import subproblem as subproblem_file
 from gyroctl.controllers.nmpc.interior_point import InteriorRoom, empty_interior_room, interior_point
 from gyroctl.controllers.nmpc.riccati_sweep import SweepRoom, empty_sweep_room, sweep
 from gyroctl.controllers.nmpc.subproblem import (
-    LIMIT_REACHED, NOT_CONVEX, NOT_FINITE, SOLVED, Step, bounds, evaluate, slope,
+    LIMIT_REACHED,
+    NOT_CONVEX,
+    NOT_FINITE,
+    SOLVED,
+    Step,
+    bounds,
+    evaluate,
+    slope,
 )  # fmt: skip
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 PATIENCE = 7
 INTERIOR = 40  # most iterations of the interior point method, of two sweeps each
 SUFFICIENT = 1e-4  # share of the linear decrease that a step must bring
-ROUNDING = 1e-13  # of the cost, relative
+ROUNDING = 1e-13  # of cost and slope, relative
 SHORTEST = 1e-9  # part of a step below which no decrease can be measured
 
 
@@ -40,6 +47,7 @@ class RiccatiRoom(NamedTuple):
     interior: InteriorRoom
 
 
+@inlined
 def empty_riccati_room(n: int, m: int) -> RiccatiRoom:
     """Room for a horizon of `n` intervals of a model with `m` states."""
     return RiccatiRoom(empty_sweep_room(n, m), empty_interior_room(n))
@@ -85,9 +93,10 @@ def _solve(stamp: str) -> Callable[..., Step]:
         room.barrier[:] = 0.0
         for count in range(limit + 1):
             slope(qp, proximal, d, room.slopes, room.slope)
-            square = 0.0
+            square, whole = 0.0, 0.0
             for i in range(n):
                 left = room.slope[i]
+                whole += left * left
                 if d[i] <= room.low[i]:
                     left = min(left, 0.0)
                 if d[i] >= room.high[i]:
@@ -97,7 +106,7 @@ def _solve(stamp: str) -> Callable[..., Step]:
             if not np.isfinite(distance + cost):
                 status = NOT_FINITE
                 break
-            if distance <= tolerance:
+            if distance <= tolerance or square <= ROUNDING**2 * whole:  # the slope itself is no better known
                 status = SOLVED
                 break
             if count == limit:
@@ -147,6 +156,7 @@ def _solve(stamp: str) -> Callable[..., Step]:
 
 
 SOURCES = (
-    __file__, riccati_sweep_file.__file__, interior_point_file.__file__, subproblem_file.__file__, problem_file.__file__,
+    __file__, riccati_sweep_file.__file__, interior_point_file.__file__, subproblem_file.__file__,
+    problem_file.__file__,
 )  # fmt: skip
 solve = _solve(source_stamp(SOURCES))

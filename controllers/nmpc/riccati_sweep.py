@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.subproblem import OUTPUTS
-from gyroctl.plant.compiled import entry_point
+from gyroctl.plant.compiled import entry_point, inlined
 
 FloatArray = NDArray[np.float64]
 
@@ -31,6 +31,7 @@ class SweepRoom(NamedTuple):
     barrier: FloatArray  # (n,) curvature which the bounds add
 
 
+@inlined
 def empty_sweep_room(n: int, m: int) -> SweepRoom:
     """Room for a horizon of `n` intervals of a model with `m` states."""
     return SweepRoom(

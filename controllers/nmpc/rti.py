@@ -18,7 +18,7 @@ from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import Problem, predict
 from gyroctl.controllers.nmpc.riccati import RiccatiRoom, empty_riccati_room, solve
 from gyroctl.controllers.nmpc.subproblem import NOT_FINITE, SOLVED, Step, Subproblem, empty_subproblem, linearise
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 PROXIMAL_MIN, PROXIMAL_MAX = 1.0, 1e5  # [J/(Nms)^2]
 GOOD, POOR = 0.75, 0.25  # ratio of true to promised decrease above and below which the proximal weight changes
@@ -47,6 +47,7 @@ class Improvement(NamedTuple):
     newton: int  # Newton steps of the solver, or its iterations
 
 
+@inlined
 def empty_room(n: int, m: int) -> Room:
     """Room for plans of `n` intervals with a model of `m` states."""
     return Room(

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc import problem as problem_file
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, Weights, terminal_cost
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 FloatArray = NDArray[np.float64]
 
@@ -58,6 +58,7 @@ class Step(NamedTuple):
     value: float  # of the subproblem's cost at the step, less its value at d = 0 [J]
 
 
+@inlined
 def empty_subproblem(n: int, m: int) -> Subproblem:
     """Room for a horizon of `n` intervals of a model with `m` states."""
     return Subproblem(

@@ -6,8 +6,8 @@ the flywheel a little below the speed of the ring's gear, which makes the slip t
 the speed over V: the ring swings within the cycle as the waves are high, and the slip must go with it.
 
 The coupling acts as a clipped semi-active brake on the ring: it can give a torque of the sign of the slip only, so it
-gives the wanted torque where the instantaneous slip allows it and none elsewhere. (Filtering the slip instead gives more
-power on paper, by sliding: the ring then stalls again and again.)
+gives the wanted torque where the instantaneous slip allows it and none elsewhere. (Filtering the slip instead gives
+more power on paper, by sliding: the ring then stalls again and again.)
 
 The torque wanted against the ring, with ``u1 + i u3 = exp(i psi)(phi1' + i phi3')`` and ``-J4 omega' u3`` the torque by
 which the float drives the ring in (24):
@@ -49,19 +49,19 @@ class CouplingState(NamedTuple):
 class Coupling(NamedTuple):
     """Torque on the ring by clipped coupling; generator power by a droop of the flywheel speed."""
 
-    through1: float = 2.178  # part of the driving torque handed on, as far as it comes from phi1' [-]
-    through3: float = 1.017  # and from phi3' [-]
-    direct1: float = 0.8408  # of the torque a quarter turn from it, in u1, as far as it comes from phi1' [-]
-    direct3: float = 0.5197  # and from phi3' [-]
-    margin: float = 0.5665  # of the synchronising torque left [-]
-    damping: float = 0.35  # of J4 omega' V per deviation of the ring speed [s/rad]
-    motion: float = 0.3134  # amplitude of phi1 at which the load is halved [rad]
-    relative: float = 2.2  # and the same in units of the float's motion [-]
-    recall: float = 4.0  # time constant of that amplitude [s]
-    level: float = 0.24  # generator power at no mean slip, as a part of J4 omega' V times the waves' frequency [-]
-    droop: float = 0.08  # rise of that part with the flywheel's speed over N V [-]
-    bandwidth: float = 0.1693  # of the wave clock [rad/s]
-    memory: float = 170.0  # of the height of the waves [s]
+    through1: float = 2.352  # part of the driving torque handed on, as far as it comes from phi1' [-]
+    through3: float = 1.048  # and from phi3' [-]
+    direct1: float = 0.7919  # of the torque a quarter turn from it, in u1, as far as it comes from phi1' [-]
+    direct3: float = 0.5501  # and from phi3' [-]
+    margin: float = 0.5407  # of the synchronising torque left [-]
+    damping: float = 0.231  # of J4 omega' V per deviation of the ring speed [s/rad]
+    motion: float = 0.3083  # amplitude of phi1 at which the load is halved [rad]
+    relative: float = 2.122  # and the same in units of the float's motion [-]
+    recall: float = 4.06  # time constant of that amplitude [s]
+    level: float = 0.2258  # generator power at no mean slip, as a part of J4 omega' V times the waves' frequency [-]
+    droop: float = 0.06939  # rise of that part with the flywheel's speed over N V [-]
+    bandwidth: float = 0.1359  # of the wave clock [rad/s]
+    memory: float = 134.3  # of the height of the waves [s]
     cc_max: float = 0.12  # [Nms]
     cg_max: float = 0.02  # [Nms]
     wp: float = 3.14  # where the wave clock begins [rad/s]

@@ -10,8 +10,9 @@ then the ring is coupled to it, then the load is put on.
 - PULL. The coupling drags the ring to the flywheel's speed; it slips past the waves until their phase holds it. Meant
   to be tight: the float's swing in phi1 at 1.2 rad/s that a start leaves behind dies away in 400 s at cc = 0.052, in
   150 s at 0.1 and in 100 s at 0.3, and grows below 0.03 (Floquet multipliers of the locked orbit, wave of 0.2 m). The
-  motor drives the flywheel on, past the speed at which the ring is caught, until it is in step. Lock is believed when the ring has kept the waves' speed for a while, at an angle to
-  the float's motion at which that motion drives it, ``U1 > 0`` in ``u1 + i u3 = exp(i psi)(phi1' + i phi3')``.
+  motor drives the flywheel on, past the speed at which the ring is caught, until it is in step. Lock is believed when
+  the ring has kept the waves' speed for a while, at an angle to the float's motion at which that motion drives it,
+  ``U1 > 0`` in ``u1 + i u3 = exp(i psi)(phi1' + i phi3')``.
 - PRODUCE. The wrapped law has the controls. It is handed them over along a ramp: generator from zero, coupling from
   the one of PULL, so that neither jumps; and its integrators begin at the beginning of PULL.
 - UNLOAD. The ring falls behind: generator off, coupling fixed, so that the flywheel drags the ring along. If it comes
@@ -43,7 +44,7 @@ class Rules(NamedTuple):
     confirm: float = 5.0  # time for which it must stay within [s]
     patience: float = 60.0  # after which a ring that is not caught is let go again [s]
     handover: float = 20.0  # length of the ramp to the wrapped law [s]
-    behind: float = 0.65  # mean ring speed below which the device is unloaded, as a part of wp [-]
+    behind: float = 0.6  # mean ring speed below which the device is unloaded, as a part of wp [-]
     stalled: float = 0.3  # below which it is taken for lost [-]
     recovery: float = 15.0  # time that an unloaded ring is given to come back [s]
     window: float = 2.5  # time constant of the mean ring speed and of U1, U3 [s]

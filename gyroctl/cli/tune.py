@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from gyroctl.harness.tuning import Circumstances, Start, Tuned
+    from gyroctl.harness.tuning import Start, Tuned
+    from gyroctl.harness.tuning_record import Circumstances
     from gyroctl.harness.tuning_task import Task
 
 
@@ -60,7 +61,7 @@ def circumstances(experiment: Path | None) -> Circumstances:
     """Plant, sensors and actuators of an experiment, or the default ones."""
     from gyroctl.devices import zhang2017
     from gyroctl.harness.experiment import read_experiment
-    from gyroctl.harness.tuning import Circumstances
+    from gyroctl.harness.tuning_record import Circumstances
 
     if experiment is None:
         return Circumstances(zhang2017())

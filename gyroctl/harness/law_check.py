@@ -9,11 +9,8 @@ from __future__ import annotations
 import copy
 import inspect
 import math
-import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numba import njit
@@ -22,58 +19,14 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.harness.controller import Law, LawError, Measurement
+from gyroctl.harness.law_trials import RUNS, SEED, SHORT, Check, Subject, cost, dropout, shocks, step_size
 from gyroctl.harness.laws import defined, law
 from gyroctl.harness.loop import compile_law
-from gyroctl.harness.run import LawTiming, Settings, informed, lead_in, run_law
-from gyroctl.harness.sensing import CHANNELS, Sensors, measure
+from gyroctl.harness.run import Settings, informed, lead_in, run_law
+from gyroctl.harness.sensing import CHANNELS, measure
 from gyroctl.plant import Plant
-from gyroctl.simulation.metrics import Record, evaluate
-from gyroctl.waves import SeaState, WaveRealisation, realise
-
-SEED, RUNS = 100200, 8
-"""First seed, and realisations of the check of the step."""
-
-SHORT, LONG = 150.0, 500.0
-"""Lengths of the run of the law and of those of the check of the step. [s]"""
-
-TOLERANCE, SIGMAS = 0.02, 3.0
-"""The mean power may differ between the steps by 2 %, or by three standard errors of the paired differences."""
-
-
-class Check(NamedTuple):
-    """One line of the table.
-
-    Parameters
-    ----------
-    name : str
-        What was checked.
-    passed : bool
-        Whether it holds.
-    found : str
-        What was seen.
-    mend : str
-        What to do, where it does not hold.
-    """
-
-    name: str
-    passed: bool
-    found: str
-    mend: str = ""
-
-
-@dataclass(frozen=True)
-class Subject:
-    """A law with one run of it, and the measurements that it saw."""
-
-    law: Law
-    waves: WaveRealisation
-    record: Record
-    timing: LawTiming
-    measurements: tuple[Measurement, ...]
-
-    def times(self) -> NDArray[np.float64]:
-        """Times of its samples. [s]"""
-        return np.arange(len(self.measurements), dtype=np.float64) * float(self.law.period)
+from gyroctl.simulation.metrics import Record
+from gyroctl.waves import SeaState, realise
 
 
 def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
@@ -119,7 +72,7 @@ def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
         return [*checks, Check("runs", False, str(error), "Correct its step")]
     subject = Subject(informed(built, waves), waves, record, timing, _seen(record, settings, waves.seed, built.period))
     checks += [_bounds(record, settings), _pure(subject), _repeats(subject), _compiled(subject)]
-    checks += [_shocks(subject), _dropout(plant, built, name), _step_size(plant, built, name, runs), _cost(subject)]
+    checks += [shocks(subject), dropout(plant, built, name), step_size(plant, built, name, runs), cost(subject)]
     return checks
 
 
@@ -289,101 +242,3 @@ def _reason(built: Law) -> str:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()]
         return next((line for line in lines if "error" not in line.lower() or len(lines) == 1), lines[0])[:120]
     return "numba cannot read it"
-
-
-SHOCKS: dict[str, tuple[Measurement, ...]] = {
-    "all zero": (Measurement(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0),) * 20,
-    "standing ring": (Measurement(1.0, 0.0, 65.0, 0.1, 0.1, 0.2, -0.3),) * 50,
-    "standing flywheel": (Measurement(1.0, 3.14, 0.0, 0.1, 0.1, 0.2, -0.3),) * 50,
-    "turning backwards": (Measurement(-20.0, -3.14, -65.0, -0.1, 0.1, 0.2, 0.3),) * 50,
-    "a frozen sensor": (Measurement(2.0, 3.0, 64.0, 0.2, -0.1, 0.5, 0.4),) * 200,
-    "huge values": (Measurement(1e6, 1e4, 1e5, 1e3, -1e3, 1e4, -1e4),) * 5,
-    "tiny values": (Measurement(1e-300, 1e-300, 1e-300, 1e-300, 1e-300, 1e-300, 1e-300),) * 5,
-}
-"""Measurements that a law must survive."""
-
-
-def _shocks(subject: Subject) -> Check:
-    mend = "Guard divisions, square roots and exponentials, and bound what the state adds up"
-    calm = list(zip(subject.times(), subject.measurements, strict=True))[:100]
-    for shock, rows in SHOCKS.items():
-        state, built = subject.law.init(), subject.law
-        for t, y in [*calm, *((calm[-1][0] + built.period * (1 + i), y) for i, y in enumerate(rows)), *calm]:
-            try:
-                command, state = built.step(float(t), y, state)
-                numbers = [float(value) for value in (*command, *_numbers(state))]
-            except Exception as error:
-                return Check("shocks", False, f"{shock}: {type(error).__name__}: {error}", mend)
-            if not all(math.isfinite(value) for value in numbers):
-                return Check("shocks", False, f"{shock}: a command or the state is no longer finite", mend)
-    return Check("shocks", True, f"finite under {', '.join(SHOCKS)}, and after them")
-
-
-def _numbers(state: Any) -> list[float]:
-    if isinstance(state, float | int) and not isinstance(state, bool):
-        return [float(state)]
-    if isinstance(state, np.ndarray) and np.issubdtype(state.dtype, np.number):
-        return [float(value) for value in state.ravel()]
-    if isinstance(state, tuple | list):
-        return [number for part in state for number in _numbers(part)]
-    return []
-
-
-def _dropout(plant: Plant, built: Law, name: str) -> Check:
-    """A run in which three samples in ten of every sensor are missing."""
-    holes = Sensors(*(replace(getattr(Sensors(), c), dropout=0.3) for c in CHANNELS))
-    settings = Settings(blend=50.0, sensors=holes)
-    try:
-        run_law(plant, built, lead_in(realise(plant, SeaState(), SEED + 1, SHORT), settings), settings, name)
-    except LawError as error:
-        return Check("dropout", False, str(error), "Expect the last measurement again where one is missing")
-    return Check("dropout", True, "finite with three samples in ten missing")
-
-
-def _step_size(plant: Plant, built: Law, name: str, runs: int) -> Check:
-    """Power and lock with half the step, on the same waves and with the same noise of the sensors."""
-    powers, locked = [], []
-    for dt in (0.01, 0.005):
-        settings = Settings(dt=dt)
-        found = [_evaluated(plant, built, name, SEED + 2 + i, settings) for i in range(max(runs, 2))]
-        powers.append(np.array([entry["mean_power"] for entry in found]))
-        locked.append(np.array([entry["locked"] for entry in found]))
-    off = powers[1] - powers[0]
-    mean, error = float(abs(off.mean())), float(off.std(ddof=1) / math.sqrt(off.size))
-    scale = float(max(abs(powers[0].mean()), 1e-6))
-    flips = int(np.sum(locked[0] != locked[1]))
-    lost = abs(int(locked[0].sum() - locked[1].sum()))
-    text = f"step .01 to .005 s: power {mean / scale:.2%} apart ({error / scale:.2%} standard error), "
-    text += f"{flips} of {off.size} verdicts on lock change"
-    passed = mean <= max(TOLERANCE * scale, SIGMAS * error) and lost <= max(1, off.size // 8)
-    mend = "" if passed else "Its outcome hangs on the integration step: use a shorter run.dt for it"
-    return Check("step size", passed, text, mend)
-
-
-def _evaluated(plant: Plant, built: Law, name: str, seed: int, settings: Settings) -> dict[str, float]:
-    waves = lead_in(realise(plant, SeaState(), seed, LONG), settings)
-    record, _ = run_law(plant, built, waves, settings, name)
-    return evaluate(plant, record, waves.moments[1], waves.dt, waves.sea.wp, settings.blend, np.nan)
-
-
-def _cost(subject: Subject) -> Check:
-    median, p99 = subject.timing.median, subject.timing.p99
-    if compile_law(subject.law) is None:
-        spent = _clocked(subject)
-        median, p99 = float(np.median(spent)), float(np.quantile(spent, 0.99))
-    fits = p99 < 1e3 * subject.law.period
-    found = f"{_duration(median)} a sample, p99 {_duration(p99)}, of {1e3 * subject.law.period:g} ms"
-    return Check("cost", fits, found, "" if fits else "Sample less often, or compute less in step")
-
-
-def _clocked(subject: Subject, clock: Callable[[], float] = time.perf_counter) -> Sequence[float]:
-    state, spent = subject.law.init(), []
-    for t, y in zip(subject.times(), subject.measurements, strict=True):
-        begin = clock()
-        _, state = subject.law.step(float(t), y, state)
-        spent.append(1e3 * (clock() - begin))
-    return spent
-
-
-def _duration(ms: float) -> str:
-    return f"{1e3 * ms:.2g} us" if ms < 1.0 else f"{ms:.3g} ms"

@@ -163,7 +163,8 @@ def loosened(
     rough = _window(cut, 2, MOTION - 0.02)
     found = [smooth]
     if smooth.plan is not None:
-        plan = optimise(cut.plant, rough, smooth.plan, False, effort.rounds, effort.iterations)
+        # many more unknowns, which would rather live on the gaps than on the waves: close them firmly from the start
+        plan = optimise(cut.plant, rough, smooth.plan, False, effort.rounds + 1, effort.iterations, rho=400.0)
         found.append(verify(cut, rough, plan, smooth.origin))
         count()
         found += _polished(cut, found[-1], False, effort, count)

@@ -7,11 +7,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
+from gyroctl.reports.layout import MOTION_LIMIT
 from gyroctl.reports.wording import number
 from gyroctl.studies.evaluation.entrants import ALL, Kind
 from gyroctl.studies.evaluation.rows import Row
 
-MOTION = 0.35
+MOTION = MOTION_LIMIT
 """Largest 98 % motion of phi1 and phi3, mean over the realisations. [rad]"""
 
 LOCKED = 0.99
@@ -102,6 +103,8 @@ def limits_missed(row: Row) -> list[str]:
         missing.append(f"motion {number(row.motion, 3)} > {MOTION:g} rad")
     if not row.locked >= LOCKED * row.runs:
         missing.append(f"locked {row.locked}/{row.runs}")
+    if "not finite" in row.power.note:
+        missing.append(f"power: {row.power.note}")
     return missing
 
 

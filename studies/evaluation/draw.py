@@ -10,7 +10,7 @@ import numpy as np
 
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.reports.statistics import Estimate
-from gyroctl.reports.theme import LOCK_SCALE, LawStyle, law_styles
+from gyroctl.reports.theme import LOCK_SCALE, MARKERS, LawStyle, law_styles
 from gyroctl.studies.evaluation.bars import BARS, LOCKED, MOTION, Bar
 from gyroctl.studies.evaluation.rows import Row
 from gyroctl.studies.paper.style import INK, MUTED, label, sheet
@@ -26,7 +26,7 @@ OPEN = "white"
 def draw_seas(tables: Mapping[float, Sequence[Row]], asked: Mapping[str, Any]) -> Figure:
     """Power against its CV in each sea, with the corners that the bars ask for."""
     names = list(dict.fromkeys(row.law for table in tables.values() for row in table))
-    styles = law_styles(names, REFERENCE)
+    styles = _styles(names)
     figure, axes = sheet(
         1, len(tables), (5.2 * len(tables), 5.6), "All laws in all seas",
         f"{note(asked)}; hollow: motion beyond {MOTION:g} rad or lock in less than {100 * LOCKED:g} % of the runs; "
@@ -58,7 +58,7 @@ def draw_information(levels: Sequence[tuple[str, Row]], asked: Mapping[str, Any]
         (axes[1], "Smoothness", "CV of power", [row.cv for _, row in levels]),
     ):
         for at, value, (_, row) in zip(x, values, levels, strict=True):
-            style = law_styles([row.law], REFERENCE)[row.law]
+            style = _styles([row.law])[row.law]
             _point(axis, Estimate(float(at), math.nan, math.nan), value, style, _kept(row), "")
         axis.set_xticks(x, names, rotation=20, ha="right")
         axis.set_ylim(bottom=0.0)
@@ -71,7 +71,7 @@ def draw_offdesign(
 ) -> Figure:  # fmt: skip
     """Power over the best constant pair of each sea above, lock below; one column a group of seas."""
     names = list(dict.fromkeys(law for group in groups.values() for _, table in group for law in table))
-    styles = law_styles(names, REFERENCE)
+    styles = _styles(names)
     widths = [max(len(group), 1) + 1.0 for group in groups.values()]
     figure, axes = sheet(
         2, len(groups), (13.0, 7.4), "Off the design, same parameters", note(asked), width_ratios=widths
@@ -130,6 +130,14 @@ def note(asked: Mapping[str, Any]) -> str:
     own = ", ".join(f"{name} {len(seeds)}" for name, seeds in asked["own_seeds"].items())
     extra = f" ({own})" if own else ""
     return f"{len(asked['seeds'])} realisations{extra} of {asked['duration_s']:g} s; intervals are 95 %"
+
+
+def _styles(names: Sequence[str]) -> dict[str, LawStyle]:
+    """Colour and marker of each law; where the colours begin again, the markers are shifted, so that no two agree."""
+    styles = law_styles(names, REFERENCE)
+    for i, name in enumerate(name for name in names if name != REFERENCE):
+        styles[name] = styles[name]._replace(marker=MARKERS[(i + i // len(MARKERS)) % len(MARKERS)])
+    return styles
 
 
 def _asked(bar: Bar, table: Sequence[Row]) -> float:

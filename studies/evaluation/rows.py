@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.reports.layout import MOTION_LIMIT
 from gyroctl.reports.statistics import (
     Estimate,
     bootstrap_mean,
@@ -46,8 +47,8 @@ class Row:
         Per 1000 waves.
     slip_loss_w, wave_input_w, saturations, ledger_residual : float
         Means [W], samples a run, and the largest residual of the energy ledger. [1]
-    outside_model : int
-        Runs with motion beyond the range of the model.
+    over_limit, outside_model : int
+        Runs whose 98 % motion is beyond its limit; runs with any motion beyond the range of the model.
     step_ms_median, step_ms_p99 : float
         Time of a step, median and the worst run's 99 %. [ms]
     fallbacks, deadline_misses : int
@@ -78,6 +79,7 @@ class Row:
     wave_input_w: float
     saturations: float
     ledger_residual: float
+    over_limit: int
     outside_model: int
     step_ms_median: float
     step_ms_p99: float
@@ -87,7 +89,7 @@ class Row:
     @property
     def motion(self) -> float:
         """The larger of the two 98 % motions. [rad]"""
-        return max(self.phi1_p98, self.phi3_p98)
+        return float(np.maximum(self.phi1_p98, self.phi3_p98))  # what is no number stays none, unlike with max
 
 
 def rows(outcome: Outcome) -> list[Row]:
@@ -127,6 +129,7 @@ def row(runs: Runs, reference: Runs) -> Row:
         wave_input_w=finite_mean(value["wave_input_w"]),
         saturations=finite_mean(value["saturations"]),
         ledger_residual=_largest(np.abs(value["ledger_residual"])),
+        over_limit=int(np.sum(~(np.maximum(value["phi1_p98"], value["phi3_p98"]) <= MOTION_LIMIT))),
         outside_model=int(np.nansum(value["outside_model"])),
         step_ms_median=float(np.median(value["step_ms_median"])),
         step_ms_p99=_largest(value["step_ms_p99"]),

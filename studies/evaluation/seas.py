@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 GAMMAS = (1.0, 5.0, 50.0)
 
 HEADINGS = (
-    "law", "sees", "power [W]", "of best constant", "CV", "locked", "P(lock)", "φ1, φ3 98 % [rad]", "slips /1000",
-    "slip loss [W]", "saturated", "step [ms]", "fallbacks", "late", "bars",
+    "law", "sees", "power [W]", "of best constant", "CV", "locked", "P(lock)", "φ1, φ3 98 % [rad]", "runs over it",
+    "slips /1000", "slip loss [W]", "saturated", "step [ms]", "fallbacks", "late", "bars",
 )  # fmt: skip
 
 
@@ -108,7 +108,8 @@ def _line(gamma: float, row: Row) -> tuple[str, ...]:
     return (
         row.law, row.information, with_interval(row.power), with_interval(row.ratio), number(row.cv.value, 2),
         f"{row.locked}/{row.runs}", f"{row.lock.low:.3f}–{row.lock.high:.3f}",  # noqa: RUF001
-        f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}", number(row.cycle_slips, 2), number(row.slip_loss_w, 2),
+        f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}", f"{row.over_limit}", number(row.cycle_slips, 2),
+        number(row.slip_loss_w, 2),
         number(row.saturations, 2), f"{_time(row.step_ms_median)}, {_time(row.step_ms_p99)}",
         str(row.fallbacks), str(row.deadline_misses), bar_words(gamma, row),
     )  # fmt: skip

@@ -30,7 +30,7 @@ def draw(rest: Sequence[Case], loss: Sequence[Case], note: str) -> Figure:
     axes[0].legend(loc="lower right")
     label(axes[0], f"One start ({rest[0].law})", "time [s]", RING_SPEED)
     label(axes[1], "Net energy from rest: median, 5 to 95 %", "time [s]", "generator less motor [kJ]")
-    label(axes[2], "From rest: locked for good (the start is the same for every law)", "time from the start [s]", "runs")
+    label(axes[2], "From rest: locked for good (the same for every law)", "time from the start [s]", "runs")
     label(axes[3], "After the forced loss: locked again for good", "time from the end of the fault [s]", "runs")
     for case, colour in zip(rest, COLOURS, strict=False):
         time, net = case.series["time_s"], case.series["net_energy_j"] / 1e3
@@ -42,8 +42,9 @@ def draw(rest: Sequence[Case], loss: Sequence[Case], note: str) -> Figure:
     for case, colour in zip(loss, COLOURS, strict=False):
         axes[3].step(*_share(case.columns["locked_after_s"]), where="post", color=colour, label=case.law)
     axes[1].axhline(0.0, color=INK, lw=0.9)
-    for panel, place in zip(axes[1:], ("upper left", "upper left", "lower right"), strict=True):
-        panel.legend(loc=place)
+    axes[1].legend(loc="upper left")
+    axes[2].legend(loc="upper left")
+    axes[3].legend(loc="lower right")
     for panel in axes[2:]:
         percent(panel)
     return figure
