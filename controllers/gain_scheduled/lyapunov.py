@@ -77,11 +77,11 @@ class Wishes:
 
     angle: float = 0.1
     speed: float = 0.5
-    swing: float = 0.09
+    swing: float = 0.13
     cc: float = 0.003
     cg: float = 0.15
     decay: float = 0.03
-    swing_decay: float = 0.005
+    swing_decay: float = 0.003
     shake: float = 0.05
     swing_shake: float = 0.02
     rate: float = float("inf")

@@ -12,10 +12,10 @@ The table is a grid over three slow quantities, all measured:
 A cell holds the coupling, the share of the lock capacity that the generator takes, and the course of a few signals on
 its orbit, and gains on their deviations: envelope and load angle of a brisker filter (the angle by its sine, so that a
 ring that slips a turn asks for no more than one that lags), ring speed, flywheel speed, and what is left of phi1 and
-its rate beside the wave's frequency, the swing of the lightly damped horizontal mode. The gains on the ring speed vary with
-twice the ring angle and those on the swing with the ring angle: no others act on slow motions, by the half-period
-symmetry of the device. Between the nodes every number of the table is interpolated linearly in each direction, so
-that the command is continuous; outside, the nearest edge is taken and the sample is counted.
+its rate beside the wave's frequency, the swing of the lightly damped horizontal mode. The gains on the ring speed vary
+with twice the ring angle and those on the swing with the ring angle: no others act on slow motions, by the half-period
+symmetry of the device. Between the nodes every number of the table is interpolated linearly in each direction, so that
+the command is continuous; outside, the nearest edge is taken and the sample is counted.
 """
 
 from __future__ import annotations
@@ -42,19 +42,22 @@ ROW = len(POINT) + 2 * len(SIGNALS)
 class ScheduledState(NamedTuple):
     """Filters of the law.
 
-    Slow and brisk parts of u1, u3 [rad/s]; ring speed [rad/s]; means of the squares of both envelopes [rad^2/s^2] and
-    of the brisk one times its rate of turning; parts of phi1 [rad] and phi1' [rad/s] that turn with the ring; samples
-    outside the table; 1 once begun.
+    Slow and brisk parts of u1, u3 and the latter filtered again [rad/s]; ring speed [rad/s]; means of the squares
+    of the slow and brisk envelopes [rad^2/s^2], of that filtered again times its rate of turning, and of its
+    square; parts of phi1 [rad] and phi1' [rad/s] that turn with the ring; samples outside the table; 1 once begun.
     """
 
     U1: float
     U3: float
     V1: float
     V3: float
+    W1: float
+    W3: float
     speed: float
     slow_square: float
     square: float
     turning: float
+    weight: float
     phi_c: float
     phi_s: float
     rate_c: float
@@ -97,7 +100,7 @@ class Scheduled(NamedTuple):
 
     def init(self) -> ScheduledState:
         """Filters are filled by the first sample; the peak frequency starts at `wp`."""
-        return ScheduledState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return ScheduledState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def clamped(self, state: ScheduledState) -> int:
         """Samples so far at which the schedule was asked outside its table."""
@@ -121,12 +124,16 @@ class Scheduled(NamedTuple):
         speed = state.speed + fast * (y.psi_rate - state.speed)
         square = state.square + memory * (V1 * V1 + V3 * V3 - state.square)
         slow_square = state.slow_square + memory * (U1 * U1 + U3 * U3 - state.slow_square)
-        turned = 0.0 if first else (state.V1 * V3 - state.V3 * V1) / self.period
-        rate = self.wp * square if first else y.psi_rate * (V1 * V1 + V3 * V3) - turned
+        # filtered twice: the part of the float's motion that turns backwards would pull the frequency down
+        W1 = state.W1 + brisk * (V1 - state.W1)
+        W3 = state.W3 + brisk * (V3 - state.W3)
+        turned = 0.0 if first else (state.W1 * W3 - state.W3 * W1) / self.period
+        weight = state.weight + memory * (W1 * W1 + W3 * W3 - state.weight)
+        rate = self.wp * weight if first else y.psi_rate * (W1 * W1 + W3 * W3) - turned
         turning = state.turning + memory * (rate - state.turning)
 
         envelope = math.sqrt(U1 * U1 + U3 * U3)
-        frequency = turning / max(square, 1e-9)
+        frequency = turning / max(weight, 1e-9)
         bandwidth = 1.0 - slow_square / max(square, 1e-9)
         i, a, outside_i = _locate(self.envelopes, envelope)
         j, b, outside_j = _locate(self.frequencies, frequency)
@@ -163,7 +170,7 @@ class Scheduled(NamedTuple):
         # the count is rounded so that it carries no derivative: margins are those of the feedback
         count = math.floor(state.clamped + 0.5) + self.counting * outside
         return (min(max(cc, self.cc_min), self.cc_max), min(max(cg, 0.0), self.cg_max)), ScheduledState(
-            U1, U3, V1, V3, speed, slow_square, square, turning,
+            U1, U3, V1, V3, W1, W3, speed, slow_square, square, turning, weight,
             state.phi_c + 2.0 * notch * swing * c, state.phi_s + 2.0 * notch * swing * s,
             state.rate_c + 2.0 * notch * swing_rate * c, state.rate_s + 2.0 * notch * swing_rate * s, count, 1.0,
         )  # fmt: skip

@@ -93,8 +93,9 @@ class Nmpc:
         prediction from there; or the sensors alone. The state comes from the sensors in all three.
     horizon : float
         How far a plan looks. [s]
-    solver : {"riccati", "descent"}
-        Real-time iterations with a quadratic program by Riccati recursions, or projected gradients.
+    solver : {"riccati", "osqp", "descent"}
+        Real-time iterations with a quadratic program by Riccati recursions, or by OSQP, the baseline; or projected
+        gradients.
     iterations : int
         Of the solver, per sample.
     every, retries : int
@@ -141,7 +142,7 @@ class Nmpc:
 
     information: Literal["oracle", "forecast", "sensors"] = "sensors"
     horizon: float = 4.0
-    solver: Literal["riccati", "descent"] = "riccati"
+    solver: Literal["riccati", "osqp", "descent"] = "riccati"
     iterations: int = 1
     every: int = 5
     retries: int = 20
@@ -151,14 +152,14 @@ class Nmpc:
     proportional: float = 0.4
     integral: float = 5e-4
     power: float = 6.0
-    motion: float = 2000.0
-    limit1: float = 0.25
+    motion: float = 4000.0
+    limit1: float = 0.22
     limit3: float = 0.25
     lock: float = 50.0
     floor: float = 1.57
     travel: float = 0.0
     terminal: float = 0.3
-    cc_max: float = 0.12
+    cc_max: float = 0.3
     cg_max: float = 0.02
     deadline: float = math.inf
     period: float = 0.1
@@ -282,7 +283,8 @@ class Nmpc:
             command, fallback = self.fallback.step(t, y, state.fallback)
             counts = counts._replace(fallbacks=counts.fallbacks + 1)
         state = state._replace(
-            plan=rest, memory=FRESH[self.solver], cc=command[0], cg=command[1], age=state.age + 1, fallback=fallback, counts=counts
+            plan=rest, memory=FRESH[self.solver], cc=command[0], cg=command[1], age=state.age + 1, fallback=fallback,
+            counts=counts,
         )  # fmt: skip
         return command, state
 
@@ -293,7 +295,8 @@ class Nmpc:
         cost = weights(self.plant, self.motion, self.limit1, self.limit3, self.lock, self.floor, self.travel,
                        self.terminal)  # fmt: skip
         rows = np.array([row for row in range(len(self.plant.labels)) if row != OMEGA])
-        return planner_of(orders, self.solver), constants(self.plant), np.array([self.period / STEPS]), np.array(cost), rows
+        h = np.array([self.period / STEPS])
+        return planner_of(orders, self.solver), constants(self.plant), h, np.array(cost), rows
 
     @cached_property
     def _estimator(self) -> MomentEstimator:

@@ -14,6 +14,7 @@ from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import NDArray
 
+from gyroctl.controllers.nmpc.baseline import osqp_planner
 from gyroctl.controllers.nmpc.descent import descend
 from gyroctl.controllers.nmpc.prediction import Orders, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
@@ -37,15 +38,17 @@ def planner_of(orders: Orders, solver: str) -> Any:
 
     `now` holds power [W], last coupling, its limit [Nms] and the control interval [s]; `weights` the fields of
     `Weights`; the rest is as in `Problem`, with radiation filters of these orders. The plan `cc` is improved by the
-    solver, "riccati" or "descent". With `more` > 0 iterations the plan `other` is improved by descent as well, and
-    taken instead of `cc` where it costs less: there are many local optima, and a plan that is only ever shifted stays
-    in its own.
+    solver: "riccati", "osqp" or "descent". With `more` > 0 iterations the plan `other` is improved by descent as well,
+    and taken instead of `cc` where it costs less: there are many local optima, and a plan that is only ever shifted
+    stays in its own.
 
     Returns
     -------
     function
         It returns the cost of the plan [J] and the memory that the solver goes on with, see `FRESH`.
     """
+    if solver == "osqp":
+        return osqp_planner(orders, RETRY_LENGTH)
     step, pullback = step_of(orders), pullback_of(orders)
 
     @njit(nogil=True)  # type: ignore[untyped-decorator]

@@ -2,8 +2,8 @@
 
 The slip is the only fast mode of the device (rate about 683 cc per second) and linear in the coupling. The
 implicit-explicit Runge-Kutta method ARS(2,2,2) (Ascher, Ruuth, Spiteri, Appl. Numer. Math. 25 (1997) 151-167) takes the
-coupling implicitly, by one division, and all else explicitly. It is L-stable in the slip, of second order, and needs two
-evaluations of the equations where classical Runge-Kutta needs twenty.
+coupling implicitly, by one division, and all else explicitly. It is L-stable in the slip, of second order, and needs
+two evaluations of the equations where classical Runge-Kutta needs twenty.
 
 Everything is derived by casadi from the one text of the equations; the constants of the device enter as an array, so
 that one compilation serves every device.

@@ -39,7 +39,9 @@ def main() -> None:
         if type(error).__name__ != "LawError":  # a bug: let it be seen
             raise
         sys.exit(_refuse(str(error)))
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemExit) as end:  # typer turns Ctrl-C into an exit with code 130
+        if isinstance(end, SystemExit) and end.code != 130:
+            raise
         print("Stopped. Finished runs are kept and will not be computed again.", file=sys.stderr)
         sys.exit(130)
 

@@ -134,8 +134,10 @@ def compile_law(law: Law) -> CompiledLaw | None:
     A table is a tuple of floats or an array of them with one dimension. Compiled, the law's `step` gets it as an array:
     indices and `len` work alike in both. The state is a tuple of floats alone.
     """
+    if not isinstance(law, tuple):
+        return None
     start = law.init()
-    if not (isinstance(law, tuple) and _is_floats(start)):
+    if not _is_floats(start):
         return None
     layout = tuple(_length(value) for value in law)
     if None in layout:

@@ -72,6 +72,10 @@ class Plant:
             raise InputError("plant.radiation", pair, "must be a pair of Radiation, for phi1 and phi3",
                              "Leave it out, choose accurate, paper or fine, or give two Radiation")  # fmt: skip
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Fields alone: the same plant has the same bytes, whatever has been asked of it before."""
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self)}
+
     def replace(self, **changes: Any) -> Plant:
         """Return a plant with some choices changed.
 

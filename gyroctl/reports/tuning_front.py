@@ -39,14 +39,18 @@ def write_tuning_front(
 
     seas = list(dict.fromkeys(row.sea for row in rows))
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(1, len(seas), figsize=(4.3 * len(seas), 3.9), squeeze=False, layout="constrained")
+        figure, axes = plt.subplots(
+            1, len(seas), figsize=(max(4.3 * len(seas), 5.6), 4.1), squeeze=False, layout="constrained"
+        )
         for ax, sea in zip(axes[0], seas, strict=True):
             _panel(ax, [row for row in rows if row.sea == sea], (limits or {}).get(sea))
             ax.set_title(sea)
             ax.set_xlabel("power CV [1]")
         axes[0][0].set_ylabel("mean power [W]")
         handles, labels = axes[0][0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=min(5, 2 * len(seas)), frameon=False)
+        figure.legend(
+            handles, labels, loc="outside lower center", ncols=min(5, 2 * len(seas)), frameon=False, fontsize=9
+        )
         if title:
             figure.suptitle(title, x=0.01, ha="left", color=LIGHT["muted"])
         part = path.with_name(f"{path.stem}.part{path.suffix}")

@@ -111,7 +111,7 @@ def run_case(case: Case, entrants: Iterable[Entrant], ask: Request) -> Outcome:
     groups: dict[tuple[int, ...], list[Entrant]] = {}
     for entrant in entrants:
         label = entrant.label
-        seeds = ask.plan.all if label == REFERENCE else ask.plan.of(label, entrant.name)
+        seeds = ask.plan.all if label == REFERENCE else ask.plan.of(f"{label}@{case.name}", label, entrant.name)
         groups.setdefault(seeds, []).append(entrant)
     runs: dict[str, Runs] = {}
     failed: dict[str, str] = {}
