@@ -137,7 +137,10 @@ DESIGNS: dict[str, Design] = {
     "scheduled_lqr": Design(),
     # one Lyapunov function also over the lowest waves would ask for gains that clip in every wave
     "scheduled_lmi": Design(
-        envelopes=(0.1, 0.18, 0.3), frequencies=(2.7, 3.15, 3.5), demand=Demand(2.0, 45.0, 0.2, 0.5)
+        envelopes=(0.1, 0.18, 0.3),
+        frequencies=(2.7, 3.15, 3.5),
+        shares=(0.455, 0.36, 0.305),
+        demand=Demand(2.0, 45.0, 0.2, 0.5),
     ),
 }
 

@@ -97,9 +97,11 @@ class Nmpc:
         Real-time iterations with a quadratic program by Riccati recursions, or by OSQP, the baseline; or projected
         gradients.
     iterations : int
-        Of the solver, per sample.
+        Of the solver, per plan.
+    replan : int
+        Samples from one plan to the next; the last one is followed in between.
     every, retries : int
-        Every so many samples another plan is begun elsewhere and gets so many iterations; none with 0.
+        Every so many plans another one is begun elsewhere and gets so many iterations; none with 0.
     lead : float
         How far ahead the probe sees, for "forecast". [s]
     noise : float
@@ -144,7 +146,8 @@ class Nmpc:
     horizon: float = 4.0
     solver: Literal["riccati", "osqp", "descent"] = "riccati"
     iterations: int = 1
-    every: int = 5
+    replan: int = 2
+    every: int = 3
     retries: int = 20
     lead: float = 0.0
     noise: float = 0.0
@@ -175,7 +178,7 @@ class Nmpc:
                              "Choose oracle, forecast or sensors")  # fmt: skip
         if self.solver not in FRESH:
             raise InputError("nmpc.solver", self.solver, "unknown solver", f"Choose one of {', '.join(FRESH)}")
-        for name in ("horizon", "iterations", "every", "period", "cc_max", "cg_max", "deadline", "flywheel"):
+        for name in ("horizon", "iterations", "replan", "every", "period", "cc_max", "cg_max", "deadline", "flywheel"):
             value = getattr(self, name)
             finite = math.isfinite(value) or name == "deadline"
             if not (isinstance(value, int | float) and finite and value > 0.0):
@@ -222,7 +225,11 @@ class Nmpc:
         state = self._observed(y, state._replace(sample=state.sample + 1))
         moments, forecast = self._foresight.foresee(t, state.estimate, state.forecast)
         state = self._powered(state._replace(forecast=forecast))
-        plan = self._planned(moments, state, begin)
+        shifted = np.append(state.plan[1:], state.plan[-1])
+        if state.sample % self.replan == 0:
+            plan = self._planned(moments, shifted, state, begin)
+        else:
+            plan = Plan(shifted, state.memory, "good")
         return self._acted(t, y, plan, state)
 
     def _observed(self, y: Any, state: NmpcState) -> NmpcState:
@@ -241,10 +248,11 @@ class Nmpc:
         power, mean = regulator.step(speed - self.flywheel, speed, state.mean, self.period)
         return state._replace(power=power, mean=mean)
 
-    def _planned(self, moments: NDArray[np.float64], state: NmpcState, begin: float) -> Plan:
-        """Improve the last plan, shifted by one interval."""
+    def _planned(
+        self, moments: NDArray[np.float64], cc: NDArray[np.float64], state: NmpcState, begin: float
+    ) -> Plan:  # fmt: skip
+        """Improve the plan `cc` (n,), which is the last one, shifted by an interval."""
         planner, k, h, cost, rows = self._tools
-        cc = np.append(state.plan[1:], state.plan[-1])
         now = np.array([state.power, state.cc, self.cc_max, self.period])
         start = state.estimate.x_hat[rows]
         other, more = self._elsewhere(state.sample, cc)
@@ -255,7 +263,7 @@ class Nmpc:
 
     def _elsewhere(self, sample: int, cc: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
         """Another plan to begin from, and the iterations that it gets at this sample."""
-        turn, rest = divmod(sample, self.every)
+        turn, rest = divmod(sample // self.replan, self.every)
         if rest != 0 or self.retries == 0:
             return cc, 0
         kind = turn % 4

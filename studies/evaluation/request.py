@@ -87,7 +87,8 @@ def request(
     entrants = tuple(parse(laws) if laws else default_entrants())
     plan = seed_plan(seeds, allow_tuning_seeds, tuned_on)
     names = {entrant.label for entrant in entrants} | {entrant.name for entrant in entrants} | {planner}
-    for name in plan.own:
+    for given in plan.own:
+        name = given.partition("@")[0]  # "nmpc@gamma 5": in that case alone
         if name not in names and not any(name.startswith(f"{known}[") for known in names):
             raise InputError("seeds", name, "no law of that name takes part", f"Name one of {', '.join(sorted(names))}")
     if out.exists() and not out.is_dir():

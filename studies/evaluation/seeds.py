@@ -43,7 +43,8 @@ def seed_plan(texts: Iterable[str], allow_tuning: bool = False, tuned_on: Sequen
     Parameters
     ----------
     texts : iterable of str
-        ``1:64`` (both ends included), ``1,5,9``, or with a law in front, ``nmpc=1:16``.
+        ``1:64`` (both ends included), ``1,5,9``, or with a law in front, ``nmpc=1:16``; for one case of a table,
+        ``nmpc@gamma 5=1:200``.
     allow_tuning : bool
         Accept seeds that are kept for tuning: to try things out, never to judge.
     tuned_on : sequence of int
