@@ -45,13 +45,16 @@ def waves(device: gy.Plant) -> gy.WaveRealisation:
 # --- one text ----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", sorted(registered()))
+def test_every_shipped_law_but_the_planner_is_compiled() -> None:
+    assert {name for name in registered() if compile_law(gy.law(name)) is None} == {"nmpc"}
+
+
+@pytest.mark.parametrize("name", sorted(set(registered()) - {"nmpc"}))
 @pytest.mark.parametrize("settings", [Settings(blend=20.0), ROUGH], ids=["default", "rough"])
 def test_python_loop_has_the_bits_of_the_compiled_loop(
     device: gy.Plant, waves: gy.WaveRealisation, name: str, settings: Settings
 ) -> None:
     law = gy.law(name)
-    assert compile_law(law) is not None, "a shipped law is compiled"
     one, _ = run_law(device, law, waves, settings, name)
     other, _ = run_law(device, law, waves, settings, name, compiled=False)
     for field in ("states", "commands", "controls"):

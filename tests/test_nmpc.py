@@ -239,20 +239,20 @@ def test_travels_between_processes(plant):
 
 
 class Stalling:
-    """A clock that jumps by a second at each look while `t` is between the two times."""
+    """A clock that jumps by a second at each look, from one count of looks to another."""
 
-    def __init__(self, begin: float, end: float) -> None:
+    def __init__(self, begin: int, end: int) -> None:
         self.now, self.looks, self.begin, self.end = 0.0, 0, begin, end
 
     def __call__(self) -> float:
-        t = 0.1 * (self.looks // 2)  # two looks per sample
         self.looks += 1
-        self.now += 1.0 if self.begin <= t < self.end else 0.0
+        self.now += 1.0 if self.begin <= self.looks < self.end else 0.0
         return self.now
 
 
 def test_missed_deadlines_fall_back_and_keep_lock(plant):
-    law = Nmpc(deadline=0.05, clock=Stalling(100.0, 130.0))
+    # two looks at a sample that plans: with a plan at every sample, samples 1000 to 1299 come too late
+    law = Nmpc(deadline=0.05, replan=1, clock=Stalling(2001, 2601))
     found, record, timing = run(plant, law, 260.0)
     assert found["locked"] == 1.0
     assert timing.counters["deadline_misses"] == 300
@@ -261,12 +261,33 @@ def test_missed_deadlines_fall_back_and_keep_lock(plant):
     np.testing.assert_array_equal(during, np.tile([0.052, 2e-4], (280, 1)))
 
 
+def test_between_plans_the_last_one_is_followed(plant):
+    law = Nmpc(replan=4)
+    state = law.init()
+    y = Measurement(0.1, 3.0, 68.0, 0.05, 0.02, 0.1, 0.1)
+    for sample in range(9):
+        before = state
+        (cc, _), state = law.step(0.1 * sample, y, state)
+        followed = bool(np.array_equal(state.plan[:-1], before.plan[1:]))
+        assert followed is (state.sample % 4 != 0)
+        assert cc == state.plan[0]
+
+
+@pytest.mark.parametrize("solver", ["osqp", "descent"])
+def test_other_solvers_serve_as_well(plant, solver):
+    iterations = 10 if solver == "descent" else 1
+    default = run(plant, Nmpc(information="oracle"))[0]
+    found = run(plant, Nmpc(information="oracle", solver=solver, iterations=iterations))[0]
+    total = found["mean_power"] + found["stored_w"]
+    assert found["locked"] == 1.0 and total > 0.8 * (default["mean_power"] + default["stored_w"])
+
+
 def test_failed_plans_fall_back_and_keep_lock(plant):
     settings = Settings()
     waves = lead_in(gy.realise(plant, gy.SeaState(), SEED, 260.0), settings)
     moments = waves.moments.copy()
     moments[:, 2000:2600] = np.nan  # 100 s to 130 s, and so every horizon from 96 s on
-    broken_run = _NotInformed(Nmpc(information="oracle").informed(replace(waves, moments=moments)))
+    broken_run = _NotInformed(Nmpc(information="oracle", replan=1).informed(replace(waves, moments=moments)))
     record, timing = run_law(plant, broken_run, waves, settings)
     found = evaluate(plant, record, waves.moments[1], waves.dt, 3.14, 60.0, math.nan)
     assert found["locked"] == 1.0 and np.isfinite(record.commands).all()

@@ -106,6 +106,10 @@ class Scheduled(NamedTuple):
         """Samples so far at which the schedule was asked outside its table."""
         return round(state.clamped)
 
+    def counters(self, state: ScheduledState) -> dict[str, int]:
+        """Counts of a run from its last state."""
+        return {"clamped": self.clamped(state)}
+
     def step(self, t: float, y: Any, state: ScheduledState) -> tuple[tuple[float, float], ScheduledState]:
         """Filter, look up, feed back."""
         c, s = math.cos(y.psi), math.sin(y.psi)
