@@ -15,6 +15,7 @@ import gyroctl as gy
 from gyroctl.cli.app import app
 from gyroctl.harness import comparison
 from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.constant_pair import searching
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.sensing import ROWS
 from gyroctl.reports.statistics import Estimate
@@ -24,7 +25,7 @@ from gyroctl.studies.evaluation.cases import Case, Runs, check_design, check_wav
 from gyroctl.studies.evaluation.draw import _styles
 from gyroctl.studies.evaluation.entrants import Entrant, kind, pair, parse, reference, with_sets
 from gyroctl.studies.evaluation.information import information_table
-from gyroctl.studies.evaluation.offdesign import OffSea, found_pair, never_worse, off_seas, offdesign_table, searching
+from gyroctl.studies.evaluation.offdesign import OffSea, found_pair, never_worse, off_seas, offdesign_table
 from gyroctl.studies.evaluation.report import evaluate_tables
 from gyroctl.studies.evaluation.robustness import kept_power, robustness_table
 from gyroctl.studies.evaluation.rows import Row, row

@@ -7,6 +7,7 @@ the fine step, and then from neighbour to neighbour. Sixteen runs stand side by 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,6 +17,8 @@ from gyroctl.harness.goal import RESERVE, Goal
 from gyroctl.harness.run import Settings
 from gyroctl.harness.scan import scan
 from gyroctl.plant import Plant
+from gyroctl.plant.kernel import slip_rate
+from gyroctl.simulation.ensemble import UNSTABLE
 from gyroctl.simulation.lock import THRESHOLD
 from gyroctl.waves import Sea
 
@@ -94,7 +97,7 @@ def best_pair(
     InputError
         For a budget that is too small.
     """
-    goal, settings = goal or Goal(), settings or Settings()
+    goal, settings = goal or Goal(), searching(plant, settings or Settings())
     limits = settings.actuators
     seen: list[tuple[Pair, Means, str]] = []
     spent = 0.0
@@ -133,6 +136,13 @@ def best_pair(
         near = [pair for pair in _around(*best, NEAR_CC, NEAR_CG, settings) if pair not in confirmed]
         batch = near[: min(ROUND, int((budget - spent) / each))]
     return BestPair(*best, confirmed[best], goal.met(confirmed[best]), spent, tuple(seen))
+
+
+def searching(plant: Plant, settings: Settings) -> Settings:
+    """Settings of a search: no coupling with which its coarse step would be unstable (about 0.14 Nms)."""
+    stable = 0.99 * UNSTABLE / (COARSE * float(slip_rate(plant.coefficients, 1.0)))
+    limits = settings.actuators
+    return replace(settings, actuators=replace(limits, cc_max=min(limits.cc_max, stable)))
 
 
 def _edge(pairs: Sequence[Pair], orders: Sequence[tuple[bool, float]]) -> list[Pair]:

@@ -12,14 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
-from gyroctl.harness.constant_pair import COARSE, BestPair, best_pair
+from gyroctl.harness.constant_pair import BestPair, best_pair
 from gyroctl.harness.goal import Goal
-from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
-from gyroctl.plant.kernel import slip_rate
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.reports.wording import number
-from gyroctl.simulation.ensemble import UNSTABLE
 from gyroctl.studies.evaluation.bars import limits_missed
 from gyroctl.studies.evaluation.cases import Case, run_case
 from gyroctl.studies.evaluation.entrants import Entrant, pair
@@ -92,16 +89,9 @@ def found_pair(plant: Plant, sea: Sea, ask: Request) -> dict[str, Any]:
 
 def _best(plant: Plant, sea: Sea, ask: Request, goal: Goal) -> BestPair:
     return best_pair(
-        plant, sea, ask.budget, TUNING_SEEDS, goal, searching(plant, ask.settings), ask.workers or os.cpu_count() or 1,
+        plant, sea, ask.budget, TUNING_SEEDS, goal, ask.settings, ask.workers or os.cpu_count() or 1,
         quiet=ask.quiet,
     )  # fmt: skip
-
-
-def searching(plant: Plant, settings: Settings) -> Settings:
-    """Settings of a search: no coupling with which its coarse step would be unstable (about 0.14 Nms)."""
-    stable = 0.99 * UNSTABLE / (COARSE * float(slip_rate(plant.coefficients, 1.0)))
-    limits = settings.actuators
-    return replace(settings, actuators=replace(limits, cc_max=min(limits.cc_max, stable)))
 
 
 def offdesign_table(
