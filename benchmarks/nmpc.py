@@ -1,4 +1,4 @@
-"""Cost of the nonlinear MPC on one core: a sample, 2000 s of closed loop, and many samples without an unhandled failure.
+"""Cost of the nonlinear MPC on one core: a sample, 2000 s of closed loop, many samples without an unhandled failure.
 
     python benchmarks/nmpc.py [--runs 10]
 

@@ -387,6 +387,6 @@ def _default_experiment(plant: Plant, waves: Realisations, settings: Settings) -
             "blend": settings.blend,
             "start": settings.start,
             "seeds": list(waves.seeds),
-        },  # fmt: skip
+        },
         "plant": {"name": plant.name},
     }

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numba import cfunc, float64, njit, void
-from numba.core.errors import NumbaError
+from numba.core.errors import NumbaError, UnsupportedBytecodeError
 from numba.np.unsafe.ndarray import to_fixed_tuple
 from numpy.typing import NDArray
 
@@ -144,7 +144,7 @@ def compile_law(law: Law) -> CompiledLaw | None:
         return None
     try:
         entry = _compiled_entry(*cast(Any, (type(law), type(start), len(start), layout)))
-    except NumbaError:
+    except (NumbaError, UnsupportedBytecodeError):
         return None
     parameters = [np.asarray(value, np.float64).ravel() for value in law]
     return CompiledLaw(entry, np.concatenate([*parameters, np.zeros(1)]), np.array([*start, 0.0]))
