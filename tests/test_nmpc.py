@@ -37,6 +37,7 @@ def horizon(plant: gy.Plant) -> problem.Problem:
     waves = gy.realise(plant, sea, SEED, 20.0)
     start = locked_start(plant, sea)[0][NO_OMEGA]
     cost = problem.weights(plant, 2000.0, 0.05, 0.05, 50.0, 3.2, 40.0, 0.3)  # limits so low that every term acts
+    cost = cost._replace(turns=5.0, reach=start[2] + 20.0)
     flat = np.ascontiguousarray(waves.moments.T).ravel()[: 2 * 81]
     return problem.Problem(start, flat, 10.0, 0.05, 0.12, 0.1, np.array([0.05]), prediction.constants(plant), cost)
 
@@ -183,6 +184,18 @@ def test_a_plan_beats_every_constant_coupling(plant, horizon):
     _, after, _, _ = descent.descend(step, pullback, horizon, plan, 1e-3, 60)
     constant = [problem.predict(step, horizon, np.full(40, c), states) for c in np.linspace(0.0, 0.12, 25)]
     assert after < min(constant) - 1.0  # J
+
+
+def test_missing_turns_are_made_up_for(plant, horizon):
+    step, pullback, _ = tools(plant)
+    angles = []
+    for turns in (0.0, 50.0):
+        plan, states = np.full(40, 0.05), np.empty((81, 13))
+        wanted = horizon._replace(weights=horizon.weights._replace(turns=turns))
+        descent.descend(step, pullback, wanted, plan, 1e-3, 60)
+        problem.predict(step, wanted, plan, states)
+        angles.append(states[-1, 2])
+    assert angles[1] > angles[0] + 0.2  # rad
 
 
 def test_moments_between_the_intervals():

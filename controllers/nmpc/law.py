@@ -22,15 +22,21 @@ from gyroctl.controllers.nmpc.foresight import Foresight, Waves, copied
 from gyroctl.controllers.nmpc.planner import FRESH, planner_of
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of
-from gyroctl.controllers.nmpc.problem import weights
+from gyroctl.controllers.nmpc.problem import Weights, weights
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import OMEGA, OMEGA_RATE
+from gyroctl.plant.equations import OMEGA, OMEGA_RATE, PSI
 from gyroctl.waves.estimation import EstimatorState, MomentEstimator, PredictorState, update
 
 PATIENCE = 10
 """Samples for which the rest of a good plan is followed when no new one comes."""
+
+
+REACH = Weights._fields.index("reach")
+
+PAST = 60
+"""Samples of the past that count for the reserve of lock: with the horizon about the ten seconds that judge a loss."""
 
 
 class Fallback(NamedTuple):
@@ -57,6 +63,7 @@ class NmpcState(NamedTuple):
     mean: float  # its integral part [W]
     cc: float  # last command [Nms]
     cg: float  # [Nms]
+    angles: NDArray[np.float64]  # (PAST,) of the ring at the last samples, oldest first [rad]
     estimate: EstimatorState
     forecast: PredictorState
     sample: int  # number of the next sample
@@ -116,6 +123,8 @@ class Nmpc:
         Weight [J/(rad^2 s)] and limits [rad] of the motion.
     lock, floor : float
         Weight [J s/rad^2] and least ring speed [rad/s].
+    turns, reserve : float
+        Weight of missing turns [J/rad^2], and the mean ring speed that past and horizon together are to keep [rad/s].
     travel : float
         Weight of the coupling's changes. [J/(Nms)^2]
     terminal : float
@@ -160,6 +169,8 @@ class Nmpc:
     limit3: float = 0.25
     lock: float = 50.0
     floor: float = 1.57
+    turns: float = 0.0
+    reserve: float = 2.2
     travel: float = 0.0
     terminal: float = 0.3
     cc_max: float = 0.3
@@ -183,7 +194,20 @@ class Nmpc:
             finite = math.isfinite(value) or name == "deadline"
             if not (isinstance(value, int | float) and finite and value > 0.0):
                 raise InputError(f"nmpc.{name}", value, "must be positive", "Leave it out for the default")
-        for name in ("retries", "lead", "noise", "motion", "limit1", "limit3", "lock", "floor", "travel", "terminal"):
+        for name in (
+            "retries",
+            "lead",
+            "noise",
+            "motion",
+            "limit1",
+            "limit3",
+            "lock",
+            "floor",
+            "turns",
+            "reserve",
+            "travel",
+            "terminal",
+        ):
             value = getattr(self, name)
             if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0):
                 raise InputError(f"nmpc.{name}", value, "must not be negative", "Leave it out for the default")
@@ -215,8 +239,8 @@ class Nmpc:
         """Before the first sample."""
         pair = (0.052, 3.5e-4)
         return NmpcState(
-            np.full(self.intervals, pair[0]), FRESH[self.solver], self.power, self.power, *pair, self._estimator.init(),
-            self._foresight.init(), 0, 0, self.fallback.init(), Counts(),
+            np.full(self.intervals, pair[0]), FRESH[self.solver], self.power, self.power, *pair, np.zeros(0),
+            self._estimator.init(), self._foresight.init(), 0, 0, self.fallback.init(), Counts(),
         )  # fmt: skip
 
     def step(self, t: float, y: Any, state: NmpcState) -> tuple[tuple[float, float], NmpcState]:
@@ -239,7 +263,10 @@ class Nmpc:
         if not np.isfinite(estimate.x_hat).all():
             estimate = self._estimator.init()
             update(self._estimator, estimate, np.array(y), state.cc, state.cg)
-        return state._replace(estimate=estimate)
+        now = estimate.x_hat[PSI]
+        steady = now + self.reserve * self.period * np.arange(1 - PAST, 1)  # before the first sample
+        angles = np.append(state.angles[1:], now) if state.angles.size else steady
+        return state._replace(estimate=estimate, angles=angles)
 
     def _powered(self, state: NmpcState) -> NmpcState:
         """Set the power by the flywheel's speed."""
@@ -255,6 +282,8 @@ class Nmpc:
         planner, k, h, cost, rows = self._tools
         now = np.array([state.power, state.cc, self.cc_max, self.period])
         start = state.estimate.x_hat[rows]
+        cost = cost.copy()
+        cost[REACH] = state.angles[0] + self.reserve * ((PAST - 1) * self.period + self.horizon)
         other, more = self._elsewhere(state.sample, cc)
         after, memory = planner(start, moments, now, cost, h, k, cc, state.memory, self.iterations, other, more)
         if not math.isfinite(after):
@@ -301,7 +330,7 @@ class Nmpc:
         """Compiled planner, constants, step and cost of the model; rows of the plant's state that it has."""
         orders = orders_of(self.plant)
         cost = weights(self.plant, self.motion, self.limit1, self.limit3, self.lock, self.floor, self.travel,
-                       self.terminal)  # fmt: skip
+                       self.terminal)._replace(turns=self.turns)  # fmt: skip
         rows = np.array([row for row in range(len(self.plant.labels)) if row != OMEGA])
         h = np.array([self.period / STEPS])
         return planner_of(orders, self.solver), constants(self.plant), h, np.array(cost), rows

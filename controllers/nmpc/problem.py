@@ -6,10 +6,11 @@ minutes of it. What is left to be won is the energy that reaches the flywheel, s
 
     cost = - stored energy at the end (flywheel, and a share of the float's)
            + integral of motion beyond its limits, squared
-           + integral of ring speed below its floor, squared            (the reserve of lock: no stall is planned)
+           + integral of ring speed below its floor, squared            (no stall within the cycle)
+           + what the ring's last angle falls short of `reach`, squared (the reserve of lock, over the long run)
            + travel of cc, squared
 
-The two limits are soft: a plan must exist in every state.
+The limits are soft: a plan must exist in every state.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point, source_stamp
 
-PHI1, PHI3, V1, V3, RING, FLYWHEEL = 0, 1, 3, 4, 5, 6  # rows of the prediction model's state
+PHI1, PHI3, RING_ANGLE, V1, V3, RING, FLYWHEEL = range(7)  # rows of the prediction model's state
 
 
 class Weights(NamedTuple):
@@ -42,6 +43,8 @@ class Weights(NamedTuple):
     I3: float  # J1 + Jh3 [kg m^2]
     k1: float  # [Nm/rad]
     k3: float  # [Nm/rad]
+    turns: float = 0.0  # [J/rad^2]
+    reach: float = 0.0  # least ring angle at the end of the horizon [rad]
 
 
 class Problem(NamedTuple):
@@ -91,9 +94,11 @@ def terminal_cost(x: Any, w: Weights, slope: Any) -> Any:
     slope[V3] -= w.terminal * w.I3 * x[V3]
     slope[PHI1] -= w.terminal * w.k1 * x[PHI1]
     slope[PHI3] -= w.terminal * w.k3 * x[PHI3]
+    short = max(w.reach - x[RING_ANGLE], 0.0)
+    slope[RING_ANGLE] -= 2.0 * w.turns * short
     kinetic = w.I1 * x[V1] * x[V1] + w.I3 * x[V3] * x[V3]
     spring = w.k1 * x[PHI1] * x[PHI1] + w.k3 * x[PHI3] * x[PHI3]
-    return -0.5 * (w.J4 * x[FLYWHEEL] * x[FLYWHEEL] + w.terminal * (kinetic + spring))
+    return w.turns * short * short - 0.5 * (w.J4 * x[FLYWHEEL] * x[FLYWHEEL] + w.terminal * (kinetic + spring))
 
 
 _stage = entry_point(stage_cost)
