@@ -47,7 +47,7 @@ def by_descent(n: int, iterations: int) -> Improve:
     """Projected gradient steps."""
 
     def improve(problem: Problem, cc: np.ndarray, memory: float) -> tuple[float, bool]:
-        _, after, length, _ = descend(STEP, PULLBACK, problem, cc, memory or 1e-3, iterations)
+        _, after, length = descend(STEP, PULLBACK, problem, cc, memory or 1e-3, iterations)
         return length, bool(np.isfinite(after))
 
     return improve

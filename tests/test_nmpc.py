@@ -164,7 +164,7 @@ def test_descent_never_rises_and_ends_where_no_coupling_alone_can_improve(plant,
     mild = horizon._replace(weights=horizon.weights._replace(limit1=0.2, limit3=0.2, floor=1.5, travel=4.0))
     plan, length, costs = np.full(40, 0.05), 1e-3, []
     for _ in range(150):
-        before, after, length, _ = descent.descend(step, pullback, mild, plan, length, 10)
+        before, after, length = descent.descend(step, pullback, mild, plan, length, 10)
         assert after <= before + 1e-9
         costs.append(after)
     assert plan.min() >= 0.0 and plan.max() <= mild.cc_max
@@ -181,7 +181,7 @@ def test_descent_never_rises_and_ends_where_no_coupling_alone_can_improve(plant,
 def test_a_plan_beats_every_constant_coupling(plant, horizon):
     step, pullback, _ = tools(plant)
     plan, states = np.full(40, 0.05), np.empty((81, 13))
-    _, after, _, _ = descent.descend(step, pullback, horizon, plan, 1e-3, 60)
+    _, after, _ = descent.descend(step, pullback, horizon, plan, 1e-3, 60)
     constant = [problem.predict(step, horizon, np.full(40, c), states) for c in np.linspace(0.0, 0.12, 25)]
     assert after < min(constant) - 1.0  # J
 

@@ -36,7 +36,7 @@ def osqp_planner(orders: Orders, retry_length: float) -> Callable[..., tuple[flo
         found = iterate_with(solver, step, tangent, problem, cc, memory, iterations, room)
         cost = found.after
         if more > 0:
-            _, elsewhere, _, _ = descend(step, pullback, problem, other, retry_length, more)
+            _, elsewhere, _ = descend(step, pullback, problem, other, retry_length, more)
             if elsewhere < cost:
                 cc[:], cost = other, elsewhere
         return cost, found.proximal

@@ -23,7 +23,7 @@ LENGTH_MIN, LENGTH_MAX = 1e-8, 1.0  # of a step along the gradient [(Nms)^2/J]
 def _descend(stamp: str) -> Any:
     def descend(
         step: Any, pullback: Any, problem: Problem, cc: Any, length: float, iterations: int
-    ) -> tuple[float, float, float, float]:
+    ) -> tuple[float, float, float]:
         """Improve a plan in place.
 
         Parameters
@@ -41,8 +41,8 @@ def _descend(stamp: str) -> Any:
 
         Returns
         -------
-        tuple of four floats
-            Cost before and after [J], step length to go on with, largest move of a projected step of unit length [Nms].
+        tuple of three floats
+            Cost before and after [J], step length to go on with [(Nms)^2/J].
         """
         assert stamp
         n = cc.size
@@ -70,11 +70,7 @@ def _descend(stamp: str) -> Any:
             wanted = square / product if product > 0.0 else 2.0 * length
             length = min(max(wanted, 0.3 * length, LENGTH_MIN), 4.0 * length, LENGTH_MAX)
             cost = found
-        left = 0.0
-        for i in range(n):
-            move = min(max(cc[i] - slope[i], 0.0), problem.cc_max) - cc[i]
-            left = max(left, abs(move))
-        return first, cost, length, left
+        return first, cost, length
 
     return entry_point(descend)
 

@@ -53,7 +53,7 @@ def planner_of(orders: Orders, solver: str) -> Any:
 
     @njit(nogil=True)  # type: ignore[untyped-decorator]
     def descended(problem: Problem, cc: Any, memory: float, iterations: int) -> tuple[float, float]:
-        _, cost, length, _ = descend(step, pullback, problem, cc, memory, iterations)
+        _, cost, length = descend(step, pullback, problem, cc, memory, iterations)
         return cost, length
 
     improve = descended
