@@ -208,12 +208,32 @@ def test_moments_between_the_intervals():
     assert np.abs(fine - exact).max() < 0.03
 
 
+COMMAND = PowerCommand(wanted=60.0, proportional=1.5, integral=0.01, settling=0.0, low=0.9, guard=6.0, cg_max=0.02)
+
+
 def test_power_command_holds_its_bounds():
-    command = PowerCommand(0.5, 1e-3, 0.02)
-    assert command.step(-100.0, 60.0, 5.0, 0.1)[0] == 0.0
-    assert command.step(1e6, 60.0, 5.0, 0.1)[0] == pytest.approx(0.02 * 3600.0)
-    power, mean = command.step(2.0, 60.0, 5.0, 0.1)
-    assert (power, mean) == (pytest.approx(6.0002), pytest.approx(5.0002))
+    assert COMMAND.step(30.0, 5.0, 0.1, 0.1)[0] == 0.0  # the flywheel is drained: no load
+    assert COMMAND.step(60.0, 1e6, 0.1, 0.1) == (pytest.approx(0.02 * 3600.0), pytest.approx(0.02 * 3600.0))
+    power, mean = COMMAND.step(66.0, 5.0, 0.1, 0.1)
+    assert (power, mean) == (pytest.approx(1.15 * 5.0005), pytest.approx(5.0005))
+    for speed in np.linspace(20.0, 90.0, 71):  # the same course in a sea of any height
+        assert COMMAND.step(speed, 4.0, 0.1, 0.1)[0] == pytest.approx(2.0 * COMMAND.step(speed, 2.0, 0.1, 0.1)[0])
+
+
+def test_power_command_keeps_the_flywheel_through_a_lull():
+    """The waves give nothing for two minutes: the guard leaves the flywheel the energy that drags the ring."""
+
+    def least(command):
+        energy, mean, lowest = 0.5 * 0.3671 * 66.0**2, 14.0, math.inf
+        for sample in range(4000):
+            speed = math.sqrt(2.0 * energy / 0.3671)
+            power, mean = command.step(speed, mean, 0.1, 0.1 * sample)
+            energy += 0.1 * ((0.0 if 1000 <= sample < 2200 else 14.0) - power)
+            lowest = min(lowest, speed)
+        return lowest
+
+    guarded = least(COMMAND._replace(wanted=66.0))
+    assert guarded > 44.0 > least(COMMAND._replace(wanted=66.0, guard=0.0)) + 5.0
 
 
 def run(plant, law, duration=200.0, gamma=5.0, settings=None, seed=SEED):

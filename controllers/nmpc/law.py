@@ -60,7 +60,7 @@ class NmpcState(NamedTuple):
     plan: NDArray[np.float64]  # (n,) couplings from the last sample on [Nms]
     memory: float  # of the solver, see `planner.FRESH`
     power: float  # last power command [W]
-    mean: float  # its integral part [W]
+    mean: float  # its slow mean [W]
     cc: float  # last command [Nms]
     cg: float  # [Nms]
     angles: NDArray[np.float64]  # (PAST,) of the ring at the last samples, oldest first [rad]
@@ -116,9 +116,13 @@ class Nmpc:
     flywheel : float
         Flywheel speed wanted, the same in every sea: one that follows the ring would follow it into a stall. [rad/s]
     proportional, integral : float
-        Of the power command. [W/(rad/s)], [W/rad]
+        Of the power command: part of the mean power by part of the wanted speed [-], and of its change [1/s].
+    settling : float
+        For so long the mean power is learnt more quickly. [s]
+    low, guard : float
+        Part of the wanted speed below which the power falls more steeply, and that slope, see `PowerCommand`. [-]
     power : float
-        Its integral part at the start. [W]
+        Mean power at the start. [W]
     motion, limit1, limit3 : float
         Weight [J/(rad^2 s)] and limits [rad] of the motion.
     lock, floor : float
@@ -160,16 +164,19 @@ class Nmpc:
     retries: int = 20
     lead: float = 0.0
     noise: float = 0.0
-    flywheel: float = 60.0
-    proportional: float = 0.4
-    integral: float = 5e-4
-    power: float = 6.0
+    flywheel: float = 66.0
+    proportional: float = 1.5
+    integral: float = 0.005
+    settling: float = 500.0
+    low: float = 0.9
+    guard: float = 6.0
+    power: float = 8.0
     motion: float = 4000.0
     limit1: float = 0.22
     limit3: float = 0.25
     lock: float = 50.0
     floor: float = 1.57
-    turns: float = 0.0
+    turns: float = 10.0
     reserve: float = 2.2
     travel: float = 0.0
     terminal: float = 0.3
@@ -189,12 +196,28 @@ class Nmpc:
                              "Choose oracle, forecast or sensors")  # fmt: skip
         if self.solver not in FRESH:
             raise InputError("nmpc.solver", self.solver, "unknown solver", f"Choose one of {', '.join(FRESH)}")
-        for name in ("horizon", "iterations", "replan", "every", "period", "cc_max", "cg_max", "deadline", "flywheel"):
+        for name in (
+            "horizon",
+            "iterations",
+            "replan",
+            "every",
+            "period",
+            "cc_max",
+            "cg_max",
+            "deadline",
+            "flywheel",
+            "power",
+        ):
             value = getattr(self, name)
             finite = math.isfinite(value) or name == "deadline"
             if not (isinstance(value, int | float) and finite and value > 0.0):
                 raise InputError(f"nmpc.{name}", value, "must be positive", "Leave it out for the default")
         for name in (
+            "proportional",
+            "integral",
+            "settling",
+            "low",
+            "guard",
             "retries",
             "lead",
             "noise",
@@ -271,8 +294,10 @@ class Nmpc:
     def _powered(self, state: NmpcState) -> NmpcState:
         """Set the power by the flywheel's speed."""
         speed = state.estimate.x_hat[OMEGA_RATE]
-        regulator = PowerCommand(self.proportional, self.integral, self.cg_max)
-        power, mean = regulator.step(speed - self.flywheel, speed, state.mean, self.period)
+        regulator = PowerCommand(
+            self.flywheel, self.proportional, self.integral, self.settling, self.low, self.guard, self.cg_max
+        )
+        power, mean = regulator.step(speed, state.mean, self.period, state.sample * self.period)
         return state._replace(power=power, mean=mean)
 
     def _planned(

@@ -1,36 +1,54 @@
 """The slow power command: what the generator gives while the coupling does the work.
 
 The flywheel stores minutes of output, so a constant power costs nothing; what the command must do is to keep the
-flywheel at a speed from which both the gyroscopic moment and the slip can be had. A PI regulator on the flywheel speed
-does that: its integral part is the mean power that the sea gives.
+flywheel at a speed from which both the gyroscopic moment and the slip can be had. A PI regulator of the flywheel's
+speed does that: its integral part is the mean power that the sea gives. Everything scales with that mean, so that the
+same numbers serve low and high seas. The mean is learnt quickly at first, when nothing is known of the sea.
+
+The speed of the flywheel is also the reserve of lock: in a lull the coupling drags the ring along at the flywheel's
+speed over N, and every loss of lock that was looked at began with a flywheel drained over a minute or two. A slow
+flywheel takes less from the waves too, so it drains ever faster. Hence the guard: below `low` the power falls steeply.
 """
 
 from __future__ import annotations
 
 from typing import NamedTuple
 
+LEAST = 0.1
+"""Least mean power, from which it grows again. [W]"""
+
+QUICK = 8.0
+"""Most by which the mean is learnt more quickly at first. [-]"""
+
 
 class PowerCommand(NamedTuple):
-    """PI regulator of the flywheel speed, in power."""
+    """PI regulator of the flywheel's speed, in power relative to its mean."""
 
-    proportional: float  # [W/(rad/s)]
-    integral: float  # [W/rad]
+    wanted: float  # flywheel speed [rad/s]
+    proportional: float  # part of the mean power by part of the wanted speed [-]
+    integral: float  # [1/s]
+    settling: float  # for so long the mean is learnt more quickly [s]
+    low: float  # part of the wanted speed at which the guard begins [-]
+    guard: float  # its slope, on top of `proportional` [-]
     cg_max: float  # [Nms]
 
-    def step(self, error: float, speed: float, mean: float, period: float) -> tuple[float, float]:
-        """Return power [W] and the new integral part [W].
+    def step(self, speed: float, mean: float, period: float, since: float) -> tuple[float, float]:
+        """Return power [W] and the new mean [W].
 
         Parameters
         ----------
-        error : float
-            Flywheel speed less the wanted one. [rad/s]
         speed : float
             Flywheel speed. [rad/s]
         mean : float
-            Integral part so far. [W]
+            Mean power so far. [W]
         period : float
             Time since the last call. [s]
+        since : float
+            Time since the first call. [s]
         """
         most = self.cg_max * speed * speed
-        mean = min(max(mean + self.integral * period * error, 0.0), most)
-        return min(max(mean + self.proportional * error, 0.0), most), mean
+        part = speed / self.wanted
+        learning = self.integral * min(max(self.settling / max(since, period), 1.0), QUICK)
+        mean = min(max(mean * (1.0 + learning * period * (part - 1.0)), LEAST), most)
+        share = 1.0 + self.proportional * (part - 1.0) + self.guard * min(part - self.low, 0.0)
+        return min(max(mean * share, 0.0), most), mean
