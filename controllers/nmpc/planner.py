@@ -1,24 +1,25 @@
 """One call per sample: the problem of the moment from flat arrays, and the solver's iterations on it.
 
-A tuple with two dozen fields takes longer to hand to compiled code than the iterations take, and a function pointer
-almost as long; so both are bound here, once, and what changes from sample to sample comes as plain arrays.
+A tuple with two dozen fields takes longer to hand to compiled code than the iterations take; so what changes from
+sample to sample comes as plain arrays. The three functions of the model are handed over at each call, which takes some
+30 us: bound into the compiled code they would keep it from being cached, and every process would compile for 10 s.
 """
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Callable
+from functools import lru_cache, partial
 from typing import Any
 
-import numpy as np
-from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
-from numpy.typing import NDArray
 
+from gyroctl.controllers.nmpc import descent, rti
 from gyroctl.controllers.nmpc.baseline import osqp_planner
 from gyroctl.controllers.nmpc.descent import descend
 from gyroctl.controllers.nmpc.prediction import Orders, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
 from gyroctl.controllers.nmpc.rti import empty_room, iterate
+from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 FIELDS = len(Weights._fields)
 
@@ -32,9 +33,56 @@ FRESH = {"riccati": 100.0, "osqp": 100.0, "descent": 1e-3}
 RETRY_LENGTH = 1e-4  # first step of a descent from elsewhere [(Nms)^2/J]
 
 
+@inlined
+def problem_of(start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any) -> Problem:
+    """Name what comes in flat arrays."""
+    return Problem(start, moments, now[0], now[1], now[2], now[3], h, k, Weights(*to_fixed_tuple(weights, FIELDS)))
+
+
+def _planners(stamp: str) -> dict[str, Callable[..., tuple[float, float]]]:
+    """Compile a planner for each solver; the stamp makes the cache forget code whose parts have changed."""
+
+    @entry_point
+    def by_descent(
+        step: Any, pullback: Any, start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any, cc: Any,
+        memory: float, iterations: int, other: Any, more: int,
+    ) -> tuple[float, float]:  # fmt: skip
+        stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
+        problem = problem_of(start, moments, now, weights, h, k)
+        _, cost, memory = descend(step, pullback, problem, cc, memory, iterations)
+        return elsewhere(step, pullback, problem, cc, other, more, cost), memory
+
+    @entry_point
+    def by_riccati(
+        step: Any, pullback: Any, tangent: Any, start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any,
+        cc: Any, memory: float, iterations: int, other: Any, more: int,
+    ) -> tuple[float, float]:  # fmt: skip
+        stamp  # noqa: B018 - as above
+        problem = problem_of(start, moments, now, weights, h, k)
+        room = empty_room(cc.size, problem.start.size)
+        found = iterate(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
+        return elsewhere(step, pullback, problem, cc, other, more, found.after), found.proximal
+
+    return {"descent": by_descent, "riccati": by_riccati}
+
+
+@inlined
+def elsewhere(step: Any, pullback: Any, problem: Any, cc: Any, other: Any, more: int, cost: float) -> float:
+    """Improve the plan `other` by descent and write it over `cc` where it costs less; return the cost of `cc`."""
+    if more > 0:
+        _, found, _ = descend(step, pullback, problem, other, RETRY_LENGTH, more)
+        if found < cost:
+            cc[:] = other
+            return found
+    return cost
+
+
+_compiled = _planners(source_stamp((__file__, *descent.SOURCES, *rti.SOURCES)))
+
+
 @lru_cache(maxsize=8)
-def planner_of(orders: Orders, solver: str) -> Any:
-    """Compile ``plan(start, moments, now, weights, h, k, cc, memory, iterations, other, more)``.
+def planner_of(orders: Orders, solver: str) -> Callable[..., tuple[float, float]]:
+    """Choose ``plan(start, moments, now, weights, h, k, cc, memory, iterations, other, more)``.
 
     `now` holds power [W], last coupling, its limit [Nms] and the control interval [s]; `weights` the fields of
     `Weights`; the rest is as in `Problem`, with radiation filters of these orders. The plan `cc` is improved by the
@@ -49,40 +97,6 @@ def planner_of(orders: Orders, solver: str) -> Any:
     """
     if solver == "osqp":
         return osqp_planner(orders, RETRY_LENGTH)
-    step, pullback = step_of(orders), pullback_of(orders)
-
-    @njit(nogil=True)  # type: ignore[untyped-decorator]
-    def descended(problem: Problem, cc: Any, memory: float, iterations: int) -> tuple[float, float]:
-        _, cost, length = descend(step, pullback, problem, cc, memory, iterations)
-        return cost, length
-
-    improve = descended
-    if solver == "riccati":
-        tangent = tangent_of(orders)
-
-        @njit(nogil=True)  # type: ignore[untyped-decorator]
-        def iterated(problem: Problem, cc: Any, memory: float, iterations: int) -> tuple[float, float]:
-            room = empty_room(cc.size, problem.start.size)
-            found = iterate(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
-            return found.after, found.proximal
-
-        improve = iterated
-
-    @njit(nogil=True)  # type: ignore[untyped-decorator]
-    def plan(
-        start: NDArray[np.float64], moments: NDArray[np.float64], now: NDArray[np.float64],
-        weights: NDArray[np.float64], h: NDArray[np.float64], k: NDArray[np.float64], cc: NDArray[np.float64],
-        memory: float, iterations: int, other: NDArray[np.float64], more: int,
-    ) -> tuple[float, float]:  # fmt: skip
-        problem = Problem(
-            start, moments, now[0], now[1], now[2], now[3], h, k, Weights(*to_fixed_tuple(weights, FIELDS))
-        )  # fmt: skip
-        cost, memory = improve(problem, cc, memory, iterations)
-        if more > 0:
-            found, _ = descended(problem, other, RETRY_LENGTH, more)
-            if found < cost:
-                cc[:] = other
-                cost = found
-        return cost, memory
-
-    return plan
+    if solver == "descent":
+        return partial(_compiled[solver], step_of(orders), pullback_of(orders))
+    return partial(_compiled[solver], step_of(orders), pullback_of(orders), tangent_of(orders))
