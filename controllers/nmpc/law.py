@@ -164,10 +164,10 @@ class Nmpc:
     retries: int = 20
     lead: float = 0.0
     noise: float = 0.0
-    flywheel: float = 66.0
+    flywheel: float = 70.0
     proportional: float = 1.5
     integral: float = 0.005
-    settling: float = 500.0
+    settling: float = 1000.0
     low: float = 0.9
     guard: float = 6.0
     power: float = 8.0

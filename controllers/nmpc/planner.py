@@ -73,7 +73,7 @@ def elsewhere(step: Any, pullback: Any, problem: Any, cc: Any, other: Any, more:
         _, found, _ = descend(step, pullback, problem, other, RETRY_LENGTH, more)
         if found < cost:
             cc[:] = other
-            return found
+            return float(found)
     return cost
 
 
