@@ -511,7 +511,7 @@ def test_shipped_sets_tell_how_they_were_found(name: str) -> None:
     for entry in tuned_sets(name).values():
         assert entry["found"]["spent_s"] <= entry["found"]["budget_s"]
         for result in entry["result"].values():
-            assert result["runs"] == 64
+            assert result["runs"] == (16 if name == "nmpc" else 64)  # a planned run costs a hundred others
             assert result["locked_ci95"][0] <= result["locked"] <= result["locked_ci95"][1] + 1e-12
     assert tuned_seeds(name) == set(range(100000, 100064))
 
