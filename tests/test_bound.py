@@ -7,7 +7,8 @@ import pytest
 
 import gyroctl as gy
 from gyroctl.controllers.nmpc import full_horizon
-from gyroctl.controllers.nmpc.full_horizon import follow, optimise, receding, reduced, shoot, window
+from gyroctl.controllers.nmpc.beam import receding
+from gyroctl.controllers.nmpc.full_horizon import follow, optimise, reduced, shoot, window
 from gyroctl.controllers.nmpc.prediction import orders_of, pullback_of, step_of
 from gyroctl.controllers.nmpc.problem import weights
 from gyroctl.harness.run import run_law

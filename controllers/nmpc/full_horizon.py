@@ -7,7 +7,7 @@ IFAC World Congress 1984). The window is cut into pieces of some seconds, the st
 and the gaps are closed by an augmented Lagrangian (Nocedal, Wright, Numerical Optimization, ch. 17), whose exact
 gradient is the adjoint of the prediction model. The box is left to L-BFGS-B (Byrd, Lu, Nocedal, Zhu, SIAM J. Sci.
 Comput. 16 (1995) 1190-1208). There are very many local optima: what is found depends on the start, and a plan of the
-receding horizon (`receding`) is a good one.
+receding horizon (`beam.py`) is a good one.
 
     cost = - energy generated - stored energy at the end (flywheel, and a share of the float's)
            + integral of motion beyond its limits, squared
@@ -18,16 +18,15 @@ The last term is what pins the power: 1 J in the flywheel and 1 J generated are 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.descent import descend
-from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of
-from gyroctl.controllers.nmpc.problem import FLYWHEEL, Problem, Weights, stage_cost, terminal_cost
+from gyroctl.controllers.nmpc.prediction import constants, orders_of, pullback_of, step_of
+from gyroctl.controllers.nmpc.problem import FLYWHEEL, Weights, stage_cost, terminal_cost
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
 from gyroctl.plant.equations import OMEGA
@@ -269,7 +268,7 @@ def optimise(
     pieces = -(-n // PIECE)
     states = np.empty((PIECE * w.substeps + 1, m))
     by_cc, by_power, by_nodes = np.empty(n), np.empty(n), np.empty((pieces, m))
-    scale = _sizes(start.states)
+    scale = sizes_of(start.states)
     powers = 1 if smooth else n
     multipliers = np.zeros((pieces, m))
     cost = start.cost
@@ -333,149 +332,6 @@ def _path(step: Any, w: Window, cc: Any, power: Any, nodes: Any, states: Any) ->
     return path
 
 
-class Habit(NamedTuple):
-    """How a receding horizon plans."""
-
-    horizon: int = 80  # control intervals looked ahead
-    every: int = 2  # and applied before the next plan
-    iterations: int = 6  # gradient steps per plan
-    cc_max: float = 0.12  # [Nms]
-    cc_first: float = 0.05  # guess of the coupling at the far end [Nms]
-
-
-HABITS = (
-    Habit(), Habit(cc_max=0.3), Habit(horizon=40), Habit(horizon=40, cc_max=0.3), Habit(cc_first=0.1),
-    Habit(horizon=60, cc_first=0.0, cc_max=0.2),
-)  # fmt: skip
-"""Habits that end in different local optima."""
-
-
-@dataclass(frozen=True)
-class Track:
-    """How far a receding horizon has come.
-
-    Parameters
-    ----------
-    cc, power : (i,) arrays
-        Controls so far. [Nms], [W]
-    states : (i + 1, m) array
-        States so far.
-    plan : (horizon,) array
-        Coupling planned on. [Nms]
-    length : float
-        Step length of the solver.
-    level : float
-        Integral part of the power command. [W]
-    value : float
-        Energy harvested so far, with a share of the float's, less the penalties. [J]
-    """
-
-    cc: NDArray[np.float64]
-    power: NDArray[np.float64]
-    states: NDArray[np.float64]
-    plan: NDArray[np.float64]
-    length: float
-    level: float
-    value: float
-
-
-def receding(plant: Plant, w: Window, power: float, habit: Habit = HABITS[0]) -> Plan:
-    """Plan of the receding horizon over a window: a start for `optimise`.
-
-    The power follows the flywheel: a proportional-integral command about its speed at the start.
-
-    Parameters
-    ----------
-    plant : Plant
-        The device.
-    w : Window
-        The window.
-    power : float
-        Generator power to begin with. [W]
-    habit : Habit
-        How to plan.
-    """
-    return _planned(w, _continued(plant, w, _begun(w, power, habit), habit, w.intervals))
-
-
-def beam(
-    plant: Plant, w: Window, power: float, habits: Sequence[Habit] = HABITS, width: int = 5, piece: int = 100,
-    tick: Callable[[], None] | None = None,
-) -> list[Plan]:  # fmt: skip
-    """Beam search over the local optima of receding horizons: plans of a window, the best first.
-
-    After each piece every track that was kept goes on with every habit, and of all the best are kept. One unlucky
-    choice, a turn of the ring taken or not, is felt for half a minute; a single receding horizon makes many.
-
-    Parameters
-    ----------
-    plant : Plant
-        The device.
-    w : Window
-        The window.
-    power : float
-        Generator power to begin with. [W]
-    habits : sequence of Habit
-        How to plan.
-    width : int
-        Tracks kept.
-    piece : int
-        Control intervals between two choices.
-    tick : callable, optional
-        Called after each piece.
-    """
-    kept = [_begun(w, power, habits[0])]
-    for i in range(0, w.intervals, piece):
-        tried = [_continued(plant, w, track, habit, min(i + piece, w.intervals)) for track in kept for habit in habits]
-        tried = sorted((track for track in tried if np.isfinite(track.value)), key=lambda track: -track.value)
-        kept = []
-        for track in tried:
-            if len(kept) < width and all(abs(track.value - other.value) > 0.2 for other in kept):  # J: no twins
-                kept.append(track)
-        if tick:
-            tick()
-    return [_planned(w, track) for track in kept]
-
-
-def _begun(w: Window, power: float, habit: Habit) -> Track:
-    nothing = np.empty(0)
-    return Track(nothing, nothing, w.start[None, :], np.full(habit.horizon, habit.cc_first), 0.01, power, 0.0)
-
-
-def _planned(w: Window, track: Track) -> Plan:
-    return Plan(track.cc, track.power, track.states, cost_of(w, track.power, track.states))
-
-
-def _continued(plant: Plant, w: Window, track: Track, habit: Habit, until: int) -> Track:
-    """Go on with a track up to interval `until`."""
-    step, pullback = step_of(orders_of(plant)), pullback_of(orders_of(plant))
-    n, s, begin = w.intervals, w.substeps, track.cc.size
-    pairs = w.moments.reshape(-1, 2)
-    h = np.array([w.period / STEPS])
-    cc, used, path = np.empty(until), np.empty(until), np.empty((until + 1, w.start.size))
-    cc[:begin], used[:begin], path[: begin + 1] = track.cc, track.power, track.states
-    before, length, level, plan = habit.cc_first, track.length, track.level, track.plan
-    if begin:
-        before = float(cc[begin - 1])
-    for i in range(begin, until, habit.every):
-        ahead = min(habit.horizon, n - i)
-        plan = np.concatenate([plan, np.full(max(ahead - plan.size, 0), habit.cc_first)])[:ahead]
-        error = path[i, FLYWHEEL] - w.start[FLYWHEEL]
-        level = max(level + 5e-4 * habit.every * w.period * error, 0.0)
-        now = min(max(level + 0.3 * error, 0.3), w.power_max)
-        moments = np.ascontiguousarray(pairs[s * i : s * (i + ahead) + 1 : s // STEPS]).ravel()
-        problem = Problem(path[i].copy(), moments, now, before, habit.cc_max, w.period, h, w.k, w.weights)
-        _, _, length = descend(step, pullback, problem, plan, length, habit.iterations if i else 100)
-        m = min(habit.every, until - i)
-        cc[i : i + m], used[i : i + m] = plan[:m], now
-        states = np.empty((m * s + 1, w.start.size))
-        follow(step, w, i, path[i], cc[i : i + m], used[i : i + m], states)
-        path[i + 1 : i + m + 1] = states[s::s]
-        before, plan = float(plan[m - 1]), plan[m:]
-    value = -cost_of(w._replace(closing=0.0), used, path)
-    return Track(cc, used, path, plan, length, level, value)
-
-
 def cost_of(w: Window, power: NDArray[np.float64], states: NDArray[np.float64]) -> float:
     """Cost of a plan without gaps from its states (n + 1, m). [J]"""
     ignored = np.zeros(w.start.size)
@@ -484,83 +340,8 @@ def cost_of(w: Window, power: NDArray[np.float64], states: NDArray[np.float64]) 
     return float(w.period * cost + terminal_cost(states[-1], w.weights, ignored) + 0.5 * w.closing * gained * gained)
 
 
-def _sizes(states: NDArray[np.float64]) -> NDArray[np.float64]:
+def sizes_of(states: NDArray[np.float64]) -> NDArray[np.float64]:
     """Typical size of each state."""
     sizes = np.std(states, axis=0)
     sizes[2] = 0.3  # the ring angle grows
     return np.asarray(np.maximum(sizes, 1e-6))
-
-
-@entry_point
-def _strayed(
-    step: Any, pullback: Any, w: Window, first: int, start: Any, cc: Any, power: Any, wanted: Any, sizes: Any,
-    final: float, price: float, planned: Any, states: Any, by_cc: Any,
-) -> float:  # fmt: skip
-    """Deviation from the wanted states (n + 1, m), squared and summed; its gradient by the coupling into `by_cc`."""
-    m, s, n = start.size, w.substeps, cc.size
-    u, weight, by_x, by_u = np.empty(2), np.zeros(m), np.zeros(m), np.zeros(2)
-    follow(step, w, first, start, cc, power, states)
-    cost = 0.0
-    for i in range(n - 1, -1, -1):
-        factor = final if i == n - 1 else 1.0
-        for row in range(m):
-            away = (states[s * (i + 1), row] - wanted[i + 1, row]) / sizes[row]
-            cost += 0.5 * factor * away * away
-            weight[row] += factor * away / sizes[row]
-        u[0], u[1] = cc[i], power[i]
-        move = cc[i] - planned[i]
-        cost += 0.5 * price * move * move
-        by_cc[i] = price * move
-        for q in range(s * (i + 1) - 1, s * i - 1, -1):
-            at = 2 * (s * first + q)
-            pullback(states[q], u, w.moments[at : at + 4], w.h, w.k, weight, by_x, by_u)
-            by_cc[i] += by_u[0]
-            weight[:] = by_x
-    return cost
-
-
-class Tracker:
-    """Holds the plant to a plan: finds the coupling that brings a state back to it, within the bounds.
-
-    A plan of minutes at pull-out must be held by feedback, and it is nearly bang-bang: where the coupling stands on a
-    bound a linear regulator has nothing to move. So the way back is planned as well, some seconds ahead.
-
-    Parameters
-    ----------
-    plant : Plant
-        The device.
-    w : Window
-        The window.
-    plan : Plan
-        Its plan.
-    horizon : int
-        Control intervals looked ahead.
-    """
-
-    def __init__(self, plant: Plant, w: Window, plan: Plan, horizon: int = 80) -> None:
-        self.w, self.plan, self.horizon = w, plan, horizon
-        self.step, self.pullback = step_of(orders_of(plant)), pullback_of(orders_of(plant))
-        self.sizes = _sizes(plan.states)
-        self.cc = plan.cc.copy()
-
-    def back(self, i: int, x: NDArray[np.float64], iterations: int = 15) -> NDArray[np.float64]:
-        """Return the coupling (horizon,) from interval `i` on for the state `x` (m,) there. [Nms]"""
-        from scipy.optimize import Bounds, minimize
-
-        part = slice(i, min(i + self.horizon, self.plan.cc.size))
-        planned, power, wanted = self.plan.cc[part], self.plan.power[part], self.plan.states[i : part.stop + 1]
-        states, by_cc = np.empty((planned.size * self.w.substeps + 1, x.size)), np.empty(planned.size)
-
-        def value(z: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
-            cost = _strayed(
-                self.step, self.pullback, self.w, i, x, z * CC_SCALE, power, wanted, self.sizes, 10.0, 0.5, planned,
-                states, by_cc,
-            )  # fmt: skip
-            return (cost, by_cc * CC_SCALE) if np.isfinite(cost) else (1e9, np.zeros(z.size))
-
-        found = minimize(
-            value, self.cc[part] / CC_SCALE, jac=True, method="L-BFGS-B", bounds=Bounds(0.0, self.w.cc_max / CC_SCALE),
-            options={"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": 10},
-        )  # fmt: skip
-        self.cc[part] = found.x * CC_SCALE
-        return self.cc[part]

@@ -10,17 +10,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gyroctl.controllers.nmpc import full_horizon
-from gyroctl.controllers.nmpc.full_horizon import (
-    Plan,
-    Tracker,
-    Window,
-    beam,
-    optimise,
-    receding,
-    reduced,
-    window,
-)
+from gyroctl.controllers.nmpc.beam import beam, receding
+from gyroctl.controllers.nmpc.full_horizon import Plan, Window, optimise, reduced, window
 from gyroctl.controllers.nmpc.problem import FLYWHEEL, weights
+from gyroctl.controllers.nmpc.tracker import Tracker
 from gyroctl.errors import InputError
 from gyroctl.plant.equations import OMEGA_RATE
 from gyroctl.plant.kernel import hold_one, rows, slip_rate, steps_for
