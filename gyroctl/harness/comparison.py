@@ -13,6 +13,7 @@ import os
 import pickle
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass, field, fields
 from multiprocessing import get_context
 from pathlib import Path
@@ -265,7 +266,7 @@ def _source(file: Path) -> bytes:
 def _execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bool) -> dict[tuple[str, int], Outcome]:
     """Map over the items: compiled laws on threads, the others on processes where there are several workers."""
     outcomes: dict[tuple[str, int], Outcome] = {}
-    with Progress("runs", len(items), quiet) as progress:
+    with Progress("runs", len(items), quiet) as progress, ExitStack() as pools:
         todo = []
         for item in items:
             stored = store.load(results, item.key)
@@ -275,27 +276,35 @@ def _execute(items: Sequence[Item], workers: int, results: Path | None, quiet: b
                 outcomes[item.name, item.seed] = Outcome(*stored)
                 progress.advance()
         compiled = {item.name: loop.compile_law(item.law) is not None for item in todo}
-        for machine in (True, False):
-            batch = [item for item in todo if compiled[item.name] is machine]
-            if not batch:
-                continue
-            with _executor(machine, workers, batch) as pool:
-                futures = {pool.submit(perform, item): item for item in batch}
-                try:
-                    for future in as_completed(futures):
-                        item, outcome = futures[future], future.result()
-                        store.save(results, item.key, outcome.sha256, outcome.values, outcome.series)
-                        outcomes[item.name, item.seed] = outcome
-                        progress.advance()
-                except BaseException:
+        fast = [item for item in todo if compiled[item.name]]
+        slow = [item for item in todo if not compiled[item.name]]
+        # One run of a slow law goes ahead, beside the fast ones: on a new installation it compiles what it calls, and
+        # the other processes find that done.
+        ahead = slow[:1] if fast and workers > 1 else []
+        stages = [[(True, fast), (False, ahead)], [(False, slow[len(ahead) :])]]
+        executors = {
+            True: pools.enter_context(ThreadPoolExecutor(max(workers - len(ahead), 1))),
+            False: pools.enter_context(_processes(workers, slow)),
+        }
+        for stage in stages:
+            futures = {executors[machine].submit(perform, item): item for machine, batch in stage for item in batch}
+            try:
+                for future in as_completed(futures):
+                    item, outcome = futures[future], future.result()
+                    store.save(results, item.key, outcome.sha256, outcome.values, outcome.series)
+                    outcomes[item.name, item.seed] = outcome
+                    progress.advance()
+            except BaseException:
+                for pool in executors.values():
                     pool.shutdown(wait=False, cancel_futures=True)
-                    raise
+                raise
     return outcomes
 
 
-def _executor(machine: bool, workers: int, batch: Sequence[Item]) -> Executor:
-    if machine or workers == 1 or len(batch) == 1:
-        return ThreadPoolExecutor(workers if machine else 1)
+def _processes(workers: int, batch: Sequence[Item]) -> Executor:
+    """Processes for laws that run as Python; a single thread where one will do, or where a law cannot be sent."""
+    if workers == 1 or len(batch) <= 1:
+        return ThreadPoolExecutor(1)
     try:
         for law in {item.name: item.law for item in batch}.values():
             pickle.loads(pickle.dumps(law))
