@@ -129,7 +129,7 @@ def note(asked: Mapping[str, Any]) -> str:
     """Line below a figure: what was run."""
     own = ", ".join(f"{name} {len(seeds)}" for name, seeds in asked["own_seeds"].items())
     extra = f" ({own})" if own else ""
-    return f"{len(asked['seeds'])} realisations{extra} of {asked['duration_s']:g} s; intervals are 95 %"
+    return f"Runs of {asked['duration_s']:g} s, {len(asked['seeds'])} realisations{extra}; intervals are 95 %"
 
 
 def _styles(names: Sequence[str]) -> dict[str, LawStyle]:

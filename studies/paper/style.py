@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -112,7 +113,7 @@ def sheet(
     size : tuple of float
         Width and height. [in]
     title, note : str
-        One line each.
+        One line; as many as it takes.
     **grid
         For `matplotlib.figure.Figure.subplots`, e.g. ``width_ratios``.
     """
@@ -124,7 +125,8 @@ def sheet(
     figure = Figure(figsize=size, layout=spacing)  # no pyplot: no global state, no display
     FigureCanvasAgg(figure)
     figure.suptitle(title, x=0.008, ha="left", fontsize=13, fontweight="bold", color=INK)
-    figure.supxlabel(note, x=0.008, ha="left", fontsize=8.5, color=MUTED)
+    lines = textwrap.wrap(note, int(14.0 * size[0]))  # some 14 characters of this size to the inch
+    figure.supxlabel("\n".join(lines), x=0.008, ha="left", fontsize=8.5, color=MUTED)
     axes = figure.subplots(rows, columns, squeeze=False, **grid)
     return figure, list(axes.ravel())
 
