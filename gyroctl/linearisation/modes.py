@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from gyroctl.linearisation.orbit import PeriodicOrbit
 
 SEGMENTS = 4
-DECAY = 20.0
+DECAY = 15.0
 """Least number of segments, and the largest decay of the slip over one of them that the rounding lets through."""
 
 TWISTS = (0.5, 1.1, 1.7)
