@@ -6,8 +6,8 @@ speed does that: its integral part is the mean power that the sea gives. Everyth
 same numbers serve low and high seas. The mean is learnt quickly at first, when nothing is known of the sea.
 
 The speed of the flywheel is also the reserve of lock: in a lull the coupling drags the ring along at the flywheel's
-speed over N, and every loss of lock that was looked at began with a flywheel drained over a minute or two. A slow
-flywheel takes less from the waves too, so it drains ever faster. Hence the guard: below `low` the power falls steeply.
+speed over N. A flywheel that was drained over a minute or two is how lock is lost: it takes less from the waves too, so
+it drains ever faster. Hence the guard: below `low` the power falls steeply.
 """
 
 from __future__ import annotations
