@@ -2,7 +2,7 @@
 
 A tuple with two dozen fields takes longer to hand to compiled code than the iterations take; so what changes from
 sample to sample comes as plain arrays. The three functions of the model are handed over at each call, which takes some
-30 us: bound into the compiled code they would keep it from being cached, and every process would compile for 10 s.
+45 us: bound into the compiled code they would keep it from being cached, and every process would compile for 10 s.
 """
 
 from __future__ import annotations
