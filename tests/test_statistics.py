@@ -21,7 +21,11 @@ from gyroctl.reports.statistics import (
     paired_ratio,
 )
 
-RNG = np.random.default_rng(3)
+
+@pytest.fixture
+def rng():
+    """Its own generator for each test: what a test draws does not depend on which tests ran before it."""
+    return np.random.default_rng(3)
 
 
 @pytest.mark.parametrize(("held", "runs"), [(0, 8), (8, 8), (30, 32), (1, 1), (5, 9)])
@@ -113,8 +117,8 @@ def test_few_realisations_give_the_mean_and_a_reason_but_no_interval(count):
     assert np.isnan(p_value)
 
 
-def test_bootstrap_agrees_with_the_normal_interval_of_a_large_sample():
-    values = RNG.normal(5.0, 2.0, 400)
+def test_bootstrap_agrees_with_the_normal_interval_of_a_large_sample(rng):
+    values = rng.normal(5.0, 2.0, 400)
     estimate = bootstrap_mean(values)
     half = norm.isf(0.025) * values.std(ddof=1) / np.sqrt(values.size)
     assert estimate.value == pytest.approx(values.mean())
@@ -122,8 +126,8 @@ def test_bootstrap_agrees_with_the_normal_interval_of_a_large_sample():
     assert estimate.high == pytest.approx(values.mean() + half, abs=0.1 * half)
 
 
-def test_bootstrap_repeats_every_digit_and_scales():
-    values = RNG.gamma(2.0, 1.0, 12)
+def test_bootstrap_repeats_every_digit_and_scales(rng):
+    values = rng.gamma(2.0, 1.0, 12)
     first, again, scaled = bootstrap_mean(values), bootstrap_mean(values), bootstrap_mean(1000.0 * values)
     assert first == again
     assert (scaled.low, scaled.high) == (pytest.approx(1000.0 * first.low), pytest.approx(1000.0 * first.high))
@@ -140,24 +144,24 @@ def test_equal_values_have_an_interval_of_no_width():
     assert bootstrap_mean(np.full(6, 0.4))[:3] == (pytest.approx(0.4),) * 3
 
 
-def test_pairing_removes_what_the_realisations_share():
-    sea = RNG.normal(10.0, 3.0, 40)
-    noise = RNG.normal(0.0, 0.05, 40)
+def test_pairing_removes_what_the_realisations_share(rng):
+    sea = rng.normal(10.0, 3.0, 40)
+    noise = rng.normal(0.0, 0.05, 40)
     ratio = paired_ratio(1.5 * sea + noise, sea)
     alone = bootstrap_mean(1.5 * sea + noise)
     assert ratio.low < 1.5 < ratio.high
     assert ratio.high - ratio.low < 0.1 * (alone.high - alone.low) / sea.mean()
 
 
-def test_ratio_of_a_proportional_law_is_exact_and_of_no_reference_power_undefined():
-    sea = RNG.gamma(2.0, 1.0, 8)
+def test_ratio_of_a_proportional_law_is_exact_and_of_no_reference_power_undefined(rng):
+    sea = rng.gamma(2.0, 1.0, 8)
     assert paired_ratio(3.0 * sea, sea)[:3] == (pytest.approx(3.0),) * 3
     assert np.isnan(paired_ratio(sea, np.zeros(8)).value)
     assert "not positive" in paired_ratio(sea, np.zeros(8)).note
 
 
-def test_paired_difference_has_the_p_value_of_the_paired_t_test():
-    first, second = RNG.normal(2.0, 1.0, 16), RNG.normal(1.5, 1.0, 16)
+def test_paired_difference_has_the_p_value_of_the_paired_t_test(rng):
+    first, second = rng.normal(2.0, 1.0, 16), rng.normal(1.5, 1.0, 16)
     estimate, p_value = paired_difference(first, second)
     assert p_value == pytest.approx(ttest_rel(first, second).pvalue)
     assert estimate.low < estimate.value < estimate.high
@@ -188,9 +192,9 @@ def test_holm_does_not_count_missing_tests():
     assert np.isnan(adjusted[1])
 
 
-def test_equal_laws_are_not_distinguishable_and_unequal_ones_are():
-    sea = RNG.normal(2.0, 0.2, 16)
-    values = np.array([sea + RNG.normal(0.0, 0.1, 16), 2.0 * sea, sea + RNG.normal(0.0, 0.1, 16)])
+def test_equal_laws_are_not_distinguishable_and_unequal_ones_are(rng):
+    sea = rng.normal(2.0, 0.2, 16)
+    values = np.array([sea + rng.normal(0.0, 0.1, 16), 2.0 * sea, sea + rng.normal(0.0, 0.1, 16)])
     words = {frozenset((d.first, d.second)): d for d in paired_differences(["a", "b", "c"], values)}
     assert len(words) == 3
     assert words[frozenset("ac")].words == NOT_DISTINGUISHABLE
@@ -198,8 +202,8 @@ def test_equal_laws_are_not_distinguishable_and_unequal_ones_are():
     assert words[frozenset("ab")].first == "b"
 
 
-def test_identical_runs_are_not_distinguishable():
-    row = RNG.gamma(2.0, 1.0, 8)
+def test_identical_runs_are_not_distinguishable(rng):
+    row = rng.gamma(2.0, 1.0, 8)
     (only,) = paired_differences(["a", "b"], np.array([row, row]))
     assert only.words == NOT_DISTINGUISHABLE
     assert only.p_holm == 1.0
