@@ -159,9 +159,9 @@ class Nmpc:
     horizon: float = 4.0
     solver: Literal["riccati", "osqp", "descent"] = "riccati"
     iterations: int = 1
-    replan: int = 2
+    replan: int = 1
     every: int = 3
-    retries: int = 20
+    retries: int = 10
     lead: float = 0.0
     noise: float = 0.0
     flywheel: float = 70.0
@@ -170,7 +170,7 @@ class Nmpc:
     settling: float = 1000.0
     low: float = 0.9
     guard: float = 6.0
-    power: float = 8.0
+    power: float = 14.0
     motion: float = 4000.0
     limit1: float = 0.22
     limit3: float = 0.25

@@ -18,7 +18,7 @@ from gyroctl.controllers.nmpc.baseline import osqp_planner
 from gyroctl.controllers.nmpc.descent import descend
 from gyroctl.controllers.nmpc.prediction import Orders, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
-from gyroctl.controllers.nmpc.rti import empty_room, iterate
+from gyroctl.controllers.nmpc.rti import empty_room, iterate_briefly
 from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 FIELDS = len(Weights._fields)
@@ -60,7 +60,7 @@ def _planners(stamp: str) -> dict[str, Callable[..., tuple[float, float]]]:
         stamp  # noqa: B018 - as above
         problem = problem_of(start, moments, now, weights, h, k)
         room = empty_room(cc.size, problem.start.size)
-        found = iterate(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
+        found = iterate_briefly(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
         return elsewhere(step, pullback, problem, cc, other, more, found.after), found.proximal
 
     return {"descent": by_descent, "riccati": by_riccati}

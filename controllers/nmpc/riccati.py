@@ -53,8 +53,10 @@ def empty_riccati_room(n: int, m: int) -> RiccatiRoom:
     return RiccatiRoom(empty_sweep_room(n, m), empty_interior_room(n))
 
 
-def _solve(stamp: str) -> Callable[..., Step]:
-    """Compile the solver; the stamp makes the cache forget code whose parts have changed."""
+def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
+    """Compile the solver, with the interior point method or without; the stamp makes the cache forget code whose parts
+    have changed.
+    """
 
     @entry_point
     def solve(qp: Any, proximal: float, d: Any, tolerance: float, limit: int, rooms: Any) -> Step:
@@ -71,7 +73,7 @@ def _solve(stamp: str) -> Callable[..., Step]:
         tolerance : float
             Largest distance from the solution. [Nms]
         limit : int
-            Most projected Newton steps; below PATIENCE the interior point method is never called.
+            Most projected Newton steps; up to PATIENCE of them the interior point method is never called.
         rooms : RiccatiRoom
             Overwritten.
 
@@ -111,7 +113,7 @@ def _solve(stamp: str) -> Callable[..., Step]:
                 break
             if count == limit:
                 break
-            if count == PATIENCE:
+            if rescue and count == PATIENCE:
                 room.trial[:] = d
                 inner = 2 * interior_point(qp, proximal, d, 1e-9, INTERIOR, room, rooms.interior)
                 room.barrier[:] = 0.0
@@ -159,4 +161,6 @@ SOURCES = (
     __file__, riccati_sweep_file.__file__, interior_point_file.__file__, subproblem_file.__file__,
     problem_file.__file__,
 )  # fmt: skip
-solve = _solve(source_stamp(SOURCES))
+solve = _solve(source_stamp(SOURCES), True)
+solve_briefly = _solve(source_stamp(SOURCES), False)
+"""`solve` for a few Newton steps: without the interior point method, whose machine code takes seconds to make."""

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc import riccati as riccati_file
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import Problem, predict
-from gyroctl.controllers.nmpc.riccati import RiccatiRoom, empty_riccati_room, solve
+from gyroctl.controllers.nmpc.riccati import PATIENCE, RiccatiRoom, empty_riccati_room, solve, solve_briefly
 from gyroctl.controllers.nmpc.subproblem import NOT_FINITE, SOLVED, Step, Subproblem, empty_subproblem, linearise
 from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
@@ -95,7 +95,7 @@ SOURCES = (__file__, *riccati_file.SOURCES)
 advance = _advance(source_stamp(SOURCES))
 
 
-def _iterate(stamp: str) -> Callable[..., Improvement]:
+def _iterate(stamp: str, briefly: bool) -> Callable[..., Improvement]:
     @entry_point
     def iterate(
         step: Any, tangent: Any, problem: Any, cc: Any, proximal: float, iterations: int, newton: int,
@@ -137,7 +137,10 @@ def _iterate(stamp: str) -> Callable[..., Improvement]:
                 status = NOT_FINITE
                 break
             room.d[:] = 0.0
-            found = solve(room.qp, proximal, room.d, tolerance, newton, room.riccati)
+            if briefly:
+                found = solve_briefly(room.qp, proximal, room.d, tolerance, min(newton, PATIENCE), room.riccati)
+            else:
+                found = solve(room.qp, proximal, room.d, tolerance, newton, room.riccati)
             status, promised = found.status, -found.value
             total += found.iterations
             if status == NOT_FINITE:
@@ -148,7 +151,9 @@ def _iterate(stamp: str) -> Callable[..., Improvement]:
     return iterate
 
 
-iterate = _iterate(source_stamp(SOURCES))
+iterate = _iterate(source_stamp(SOURCES), False)
+iterate_briefly = _iterate(source_stamp(SOURCES), True)
+"""`iterate` with at most PATIENCE Newton steps per subproblem: the same to the bit up to there, sooner compiled."""
 
 
 class QpSolver(Protocol):

@@ -114,11 +114,13 @@ def search(work: Stages, plan: Plan) -> tuple[list[NDArray[np.float64]], list[Se
 def shortlist(
     work: Stages, plan: Plan, means: Sequence[NDArray[np.float64]], archive: Sequence[Seen]
 ) -> list[dict[str, float]]:
-    """Points to confirm: means of the later search, and for each further goal the middle of its best points."""
+    """Points to confirm: the start, lest a search ship what is worse; means of the later search, the last among them;
+    and for each further goal the middle of its best points."""
     task = work.task
-    count = plan.points - (len(task.goals) - 1)
-    parts = np.linspace(SETTLED, 1.0, count) if len(means) > 1 else np.ones(1)
-    points = [task.at(means[round(part * (len(means) - 1))]) for part in parts]
+    count = plan.points - len(task.goals)
+    parts = np.linspace(1.0, SETTLED, count) if len(means) > 1 else np.ones(1)
+    later = [task.at(means[round(part * (len(means) - 1))]) for part in parts]
+    points = [task.at(np.zeros(len(task.knobs))), *later]
     for name, goals in task.goals.items():
         if name:
             order = sorted(archive, key=lambda seen: weighed(seen.means, goals, work.seas), reverse=True)
