@@ -513,7 +513,8 @@ def test_shipped_sets_tell_how_they_were_found(name: str) -> None:
         for result in entry["result"].values():
             assert result["runs"] == (16 if name == "nmpc" else 64)  # a planned run costs a hundred others
             assert result["locked_ci95"][0] <= result["locked"] <= result["locked_ci95"][1] + 1e-12
-    assert tuned_seeds(name) == set(range(100000, 100064))
+    last = 100111 if name == "nmpc" else 100063  # found by hand before the search, on these too
+    assert tuned_seeds(name) == set(range(100000, last + 1))
 
 
 @pytest.mark.parametrize("name", [*SHIPPED, "best_constant"])
