@@ -178,7 +178,7 @@ def test_compiler_refuses_what_is_no_table(law: Scheduled) -> None:
 
 
 def test_content_of_the_table_is_part_of_a_stored_result(law: Scheduled, name: str) -> None:
-    again = law_of(read_table(table_file(name)))
+    again = law_of(read_table(table_file(name)), cc_min=law.cc_min, cc_max=law.cc_max)
     assert _law_content(law) == _law_content(again) != b""
     changed = (*law.cells[:-1], law.cells[-1] + 1e-9)
     assert _law_content(law._replace(cells=changed)) != _law_content(law)
