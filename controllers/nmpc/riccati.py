@@ -54,8 +54,9 @@ def empty_riccati_room(n: int, m: int) -> RiccatiRoom:
 
 
 def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
-    """Compile the solver, with the interior point method or without; the stamp makes the cache forget code whose parts
-    have changed.
+    """Compile the solver, with the interior point method or without.
+
+    The stamp makes the cache forget code whose parts have changed.
     """
 
     @entry_point

@@ -114,8 +114,10 @@ def search(work: Stages, plan: Plan) -> tuple[list[NDArray[np.float64]], list[Se
 def shortlist(
     work: Stages, plan: Plan, means: Sequence[NDArray[np.float64]], archive: Sequence[Seen]
 ) -> list[dict[str, float]]:
-    """Points to confirm: the start, lest a search ship what is worse; means of the later search, the last among them;
-    and for each further goal the middle of its best points."""
+    """Points to confirm: the start, means of the later search, and for each further goal the middle of its best points.
+
+    The start is among them lest a search ship what is worse.
+    """
     task = work.task
     count = plan.points - len(task.goals)
     parts = np.linspace(1.0, SETTLED, count) if len(means) > 1 else np.ones(1)
