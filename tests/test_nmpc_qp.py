@@ -17,7 +17,7 @@ from gyroctl.controllers.nmpc.interior_point import empty_interior_room, interio
 from gyroctl.controllers.nmpc.osqp_solver import CondensedForm, OsqpSolver
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, gradient, predict, weights
-from gyroctl.controllers.nmpc.riccati import empty_riccati_room, solve
+from gyroctl.controllers.nmpc.riccati import PATIENCE, empty_riccati_room, solve
 from gyroctl.controllers.nmpc.riccati_sweep import empty_sweep_room, sweep
 from gyroctl.controllers.nmpc.subproblem import (
     LIMIT_REACHED,
@@ -378,6 +378,16 @@ def test_compiled_iteration_is_the_plain_one() -> None:
     a = rti.iterate(STEP, TANGENT, problem, one, 100.0, 5, 10, 1e-6, rti.empty_room(N, M))
     b = rti.iterate_with(ByRiccati(), STEP, TANGENT, problem, two, 100.0, 5, rti.empty_room(N, M))
     assert a == b and np.array_equal(one, two)
+
+
+@pytest.mark.parametrize("newton", [1, 4, PATIENCE])
+def test_brief_iteration_is_the_full_one_while_the_interior_point_method_is_not_called(newton: int) -> None:
+    problem, plan = horizon()
+    one, two = plan.copy(), plan.copy()
+    a = rti.iterate(STEP, TANGENT, problem, one, 1.0, 5, newton, 1e-9, rti.empty_room(N, M))
+    b = rti.iterate_briefly(STEP, TANGENT, problem, two, 1.0, 5, newton, 1e-9, rti.empty_room(N, M))
+    assert a == b and np.array_equal(one, two)
+    assert not np.array_equal(one, plan)
 
 
 def test_cost_never_rises_and_the_plan_stays_in_its_bounds() -> None:

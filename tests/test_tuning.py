@@ -192,6 +192,14 @@ def test_result_is_that_of_a_run_by_hand(task: Task, on: Circumstances) -> None:
     assert entry["result"]["mild"]["mean_power"] == pytest.approx(np.mean(powers), rel=2e-4)
 
 
+def test_start_of_a_search_is_confirmed_with_what_it_found(task: Task, on: Circumstances) -> None:
+    """So that no search ships what is worse."""
+    found = tune(task, "mild", on, BUDGET, quiet=True)
+    confirmed = [seen.parameters for seen in found.archive if seen.stage == "confirm"]
+    start = task.at(np.zeros(len(task.knobs)))
+    assert confirmed[0] == start and len(confirmed) > 1 and confirmed[1] != start
+
+
 class Stopped(Exception):
     """As a user would stop it."""
 
