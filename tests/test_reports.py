@@ -16,8 +16,10 @@ from rich.console import Console
 from test_reports_synthetic import CHARACTERS, FOUR, save, synthetic
 
 from gyroctl.errors import InputError
+from gyroctl.harness.laws import registered
 from gyroctl.reports import evaluate, judge, open_results, print_table, summarise, write_picture, write_report
 from gyroctl.reports.labels import SIDES, Box, place
+from gyroctl.reports.theme import law_styles
 from gyroctl.reports.wording import number, percent, seed_ranges, watts
 
 CONTRACT = [
@@ -290,6 +292,14 @@ def test_report_flags_motion_and_seed_overlap(tmp_path):
     body = without_scripts(write_report(ds, tmp_path / "report.html").read_text(encoding="utf-8"))
     assert '<span class="flag">over</span> 0.410' in body
     assert "overlap: 8" in body
+
+
+def test_no_two_registered_laws_look_the_same():
+    styles = law_styles(list(registered()), "best_constant")
+    reference = styles.pop("best_constant")
+    for part in ("colour", "symbol", "marker"):
+        assert len({getattr(style, part) for style in styles.values()}) == len(styles) >= 10
+    assert reference.colour not in {style.colour for style in styles.values()}
 
 
 def test_hostile_names_cannot_leave_their_place(tmp_path):

@@ -1,7 +1,8 @@
 """One look for every picture: palette, type and plotly templates for light and dark pages.
 
 The law colours are those of Okabe and Ito (distinguishable with every common colour-vision deficiency), continued by
-two; marker shape and dash repeat what colour says. The reference law is always grey: colour means "a law under test".
+five, enough for the registered laws; marker shape and dash repeat what colour says. The reference law is always grey:
+colour means "a law under test".
 """
 
 from __future__ import annotations
@@ -16,10 +17,12 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 FONT = "-apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, system-ui, sans-serif"
-HUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6BB1", "#A0522D")
-SYMBOLS = ("circle", "square", "diamond", "triangle-up", "cross", "pentagon", "star", "hexagon")
-MARKERS = ("o", "s", "D", "^", "P", "p", "*", "h")
-DASHES = ("solid", "solid", "solid", "solid", "dash", "dash", "dash", "dash")
+HUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6BB1", "#A0522D",
+        "#C2185B", "#999933", "#5C6BC0")  # fmt: skip
+SYMBOLS = ("circle", "square", "diamond", "triangle-up", "cross", "pentagon", "star", "hexagon",
+           "triangle-down", "x", "hourglass")  # fmt: skip
+MARKERS = ("o", "s", "D", "^", "P", "p", "*", "h", "v", "X", "8")
+DASHES = ("solid", "solid", "solid", "solid", "dash", "dash", "dash", "dash", "dot", "dot", "dot")
 REFERENCE_GREY = "#7A828C"
 WARNING = "#CF3F35"
 
