@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 
 import gyroctl as gy
-from gyroctl.controllers.nmpc import rti
-from gyroctl.controllers.nmpc.descent import descend
-from gyroctl.controllers.nmpc.osqp_solver import OsqpSolver
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, predict, weights
-from gyroctl.controllers.nmpc.riccati import empty_riccati_room, solve
-from gyroctl.controllers.nmpc.subproblem import SOLVED, empty_subproblem, linearise
+from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
+from gyroctl.controllers.nmpc.solvers.descent import descend
+from gyroctl.controllers.nmpc.solvers.osqp_solver import OsqpSolver
+from gyroctl.controllers.nmpc.solvers.riccati import empty_riccati_room, solve
+from gyroctl.controllers.nmpc.solvers.subproblem import SOLVED, empty_subproblem, linearise
 from gyroctl.harness.run import lead_in
 from gyroctl.harness.start import locked_start
 from gyroctl.plant.kernel import hold_one, rows, slip_rate, steps_for

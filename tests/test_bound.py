@@ -6,15 +6,14 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
-from gyroctl.controllers.nmpc import full_horizon
-from gyroctl.controllers.nmpc.beam import receding
-from gyroctl.controllers.nmpc.full_horizon import follow, optimise, reduced, shoot, window
 from gyroctl.controllers.nmpc.prediction import orders_of, pullback_of, step_of
 from gyroctl.controllers.nmpc.problem import weights
 from gyroctl.harness.run import run_law
 from gyroctl.plant.kernel import hold_one, rows
-from gyroctl.studies.bound import Cut, Effort, bound_report, cut, loosened, momentum_cap
+from gyroctl.studies.bound import Cut, Effort, bound_report, cut, full_horizon, loosened, momentum_cap
+from gyroctl.studies.bound.beam import receding
 from gyroctl.studies.bound.cap import absorbed, float_alone, float_states, momentum
+from gyroctl.studies.bound.full_horizon import follow, optimise, reduced, shoot, window
 from gyroctl.studies.bound.search import MOTION, best_found, verify
 from gyroctl.studies.bound.search import _window as problem_of
 

@@ -15,7 +15,7 @@ import pytest
 
 import gyroctl as gy
 from gyroctl.cli import main
-from gyroctl.harness.experiment import all_tuning_seeds, build_experiment, read_experiment
+from gyroctl.comparison.experiment import all_tuning_seeds, build_experiment, read_experiment
 
 SHORT = """
 [run]
@@ -127,7 +127,7 @@ def test_second_comparison_answers_from_the_stored_runs(
         raise AssertionError("computed again")
 
     before = json.loads((compared / "out" / "summary.json").read_text())
-    monkeypatch.setattr("gyroctl.harness.comparison.perform", never)
+    monkeypatch.setattr("gyroctl.comparison.compare.perform", never)
     code, _, err = run("compare", compared / "short.toml", "--out", compared / "out", "--workers", 1)
     assert code == 0, err
     after = json.loads((compared / "out" / "summary.json").read_text())
@@ -402,7 +402,7 @@ def test_error_of_the_program_itself_is_not_dressed_up_as_input(run: Run, monkey
     def broken(*arguments: object, **options: object) -> None:
         raise ValueError("a bug")
 
-    monkeypatch.setattr("gyroctl.harness.experiment.read_experiment", broken)
+    monkeypatch.setattr("gyroctl.comparison.experiment.read_experiment", broken)
     with pytest.raises(ValueError, match="a bug"):
         run("compare")
 
@@ -411,7 +411,7 @@ def test_interruption_says_that_finished_runs_are_kept(run: Run, monkeypatch: py
     def interrupted(*arguments: object, **options: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gyroctl.harness.experiment.read_experiment", interrupted)
+    monkeypatch.setattr("gyroctl.comparison.experiment.read_experiment", interrupted)
     code, _, err = run("compare")
     # typer turns an interruption into an exit of its own; either way it is no success and no traceback
     assert code in (1, 130) and "Traceback" not in err

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
-from gyroctl.harness import comparison, store
-from gyroctl.harness.comparison import Outcome, Realisations, check_fair, compare
+from gyroctl.comparison import compare as comparison
+from gyroctl.comparison import store
+from gyroctl.comparison.compare import Outcome, Realisations, check_fair, compare
 from gyroctl.harness.run import Settings, run_law
 from gyroctl.simulation import evaluate
 

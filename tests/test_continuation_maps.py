@@ -12,10 +12,10 @@ import pytest
 from numpy.typing import NDArray
 
 import gyroctl as gy
-from gyroctl.linearisation.bifurcation import curve
-from gyroctl.linearisation.continuation import ScaledMap, SpecialPoint, continue_fixed_point
-from gyroctl.linearisation.orbit_map import Evaluation
-from gyroctl.linearisation.palc import Palc, begin, follow, locate
+from gyroctl.orbits.bifurcation import curve
+from gyroctl.orbits.continuation import ScaledMap, SpecialPoint, continue_fixed_point
+from gyroctl.orbits.orbit_map import Evaluation
+from gyroctl.orbits.pseudo_arclength import Palc, begin, follow, locate
 
 
 @dataclass(frozen=True)

@@ -10,19 +10,9 @@ import pytest
 from test_orbit import DEEP_HE, DEEP_RADIATION, OneFrequency
 
 import gyroctl as gy
-from gyroctl.linearisation import (
-    Branch,
-    Palc,
-    PeriodicOrbit,
-    SpecialPoint,
-    continue_orbit,
-    critical_damping,
-    curve,
-    lock_map,
-    lock_orbit,
-    tongue,
-)
-from gyroctl.linearisation.flow import flow
+from gyroctl.linearisation import PeriodicOrbit, lock_orbit
+from gyroctl.orbits import Branch, Palc, SpecialPoint, continue_orbit, critical_damping, curve, lock_map, tongue
+from gyroctl.orbits.flow import flow
 
 WAVE = gy.Regular(height=0.2, wp=3.14)
 SEED = 20240229

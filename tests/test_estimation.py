@@ -15,7 +15,7 @@ from gyroctl.harness.run import Settings, run_law
 from gyroctl.harness.sensing import ROWS
 from gyroctl.plant.equations import OMEGA_RATE, PSI, PSI_RATE
 from gyroctl.waves.estimation import SENSOR_NOISE, MomentEstimator, update
-from gyroctl.waves.estimation.averaged import float_model, noise_covariance, stationary_gains, transfer
+from gyroctl.waves.estimation.moment_model import float_model, noise_covariance, stationary_gains, transfer
 from gyroctl.waves.estimation.observer import gains_of, predict_ring
 
 Array = NDArray[np.float64]

@@ -13,24 +13,24 @@ from typer.testing import CliRunner
 
 import gyroctl as gy
 from gyroctl.cli.app import app
-from gyroctl.harness import comparison
+from gyroctl.comparison import compare as comparison
 from gyroctl.harness.actuation import Actuators
-from gyroctl.harness.constant_pair import searching
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.sensing import ROWS
-from gyroctl.reports.statistics import Estimate
+from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation import Request, offdesign, request, seas
-from gyroctl.studies.evaluation.bars import BARS, Bar, answer, answers, one_set_laws
 from gyroctl.studies.evaluation.cases import Case, Runs, check_design, check_waves, common_seeds, designs, run_case
 from gyroctl.studies.evaluation.draw import _styles
 from gyroctl.studies.evaluation.entrants import Entrant, kind, pair, parse, reference, with_sets
 from gyroctl.studies.evaluation.information import information_table
 from gyroctl.studies.evaluation.offdesign import OffSea, found_pair, never_worse, off_seas, offdesign_table
+from gyroctl.studies.evaluation.perturbed_devices import NOMINAL, TYPICAL_RMS, noisy_sensors, truths
 from gyroctl.studies.evaluation.report import evaluate_tables
 from gyroctl.studies.evaluation.robustness import kept_power, robustness_table
 from gyroctl.studies.evaluation.rows import Row, row
 from gyroctl.studies.evaluation.seeds import seed_plan
-from gyroctl.studies.evaluation.truths import NOMINAL, TYPICAL_RMS, noisy_sensors, truths
+from gyroctl.studies.evaluation.targets import BARS, Bar, answer, answers, one_set_laws
+from gyroctl.tuning.best_pair import searching
 from gyroctl.waves import DriftingSea, prepare, realise
 from gyroctl.waves.energy import wave_power
 
@@ -477,7 +477,7 @@ def test_offdesign_stands_beside_the_pair_of_that_sea(tmp_path: Path) -> None:
 
 
 def test_pair_of_a_sea_is_searched_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from gyroctl.harness.constant_pair import BestPair
+    from gyroctl.tuning.best_pair import BestPair
 
     calls: list[tuple[Any, float]] = []
 

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
+from gyroctl.comparison.compare import _law_content
 from gyroctl.controllers import gain_scheduled
 from gyroctl.controllers.gain_scheduled import design as designing
 from gyroctl.controllers.gain_scheduled.cell import Cell, Filters, Node, frozen
@@ -20,12 +21,11 @@ from gyroctl.controllers.gain_scheduled.margins import CHANNELS, Demand, cell_lo
 from gyroctl.controllers.gain_scheduled.periodic_regulator import Weights, regulate
 from gyroctl.controllers.gain_scheduled.scheduled import POINT, ROW, SIGNALS, Scheduled, ScheduledState, _locate, _mix
 from gyroctl.controllers.gain_scheduled.table import law_of, read_table, row_of, table_file
-from gyroctl.harness.comparison import _law_content
-from gyroctl.harness.controller import Measurement
 from gyroctl.harness.loop import compile_law
+from gyroctl.harness.protocol import Measurement
 from gyroctl.harness.run import Settings, lead_in, run_law
-from gyroctl.linearisation.loop_orbit import close_loop, read
 from gyroctl.linearisation.riccati import periodic_lyapunov
+from gyroctl.loop_margins.closed_loop_orbit import close_loop, read
 
 NAMES = ("scheduled_lqr", "scheduled_lmi")
 MIDDLE = Node(0.15, 3.15, 0.5)
@@ -443,7 +443,7 @@ def test_live_schedule_is_stable_as_the_frozen_one(device: gy.Plant, law: Schedu
 
 
 def test_margins_of_the_table_are_those_of_the_loop(device: gy.Plant, content: dict[str, Any]) -> None:
-    from gyroctl.linearisation.loop_margins import channel_margins
+    from gyroctl.loop_margins.margins import channel_margins
 
     one = content["cells"][13]
     loop = cell_loop(device, one["wave_height"], one["frequency"], row_of(one), Filters(**content["filters"]))

@@ -14,8 +14,8 @@ from gyroctl.controllers.gain_scheduled.cell import Filters
 from gyroctl.controllers.gain_scheduled.margins import cell_loop
 from gyroctl.controllers.gain_scheduled.scheduled import Scheduled
 from gyroctl.controllers.gain_scheduled.table import read_table, row_of, table_file
-from gyroctl.linearisation.loop_orbit import LoopOrbit
-from gyroctl.linearisation.loop_trial import try_loop
+from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit
+from gyroctl.loop_margins.trial import try_loop
 
 NAMES = ("scheduled_lqr", "scheduled_lmi")
 CELLS = 27

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from gyroctl.errors import InputError
+from gyroctl.hydrodynamics.dispersion import group_velocity, wavenumber
 from gyroctl.hydrodynamics.geometry import VARIANTS, Geometry, _submerged, statics
 from gyroctl.hydrodynamics.mesh import Panels, hull, lid
-from gyroctl.hydrodynamics.waves import group_velocity, wavenumber
 
 
 def volume(panels: Panels) -> float:

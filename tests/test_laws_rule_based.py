@@ -24,10 +24,10 @@ from gyroctl.controllers.rule_based import (
 )
 from gyroctl.controllers.rule_based.shipped import FOLDER, shipped
 from gyroctl.controllers.rule_based.wave_clock import begin, easing, follow, upright
-from gyroctl.harness.controller import Measurement
+from gyroctl.harness.protocol import Measurement
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.sensing import Sensors
-from gyroctl.linearisation.loop_orbit import close_loop
+from gyroctl.loop_margins.closed_loop_orbit import close_loop
 from gyroctl.plant.equations import PHI1_RATE, PHI3_RATE, PSI
 from gyroctl.simulation.metrics import evaluate
 

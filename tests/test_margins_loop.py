@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
-from gyroctl.linearisation.dual import NotDifferentiable, step_jacobian
-from gyroctl.linearisation.loop_margins import (
+from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, Reading, close_loop
+from gyroctl.loop_margins.dual_numbers import NotDifferentiable, step_jacobian
+from gyroctl.loop_margins.margins import (
     DELAY_MAX,
     LoopMargins,
     OpenedLoop,
@@ -19,8 +20,7 @@ from gyroctl.linearisation.loop_margins import (
     loop_margins,
     open_loop,
 )
-from gyroctl.linearisation.loop_orbit import LoopOrbit, Reading, close_loop
-from gyroctl.linearisation.loop_trial import try_loop
+from gyroctl.loop_margins.trial import try_loop
 
 WAVE = gy.Regular(height=0.2, wp=3.14)
 

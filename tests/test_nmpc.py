@@ -11,11 +11,13 @@ import pytest
 from numba import njit
 
 import gyroctl as gy
-from gyroctl.controllers.nmpc import Nmpc, descent, prediction, problem, translation
+from gyroctl.controllers.nmpc import Nmpc, prediction, problem
+from gyroctl.controllers.nmpc import casadi_to_numba as translation
 from gyroctl.controllers.nmpc.foresight import between
 from gyroctl.controllers.nmpc.power_command import PowerCommand
+from gyroctl.controllers.nmpc.solvers import descent
 from gyroctl.errors import InputError
-from gyroctl.harness.controller import Measurement
+from gyroctl.harness.protocol import Measurement
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.start import locked_start
 from gyroctl.plant.kernel import hold_one, rows

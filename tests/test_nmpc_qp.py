@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 from scipy.sparse import block_diag, csc_matrix, diags, hstack, identity, vstack
 
 import gyroctl as gy
-from gyroctl.controllers.nmpc import rti
-from gyroctl.controllers.nmpc.interior_point import empty_interior_room, interior_point
-from gyroctl.controllers.nmpc.osqp_solver import CondensedForm, OsqpSolver
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, gradient, predict, weights
-from gyroctl.controllers.nmpc.riccati import PATIENCE, empty_riccati_room, solve
-from gyroctl.controllers.nmpc.riccati_sweep import empty_sweep_room, sweep
-from gyroctl.controllers.nmpc.subproblem import (
+from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
+from gyroctl.controllers.nmpc.solvers.interior_point import empty_interior_room, interior_point
+from gyroctl.controllers.nmpc.solvers.osqp_solver import CondensedForm, OsqpSolver
+from gyroctl.controllers.nmpc.solvers.riccati import PATIENCE, empty_riccati_room, solve
+from gyroctl.controllers.nmpc.solvers.riccati_sweep import empty_sweep_room, sweep
+from gyroctl.controllers.nmpc.solvers.subproblem import (
     LIMIT_REACHED,
     NOT_CONVEX,
     NOT_FINITE,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 import gyroctl as gy
 from gyroctl.harness.start import locked_start
-from gyroctl.linearisation.flow import Forcing, flow, flow_jacobian
+from gyroctl.orbits.flow import Forcing, flow, flow_jacobian
 
 WAVE = gy.Regular(height=0.2, wp=3.14)
 CASES = [(0.02, 3.5e-4), (0.052, 3.5e-4), (0.052, 3e-3), (0.3, 4.5e-3), (0.104, 0.0)]

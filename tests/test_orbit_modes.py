@@ -9,12 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 import gyroctl as gy
-from gyroctl.linearisation.flow import Forcing, flow
-from gyroctl.linearisation.modes import segment_jacobians
-from gyroctl.linearisation.monodromy import METHODS, monodromy
-from gyroctl.linearisation.orbit_map import OrbitMap, ShiftedExcitation, Wave
-from gyroctl.linearisation.sensitivity import PARAMETERS, with_gear
-from gyroctl.linearisation.symmetry import free_rows, reflect
+from gyroctl.orbits.flow import Forcing, flow
+from gyroctl.orbits.modes import segment_jacobians
+from gyroctl.orbits.monodromy import METHODS, monodromy
+from gyroctl.orbits.orbit_map import OrbitMap, ShiftedExcitation
+from gyroctl.orbits.sensitivity import PARAMETERS, with_gear
+from gyroctl.orbits.symmetry import free_rows, reflect
+from gyroctl.orbits.wave import Wave
 from gyroctl.plant.kernel import slip_rate
 
 WAVE = gy.Regular(height=0.2, wp=3.14)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
-from gyroctl.linearisation.flow import Forcing, flow
+from gyroctl.orbits.flow import Forcing, flow
 
 EQUIVALENT = gy.Regular(height=0.283 / math.sqrt(2.0), wp=3.14)
 

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 import gyroctl as gy
 from gyroctl.linearisation.lifted import nonlinear_error
+from gyroctl.linearisation.model import PeriodicModel, linearise
 from gyroctl.linearisation.norms import h2_norm, hinf_norm, hinf_of
-from gyroctl.linearisation.periodic import PeriodicModel, linearise, transition
+from gyroctl.linearisation.periodic import transition
 
 WAVE = gy.Regular(height=0.2, wp=3.14)
 OUTPUTS = ("psi", "psi_rate", "omega_rate", "phi1", "slip", "u1", "u3", "power")

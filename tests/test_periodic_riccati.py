@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_are, solve_discrete_lyapunov
 
 import gyroctl as gy
-from gyroctl.linearisation.periodic import linearise
+from gyroctl.linearisation.model import linearise
 from gyroctl.linearisation.riccati import periodic_kalman, periodic_lqr, periodic_lyapunov
 
 N, STATES, INPUTS = 5, 4, 2

@@ -121,7 +121,7 @@ def test_compiled_text_equals_numpy_to_rounding(plant: gy.Plant) -> None:
 def test_casadi_text_equals_numpy_to_rounding(plant: gy.Plant) -> None:
     from gyroctl.plant.symbolic import casadi_powers
 
-    function, powers_of = plant.casadi(), casadi_powers(plant)
+    function, powers_of = plant.casadi(), casadi_powers(plant.coefficients)
     controls, moments = inputs(20, 3)
     for x, u, m in zip(states_of(plant, 20, 2), controls, moments, strict=True):
         slope, powers = function(x, u, m), powers_of(x, u, m)

@@ -16,7 +16,7 @@ from rich.console import Console
 from test_reports_synthetic import CHARACTERS, FOUR, save, synthetic
 
 from gyroctl.errors import InputError
-from gyroctl.harness.laws import registered
+from gyroctl.harness.registry import registered
 from gyroctl.reports import evaluate, judge, open_results, print_table, summarise, write_picture, write_report
 from gyroctl.reports.labels import SIDES, Box, place
 from gyroctl.reports.theme import law_styles

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import norm, poisson, ttest_rel
 
-from gyroctl.reports.statistics import (
+from gyroctl.statistics import (
     FEWEST,
     NOT_DISTINGUISHABLE,
     bootstrap_mean,

@@ -12,14 +12,14 @@ import pytest
 from numpy.typing import NDArray
 
 import gyroctl as gy
+from gyroctl.comparison.compare import _law_content
+from gyroctl.comparison.experiment import build_experiment
 from gyroctl.controllers.supervisor import MODES, Rules, Supervisor, Watch, wrap
 from gyroctl.controllers.supervisor.rules import PRODUCE, PULL, START, UNLOAD, command, first_watch, motor, observe
 from gyroctl.harness.actuation import actuate
-from gyroctl.harness.comparison import _law_content
-from gyroctl.harness.controller import Measurement
-from gyroctl.harness.experiment import build_experiment
-from gyroctl.harness.laws import describe
 from gyroctl.harness.loop import compile_law
+from gyroctl.harness.protocol import Measurement
+from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI
 from gyroctl.simulation.metrics import Record, evaluate, production

@@ -16,18 +16,20 @@ from typer.testing import CliRunner
 
 import gyroctl as gy
 from gyroctl.cli.app import app
-from gyroctl.harness import constant_pair, evolution, tuning_bench
-from gyroctl.harness.constant_pair import best_pair
-from gyroctl.harness.front import FrontRow, front_rows, nondominated, write_front
-from gyroctl.harness.goal import METRICS, Goal
-from gyroctl.harness.law_content import content
-from gyroctl.harness.laws import registered, tuned_seeds, tuned_sets
-from gyroctl.harness.scan import scan
-from gyroctl.harness.tuned import read_sets, write_sets
-from gyroctl.harness.tuning import Start, chosen, planned, tune
-from gyroctl.harness.tuning_record import Circumstances
-from gyroctl.harness.tuning_stages import Seen
-from gyroctl.harness.tuning_task import SEAS, Knob, Task, build_task, read_task
+from gyroctl.harness.constant_pairs import scan
+from gyroctl.harness.fingerprint import content
+from gyroctl.harness.registry import registered, tuned_seeds, tuned_sets
+from gyroctl.harness.tuned_sets import read_sets, write_sets
+from gyroctl.tuning import bench as tuning_bench
+from gyroctl.tuning import best_pair as constant_pair
+from gyroctl.tuning import evolution
+from gyroctl.tuning.best_pair import best_pair
+from gyroctl.tuning.goal import METRICS, Goal
+from gyroctl.tuning.pareto_front import FrontRow, front_rows, nondominated, write_front
+from gyroctl.tuning.record import Circumstances
+from gyroctl.tuning.stages import Seen
+from gyroctl.tuning.task import SEAS, Knob, Task, build_task, read_task
+from gyroctl.tuning.tune import Start, chosen, planned, tune
 
 EXAMPLE = Path(__file__).parents[1] / "docs" / "examples" / "my_law.py"
 

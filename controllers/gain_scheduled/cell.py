@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from gyroctl.controllers.gain_scheduled.scheduled import POINT, ROW, SIGNALS, Scheduled, ScheduledState
 from gyroctl.errors import InputError
-from gyroctl.linearisation import PeriodicOrbit, continue_orbit, lock_orbit
-from gyroctl.linearisation.dual import step_jacobian
-from gyroctl.linearisation.loop_orbit import LoopOrbit, close_loop, read
-from gyroctl.linearisation.orbit_map import Wave
+from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop, read
+from gyroctl.loop_margins.dual_numbers import step_jacobian
+from gyroctl.orbits import Orbit, continue_orbit, search_orbit
+from gyroctl.orbits.wave import Wave
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import PSI, PSI_RATE
 
@@ -76,7 +76,7 @@ class Cell:
         Where it lies.
     height : float
         Wave height. [m]
-    orbit : PeriodicOrbit
+    orbit : Orbit
         With the controls of the operating point.
     fold : float
         Largest cg with an orbit at this wave and cc. [Nms]
@@ -94,7 +94,7 @@ class Cell:
 
     node: Node
     height: float
-    orbit: PeriodicOrbit
+    orbit: Orbit
     fold: float
     point: NDArray[np.float64]
     A: Matrices = field(repr=False)
@@ -110,7 +110,7 @@ class Cell:
         return self.orbit.cg / self.fold
 
 
-def operating_orbit(plant: Plant, node: Node, cc: float, share: float) -> PeriodicOrbit:
+def operating_orbit(plant: Plant, node: Node, cc: float, share: float) -> Orbit:
     """Orbit of the wave height at which the envelope is the node's, with cg a share of the lock capacity J4 V/N.
 
     Raises
@@ -121,7 +121,7 @@ def operating_orbit(plant: Plant, node: Node, cc: float, share: float) -> Period
     cg = share * plant.parameters.J4 * node.envelope / plant.parameters.N
     height, slope, guess, before = OFFSET + node.envelope / SLOPE, SLOPE, None, (np.nan, np.nan)
     for _ in range(SOLVER_STEPS):
-        orbit = lock_orbit(plant, Wave(height, node.frequency), cc, cg, guess=guess, nearest=False)
+        orbit = search_orbit(plant, Wave(height, node.frequency), cc, cg, guess=guess)
         if orbit.status == "no orbit" or abs(orbit.load_angle) > 0.5 * np.pi:  # behind pull-out: from above again
             height, guess = height + 0.02, None
             continue

@@ -37,7 +37,7 @@ from gyroctl.controllers.gain_scheduled.scheduled import POINT, SIGNALS
 from gyroctl.controllers.gain_scheduled.table import table_file, write_table
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
-from gyroctl.linearisation.loop_margins import ChannelMargins
+from gyroctl.loop_margins.margins import ChannelMargins
 from gyroctl.plant import Plant
 from gyroctl.simulation.progress import Progress
 

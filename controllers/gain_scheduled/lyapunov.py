@@ -25,9 +25,9 @@ from numpy.typing import NDArray
 from gyroctl.controllers.gain_scheduled.cell import Cell, Node
 from gyroctl.controllers.gain_scheduled.scheduled import SIGNALS
 from gyroctl.errors import InputError
-from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.linearisation.averaged import average
-from gyroctl.linearisation.periodic import linearise
+from gyroctl.linearisation.model import linearise
+from gyroctl.orbits.orbit import Orbit
 from gyroctl.plant.equations import PSI
 
 Matrix = NDArray[np.float64]
@@ -110,7 +110,7 @@ class Certificate:
     cost: float
 
 
-def slow_model(orbit: PeriodicOrbit, node: Node, decorrelation: float, scatter: float) -> SlowModel:
+def slow_model(orbit: Orbit, node: Node, decorrelation: float, scatter: float) -> SlowModel:
     """Averaged model of an orbit with modulated inputs, driven by the irregularity of the wave."""
     model = linearise(orbit, ("psi", "phi1"))
     psi = model.orbit[:-1, PSI]

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from gyroctl.controllers.gain_scheduled.cell import Cell, Filters, frozen
-from gyroctl.linearisation.loop_margins import ChannelMargins, channel_margins
-from gyroctl.linearisation.loop_orbit import LoopOrbit, close_loop
-from gyroctl.linearisation.orbit_map import Wave
+from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop
+from gyroctl.loop_margins.margins import ChannelMargins, channel_margins
+from gyroctl.orbits.wave import Wave
 from gyroctl.plant import Plant
 
 CHANNELS = ("cc", "cg", "controls", "psi", "psi_rate", "omega_rate", "phi1", "phi1_rate", "phi3_rate")

@@ -11,6 +11,7 @@ from typing import Any
 
 from gyroctl.controllers.gain_scheduled.scheduled import POINT, SIGNALS, Scheduled
 from gyroctl.errors import InputError
+from gyroctl.writing import write_text
 
 NODES = ("envelope", "frequency", "bandwidth")
 
@@ -75,9 +76,7 @@ def write_table(
         lines += [f"[{title}]", *(f"{_key(key)} = {_value(value)}" for key, value in entries.items()), ""]
     for cell in cells:
         lines += ["[[cells]]", *(f"{_key(key)} = {_value(value)}" for key, value in cell.items()), ""]
-    part = path.with_name(path.name + ".part")
-    part.write_text("\n".join(lines), encoding="utf-8")
-    part.replace(path)
+    write_text(path, "\n".join(lines))
     read_table.cache_clear()
 
 

@@ -13,12 +13,13 @@ from typing import Any
 
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
-from gyroctl.controllers.nmpc import descent, rti
-from gyroctl.controllers.nmpc.baseline import osqp_planner
-from gyroctl.controllers.nmpc.descent import descend
 from gyroctl.controllers.nmpc.prediction import Orders, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
-from gyroctl.controllers.nmpc.rti import empty_room, iterate_briefly
+from gyroctl.controllers.nmpc.solvers import descent
+from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
+from gyroctl.controllers.nmpc.solvers.descent import descend
+from gyroctl.controllers.nmpc.solvers.planner_osqp import osqp_planner
+from gyroctl.controllers.nmpc.solvers.real_time_iterations import empty_room, iterate_briefly
 from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 FIELDS = len(Weights._fields)

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.translation import compiled
+from gyroctl.controllers.nmpc.casadi_to_numba import compiled
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA, Coefficients, derivative
 

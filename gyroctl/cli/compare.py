@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -22,9 +20,9 @@ def compare(
     quick: Annotated[bool, typer.Option("--quick", help="Four realisations of 600 s.")] = False,
 ) -> None:
     """Compare laws on identical wave realisations."""
-    from gyroctl.harness.comparison import Realisations
-    from gyroctl.harness.comparison import compare as run
-    from gyroctl.harness.experiment import all_tuning_seeds, read_experiment
+    from gyroctl.comparison.compare import Realisations
+    from gyroctl.comparison.compare import compare as run
+    from gyroctl.comparison.experiment import all_tuning_seeds, read_experiment
 
     _folder(out)
     setup = read_experiment(experiment, quick)
@@ -62,16 +60,13 @@ def _folder(out: Path) -> None:
 def write(ds: xarray.Dataset, out: Path, results: bool = True) -> None:
     """Write the three files, each whole or not at all, and print the table."""
     from gyroctl.reports import evaluate, print_table, summarise, write_report
+    from gyroctl.writing import write_json, written_whole
 
     found = evaluate(ds)
-    out.mkdir(parents=True, exist_ok=True)
     if results:
-        part = out / "results.nc.part"
-        ds.to_netcdf(part, engine="h5netcdf")
-        os.replace(part, out / "results.nc")
-    part = out / "summary.json.part"
-    part.write_text(json.dumps(summarise(ds, found), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    os.replace(part, out / "summary.json")
+        with written_whole(out / "results.nc") as part:
+            ds.to_netcdf(part, engine="h5netcdf")
+    write_json(out / "summary.json", summarise(ds, found))
     page = write_report(ds, out / "report.html")
     print_table(ds, found)
     typer.echo(f"Report: {page}")

@@ -18,7 +18,7 @@ def laws(context: typer.Context) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from gyroctl.harness.laws import describe, law, registered
+    from gyroctl.harness.registry import describe, law, registered
 
     table = Table("law", "looks at", "period [s]", "parameters (shipped tuning)", "what it does")
     for name in registered():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -30,6 +29,7 @@ def simulate(
     import gyroctl as gy
     from gyroctl.simulation.lock import loss_time
     from gyroctl.simulation.metrics import production
+    from gyroctl.writing import written_whole
 
     built = gy.law(law, **parse(settings or []))
     if not out.parent.is_dir():
@@ -43,9 +43,8 @@ def simulate(
     plant = gy.zhang2017(variant)
     waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)
     ds = gy.simulate(plant, built, waves, setup, law)
-    part = out.with_name(out.name + ".part")
-    ds.to_netcdf(part, engine="h5netcdf")
-    os.replace(part, out)
+    with written_whole(out) as part:
+        ds.to_netcdf(part, engine="h5netcdf")
     period = float(ds.time[1] - ds.time[0])
     lost = float(loss_time(ds.psi.values, period, wp))
     lock = "kept lock" if lost != lost else f"lost lock after {lost:.0f} s"

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from gyroctl.harness.tuning import Start, Tuned
-    from gyroctl.harness.tuning_record import Circumstances
-    from gyroctl.harness.tuning_task import Task
+    from gyroctl.tuning.record import Circumstances
+    from gyroctl.tuning.task import Task
+    from gyroctl.tuning.tune import Start, Tuned
 
 
 def tune(
@@ -31,11 +31,11 @@ def tune(
     ship: Annotated[bool, typer.Option("--ship", help="Also write the sets beside the law.")] = False,
 ) -> None:  # fmt: skip
     """Tune laws; a tuning that was stopped goes on where it was, one with a larger budget too."""
-    from gyroctl.harness.laws import home, tuned_sets
-    from gyroctl.harness.tuned import tuned_file, write_sets
-    from gyroctl.harness.tuning import tune as run
-    from gyroctl.harness.tuning_bench import workers_wanted
-    from gyroctl.harness.tuning_task import read_task
+    from gyroctl.harness.registry import home, tuned_sets
+    from gyroctl.harness.tuned_sets import tuned_file, write_sets
+    from gyroctl.tuning.bench import workers_wanted
+    from gyroctl.tuning.task import read_task
+    from gyroctl.tuning.tune import tune as run
 
     on = circumstances(experiment)
     wanted = [name.strip() for name in sets.split(",") if name.strip()]
@@ -59,9 +59,9 @@ def tune(
 
 def circumstances(experiment: Path | None) -> Circumstances:
     """Plant, sensors and actuators of an experiment, or the default ones."""
+    from gyroctl.comparison.experiment import read_experiment
     from gyroctl.devices import zhang2017
-    from gyroctl.harness.experiment import read_experiment
-    from gyroctl.harness.tuning_record import Circumstances
+    from gyroctl.tuning.record import Circumstances
 
     if experiment is None:
         return Circumstances(zhang2017())
@@ -71,7 +71,7 @@ def circumstances(experiment: Path | None) -> Circumstances:
 
 def _start(sets: dict[str, Any], name: str) -> Start | None:
     from gyroctl.errors import InputError
-    from gyroctl.harness.tuning import Start
+    from gyroctl.tuning.tune import Start
 
     if not name:
         return None
@@ -82,8 +82,8 @@ def _start(sets: dict[str, Any], name: str) -> Start | None:
 
 
 def _front(task: Task, which: str, found: Tuned, out: Path) -> None:
-    from gyroctl.harness.front import front_rows, write_front
     from gyroctl.reports.tuning_front import write_tuning_front
+    from gyroctl.tuning.pareto_front import front_rows, write_front
 
     goals = task.goals[""]
     rows = front_rows(found.archive, found.sets, {name: goal.motion for name, goal in goals.items()})

@@ -18,10 +18,10 @@ from numba.core.errors import NumbaError
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.harness.controller import Law, LawError, Measurement
 from gyroctl.harness.law_trials import RUNS, SEED, SHORT, Check, Subject, cost, dropout, shocks, step_size
-from gyroctl.harness.laws import defined, law
 from gyroctl.harness.loop import compile_law
+from gyroctl.harness.protocol import Law, LawError, Measurement
+from gyroctl.harness.registry import defined, law
 from gyroctl.harness.run import Settings, informed, lead_in, run_law
 from gyroctl.harness.sensing import CHANNELS, measure
 from gyroctl.plant import Plant

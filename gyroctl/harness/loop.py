@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from gyroctl.harness import actuation, sensing
 from gyroctl.harness.actuation import ActuatorArrays, actuate
-from gyroctl.harness.controller import Law, LawError, Measurement
+from gyroctl.harness.protocol import Law, LawError, Measurement
 from gyroctl.harness.sensing import CHANNELS, SensorArrays, measure
 from gyroctl.plant.compiled import entry_point, source_stamp
 from gyroctl.plant.equations import Coefficients

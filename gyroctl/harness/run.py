@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
-from gyroctl.harness.controller import Law, LawError
-from gyroctl.harness.laws import describe
 from gyroctl.harness.loop import CompiledLaw, Kernel, PythonLaw, closed_loop, compile_law, compiled_calls, compiled_loop
+from gyroctl.harness.protocol import Law, LawError
+from gyroctl.harness.registry import describe
 from gyroctl.harness.sensing import CHANNELS, Sensors
 from gyroctl.harness.start import STARTS, locked_start, rest_start
 from gyroctl.plant import Plant

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.harness.controller import Measurement
+from gyroctl.harness.protocol import Measurement
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
 

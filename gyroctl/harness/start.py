@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.linearisation import lock_orbit
+from gyroctl.orbits.search import search_orbit
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import PSI
 from gyroctl.waves import Regular, Sea
@@ -56,7 +56,7 @@ _found: dict[tuple[object, ...], tuple[NDArray[np.float64], tuple[float, float]]
 def _search(plant: Plant, wave: Regular) -> tuple[NDArray[np.float64], tuple[float, float]]:
     unstable = None
     for cc, cg in REFERENCE:
-        orbit = lock_orbit(plant, wave, cc, cg, nearest=False)
+        orbit = search_orbit(plant, wave, cc, cg)
         if orbit.status == "stable":
             return orbit.x, (cc, cg)
         # an orbit on which an oscillation grows slowly is still where a lock would begin; a saddle is not

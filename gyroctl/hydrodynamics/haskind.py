@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.hydrodynamics.dispersion import group_velocity, wavenumber
 from gyroctl.hydrodynamics.table import Hydrodynamics
-from gyroctl.hydrodynamics.waves import group_velocity, wavenumber
 
 Floats = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.hydrodynamics.geometry import Geometry
 from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf, dispersion
-from gyroctl.hydrodynamics.waves import wavenumber
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]

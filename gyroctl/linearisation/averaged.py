@@ -7,20 +7,17 @@ of the others only their static part. Where this is good enough is measured, not
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.linearisation.harmonic import HarmonicTransfer
-from gyroctl.linearisation.periodic import names_for_matlab
+from gyroctl.linearisation.periodic import PeriodicMatrices, names_for_matlab
 from gyroctl.plant.equations import PSI
-
-if TYPE_CHECKING:
-    from gyroctl.linearisation.periodic import PeriodicModel
 
 SLOW = 1e-4
 """Modes whose multiplier is below this are gone within a period."""
@@ -61,7 +58,7 @@ class AveragedModel:
     outputs: tuple[str, ...]
     valid_frequency: float
     valid_angle: float
-    model: PeriodicModel = field(repr=False)
+    model: PeriodicMatrices = field(repr=False)
 
     @property
     def poles(self) -> NDArray[np.complex128]:
@@ -98,7 +95,7 @@ class AveragedModel:
                        "valid_angle": self.valid_angle})  # fmt: skip
 
 
-def average(model: PeriodicModel) -> AveragedModel:
+def average(model: PeriodicMatrices) -> AveragedModel:
     """Keep the libration and the horizontal mode of a periodic model.
 
     Raises
@@ -138,7 +135,7 @@ def average(model: PeriodicModel) -> AveragedModel:
 
 
 def _floquet(
-    model: PeriodicModel,
+    model: PeriodicMatrices,
 ) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
     """Exponents (i,) of the slow modes and their periodic right (N, n, i) and left (N, i, n) vectors."""
     values, vectors = np.linalg.eig(model.monodromy)
@@ -155,7 +152,7 @@ def _floquet(
 
 
 def _choose(
-    model: PeriodicModel, exponents: NDArray[np.complex128], right: NDArray[np.complex128],
+    model: PeriodicMatrices, exponents: NDArray[np.complex128], right: NDArray[np.complex128],
     left: NDArray[np.complex128],
 ) -> dict[str, list[int]]:  # fmt: skip
     """Two exponents for each group, closed under conjugation, by the part its states take in them."""
@@ -180,13 +177,11 @@ def _valid_frequency(averaged: AveragedModel) -> float:
     """Highest frequency with a relative error below `TOLERANCE` from cg to psi, on a grid. [rad/s]"""
     model = averaged.model
     grid = np.linspace(0.0, np.pi / model.wave_period, 101)
-    flow = model.flow
     row = np.zeros((model.samples, 1, len(model.states)))
     row[:, 0, model.states.index("psi")] = 1.0
-    single = type(model)(
-        model.A, model.B[:, :, 1:2], row, np.zeros((model.samples, 1, 1)), model.states, ("cg",), ("psi",),
-        model.asked, model.orbit, model.controls, flow,
-    )  # fmt: skip
+    single = replace(
+        model, B=model.B[:, :, 1:2], C=row, D=np.zeros((model.samples, 1, 1)), inputs=("cg",), outputs=("psi",)
+    )
     exact = HarmonicTransfer(single).baseband(grid)[:, 0, 0]
     eye, b = np.eye(2), averaged.B[:2, 1]
     near = np.array([np.linalg.solve(1j * w * eye - averaged.A[:2, :2], b)[0] for w in grid])
@@ -195,7 +190,7 @@ def _valid_frequency(averaged: AveragedModel) -> float:
     return float(grid[-1] if good.all() else grid[max(int(np.argmin(good)) - 1, 0)])
 
 
-def _valid_angle(model: PeriodicModel, shape: NDArray[np.float64]) -> float:
+def _valid_angle(model: PeriodicMatrices, shape: NDArray[np.float64]) -> float:
     """Largest libration [rad] that the linear model follows within `TOLERANCE`, by bisection on nonlinear runs."""
     if float(np.abs(model.multipliers[0])) >= 1.0:
         return 0.0

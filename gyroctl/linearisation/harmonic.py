@@ -9,15 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.linearisation.lifted import lift_matrices
-
-if TYPE_CHECKING:
-    from gyroctl.linearisation.periodic import PeriodicModel
+from gyroctl.linearisation.periodic import PeriodicMatrices
 
 
 @dataclass(frozen=True)
@@ -26,11 +24,11 @@ class HarmonicTransfer:
 
     Parameters
     ----------
-    model : PeriodicModel
+    model : PeriodicMatrices
         The model.
     """
 
-    model: PeriodicModel
+    model: PeriodicMatrices
 
     @property
     def harmonics(self) -> NDArray[np.int64]:

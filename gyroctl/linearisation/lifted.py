@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.linearisation.periodic import names_for_matlab
+from gyroctl.linearisation.periodic import PeriodicMatrices, names_for_matlab
 from gyroctl.plant.equations import PSI
-
-if TYPE_CHECKING:
-    from gyroctl.linearisation.periodic import PeriodicModel
 
 
 @dataclass(frozen=True)
@@ -68,7 +65,7 @@ class LiftedModel:
         savemat(path, {**matrices, **names_for_matlab(self), "period": self.period})
 
 
-def lift(model: PeriodicModel) -> LiftedModel:
+def lift(model: PeriodicMatrices) -> LiftedModel:
     """Lift a periodic model over one wave period, from sample 0."""
     a, b, c, d = lift_matrices(model.A, model.B, model.C, model.D)
     return LiftedModel(
@@ -96,7 +93,7 @@ def lift_matrices(
 
 
 def nonlinear_error(
-    model: PeriodicModel, sizes: NDArray[np.float64], seed: int = 0, periods: int = 3
+    model: PeriodicMatrices, sizes: NDArray[np.float64], seed: int = 0, periods: int = 3
 ) -> NDArray[np.float64]:
     """Relative error of the model against the nonlinear plant, for each size of a random perturbation.
 

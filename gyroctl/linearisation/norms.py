@@ -7,13 +7,12 @@ z = (1 + s)/(1 - s), which leaves the norm as it is. No gridding of frequency, a
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from gyroctl.linearisation.lifted import LiftedModel
+from gyroctl.linearisation.lifted import LiftedModel
 
 ROUNDS = 30
 

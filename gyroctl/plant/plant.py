@@ -16,6 +16,7 @@ from gyroctl.plant import equations
 from gyroctl.plant.equations import LEDGER, Coefficients
 from gyroctl.plant.parameters import Parameters
 from gyroctl.plant.radiation import Radiation
+from gyroctl.plant.symbolic import casadi_derivative
 
 
 class Excitation(Protocol):
@@ -154,9 +155,7 @@ class Plant:
 
     def casadi(self) -> Any:
         """Return the casadi function (x, u, moments) -> derivative, built from the same text."""
-        from gyroctl.plant.symbolic import casadi_derivative
-
-        return casadi_derivative(self)
+        return casadi_derivative(self.coefficients)
 
     def jacobians(self, x: ArrayLike, u: Any, moments: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Exact Jacobians of `derivative` by complex step.

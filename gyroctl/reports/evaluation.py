@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.reports import layout
-from gyroctl.reports.statistics import (
+from gyroctl.statistics import (
     Estimate,
     PairedDifference,
     Survival,

@@ -10,10 +10,10 @@ import numpy as np
 
 from gyroctl.reports import layout
 from gyroctl.reports.evaluation import Evaluation
-from gyroctl.reports.statistics import NOT_DISTINGUISHABLE
 from gyroctl.reports.theme import FLOWS, REFERENCE_GREY, WARNING, error_bars, finished, law_styles
 from gyroctl.reports.verdict import judge
 from gyroctl.reports.wording import interval, number, signed
+from gyroctl.statistics import NOT_DISTINGUISHABLE
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

@@ -11,9 +11,9 @@ import numpy as np
 from gyroctl.reports import layout
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
 from gyroctl.reports.pareto import pareto_labels, pareto_range, plottable
-from gyroctl.reports.statistics import Estimate
 from gyroctl.reports.theme import LIGHT, LOCK_SCALE, law_styles
 from gyroctl.reports.verdict import judge
+from gyroctl.statistics import Estimate
 
 if TYPE_CHECKING:
     import xarray as xr

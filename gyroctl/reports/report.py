@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-import os
 import re
-import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -14,10 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gyroctl.reports import figures, layout, wording
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
 from gyroctl.reports.pareto import pareto
-from gyroctl.reports.statistics import NOT_DISTINGUISHABLE
 from gyroctl.reports.theme import DARK, LIGHT, law_styles, template
 from gyroctl.reports.timeseries import time_series
 from gyroctl.reports.verdict import judge
+from gyroctl.statistics import NOT_DISTINGUISHABLE
+from gyroctl.writing import write_text
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -147,18 +146,7 @@ def write_report(source: xr.Dataset | str | Path, out_path: str | Path, evaluati
     ds = layout.open_results(source)
     path = Path(out_path)
     path = path / "report.html" if path.is_dir() else path
-    path.parent.mkdir(parents=True, exist_ok=True)
-    page = render(ds, evaluation)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as stream:
-            stream.write(page)
-        Path(temporary).chmod(0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-    return path
+    return write_text(path, render(ds, evaluation))
 
 
 def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.reports import layout
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
-from gyroctl.reports.statistics import Estimate
+from gyroctl.statistics import Estimate
+from gyroctl.writing import plain
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,7 +39,7 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
     ds = layout.open_results(ds)
     found = evaluate(ds) if evaluation is None else evaluation
     experiment = layout.read_json(ds, "experiment", None)
-    summary: dict[str, Any] = _plain(
+    summary: dict[str, Any] = plain(
         {
             "experiment": experiment if isinstance(experiment, dict) else {"text": str(ds.attrs["experiment"])},
             "realisations": [
@@ -125,14 +125,3 @@ def _law(law: LawResult) -> dict[str, Any]:
 
 def _interval(estimate: Estimate) -> list[float]:
     return [estimate.low, estimate.high]
-
-
-def _plain(value: Any) -> Any:
-    """Return the value without NaN, infinity or NumPy scalars: JSON knows none of them."""
-    if isinstance(value, dict):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else None
-    return value

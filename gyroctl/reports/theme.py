@@ -11,7 +11,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from gyroctl.reports.statistics import Estimate
+from gyroctl.statistics import Estimate
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.reports.picture import STYLE
 from gyroctl.reports.theme import HUES, LIGHT, REFERENCE_GREY, WARNING
+from gyroctl.writing import written_whole
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from gyroctl.harness.front import FrontRow
+    from gyroctl.tuning.pareto_front import FrontRow
 
 
 def write_tuning_front(
@@ -53,10 +53,9 @@ def write_tuning_front(
         )
         if title:
             figure.suptitle(title, x=0.01, ha="left", color=LIGHT["muted"])
-        part = path.with_name(f"{path.stem}.part{path.suffix}")
-        figure.savefig(part, dpi=150)
+        with written_whole(path) as part:
+            figure.savefig(part, dpi=150)
         plt.close(figure)
-    os.replace(part, path)
     return path
 
 

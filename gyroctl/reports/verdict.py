@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from gyroctl.reports.evaluation import Evaluation, LawResult
-from gyroctl.reports.statistics import FEWEST, NOT_DISTINGUISHABLE, Estimate
 from gyroctl.reports.wording import interval, listed, number, plain, seed_ranges
+from gyroctl.statistics import FEWEST, NOT_DISTINGUISHABLE, Estimate
 
 
 class Verdict(NamedTuple):

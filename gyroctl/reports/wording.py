@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from gyroctl.reports.statistics import Estimate
+from gyroctl.statistics import Estimate
 
 NOTHING = "–"  # noqa: RUF001 - an en dash marks an absent number
 

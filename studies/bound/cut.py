@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.harness.controller import Law
-from gyroctl.harness.laws import law
+from gyroctl.harness.protocol import Law
+from gyroctl.harness.registry import law
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE

@@ -12,14 +12,12 @@ from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE
 from gyroctl.reports.theme import law_styles
 from gyroctl.simulation.metrics import Record
-from gyroctl.studies.paper.style import INK, MUTED, PAPER_COLOUR, label, sea_name, sheet
+from gyroctl.studies.bound.window import Window
+from gyroctl.studies.style import INK, MUTED, PAPER_COLOUR, label, sea_name, sheet
 from gyroctl.waves import SeaState
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-
-    from gyroctl.studies.bound.report import Window
-
 BOUND_MARKS = {"smooth": ("*", INK), "free": ("x", MUTED)}
 
 

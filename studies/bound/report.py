@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import json
-import math
-import os
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -15,70 +11,20 @@ import numpy as np
 
 import gyroctl
 from gyroctl.errors import InputError
-from gyroctl.harness.controller import Law
+from gyroctl.harness.protocol import Law
 from gyroctl.harness.run import run_law
 from gyroctl.plant import Plant
 from gyroctl.simulation.metrics import Record
 from gyroctl.simulation.progress import Progress
-from gyroctl.studies.bound.cap import absorbed, momentum, momentum_cap
+from gyroctl.studies.bound.cap import momentum, momentum_cap
 from gyroctl.studies.bound.cut import Cut, cut
-from gyroctl.studies.bound.search import MOTION, Effort, Found, best_found, loosened, ticks
+from gyroctl.studies.bound.search import MOTION, Effort, best_found, loosened, ticks
+from gyroctl.studies.bound.window import Window
 from gyroctl.waves import SeaState
+from gyroctl.writing import plain, write_json
 
 NAMES = ("smooth", "free")
 """Of the two bounds: constant generator power, and one that is free in each interval."""
-
-SHOWN = ("harvest_w", "mean_power", "flywheel_w", "stored_w", "power_cv", "phi1_p98", "phi3_p98", "slip_loss_w",
-         "wave_input_w", "cycle_slips", "flywheel_max")  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Window:
-    """What was found in one window.
-
-    Parameters
-    ----------
-    cut : Cut
-        The window.
-    bounds : mapping of str to Found
-        By `NAMES`.
-    laws : mapping of str to Record
-        Runs of the laws.
-    momentum : float
-        Largest angular momentum in any of these runs. [Nms]
-    cap_w : float
-        No law with no more than that can take more from the float. [W]
-    """
-
-    cut: Cut
-    bounds: Mapping[str, Found]
-    laws: Mapping[str, Record]
-    momentum: float
-    cap_w: float
-
-    def record(self) -> dict[str, Any]:
-        """Numbers for JSON."""
-        plant = self.cut.plant
-        content: dict[str, Any] = {
-            "seed": self.cut.waves.seed, "sha256": self.cut.sha256, "cap_w": self.cap_w,
-            "momentum_max_nms": self.momentum, "bounds": {}, "laws": {},
-        }  # fmt: skip
-        for name, found in self.bounds.items():
-            content["bounds"][name] = {
-                **_shown(found.values), "absorbed_w": absorbed(plant, found.record), "planned_w": found.planned_w,
-                "origin": found.origin,
-                "starts": {start: {"before_w": pair[0], "after_w": pair[1]} for start, pair in found.starts.items()},
-            }  # fmt: skip
-        for name, run in self.laws.items():
-            values = self.cut.worth(run)
-            content["laws"][name] = {
-                **_shown(values), "absorbed_w": absorbed(plant, run), "locked": bool(values["locked"]),
-                "within_motion_limit": max(values["phi1_p98"], values["phi3_p98"]) <= MOTION,
-                "fraction": {bound: values["harvest_w"] / found.values["harvest_w"]
-                             for bound, found in self.bounds.items()},
-            }  # fmt: skip
-        return content
-
 
 def bound_report(
     plant: Plant, sea: SeaState, seeds: Sequence[int], duration: float, laws: Mapping[str, Law], out: Path,
@@ -118,7 +64,7 @@ def bound_report(
         For seeds, duration or folder that cannot be used; nothing is written then.
     """
     from gyroctl.studies.bound.draw import picture
-    from gyroctl.studies.paper.style import styled
+    from gyroctl.studies.style import save, styled
 
     begin = time.monotonic()
     if out.exists() and not out.is_dir():
@@ -142,12 +88,10 @@ def bound_report(
     content["summary"] = summary(content["windows"])
     content["meaning"] = MEANING
     content["seconds"] = round(time.monotonic() - begin, 1)
-    out.mkdir(parents=True, exist_ok=True)
     with styled():
-        _replace(out / "bound.png", lambda path: picture(windows, sea, duration).savefig(path, format="png"))
-    clean: dict[str, Any] = _plain(content)
-    text = json.dumps(clean, indent=1, allow_nan=False) + "\n"
-    _replace(out / "bound.json", lambda path: path.write_text(text, encoding="utf-8"))
+        save(picture(windows, sea, duration), out / "bound.png")
+    write_json(out / "bound.json", content)
+    clean: dict[str, Any] = plain(content)
     return clean
 
 
@@ -219,24 +163,3 @@ def _window(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progr
     cap = momentum_cap(one.plant, one.waves, one.start, one.duration, most)
     progress.advance()
     return Window(one, bounds, counted, most, cap)
-
-
-def _shown(values: Mapping[str, float]) -> dict[str, float]:
-    return {key: values[key] for key in SHOWN}
-
-
-def _plain(value: Any) -> Any:
-    """What JSON can hold; no number becomes null."""
-    if isinstance(value, Mapping):
-        return {key: _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return value
-
-
-def _replace(path: Path, write: Any) -> None:
-    part = path.with_suffix(".part")
-    write(part)
-    os.replace(part, path)

@@ -9,16 +9,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gyroctl.controllers.nmpc import full_horizon
-from gyroctl.controllers.nmpc.beam import beam, receding
-from gyroctl.controllers.nmpc.full_horizon import Plan, Window, optimise, reduced, window
 from gyroctl.controllers.nmpc.problem import FLYWHEEL, weights
-from gyroctl.controllers.nmpc.tracker import Tracker
 from gyroctl.errors import InputError
 from gyroctl.plant.equations import OMEGA_RATE
 from gyroctl.plant.kernel import hold_one, rows, slip_rate, steps_for
 from gyroctl.simulation.metrics import Record
+from gyroctl.studies.bound import full_horizon
+from gyroctl.studies.bound.beam import beam, receding
 from gyroctl.studies.bound.cut import TAIL, Cut
+from gyroctl.studies.bound.full_horizon import Plan, Window, optimise, reduced, window
+from gyroctl.studies.bound.tracker import Tracker
 
 MOTION = 0.35
 """Limit of the 98 % motion. [rad]"""

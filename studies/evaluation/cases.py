@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.comparison.compare import Realisations, compare
 from gyroctl.errors import InputError
-from gyroctl.harness.comparison import Realisations, compare
-from gyroctl.harness.controller import Law, LawError
+from gyroctl.harness.protocol import Law, LawError
 from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
 from gyroctl.reports.layout import REFERENCE

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.reports.layout import REFERENCE
-from gyroctl.reports.statistics import Estimate
 from gyroctl.reports.theme import LOCK_SCALE, MARKERS, LawStyle, law_styles
-from gyroctl.studies.evaluation.bars import BARS, LOCKED, MOTION, Bar
+from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation.rows import Row
-from gyroctl.studies.paper.style import INK, MUTED, label, sheet
+from gyroctl.studies.evaluation.targets import BARS, LOCKED, MOTION, Bar
+from gyroctl.studies.style import INK, MUTED, label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

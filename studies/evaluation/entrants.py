@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from gyroctl.errors import InputError
-from gyroctl.harness.controller import Law
-from gyroctl.harness.laws import law, registered, tuned_sets
+from gyroctl.harness.protocol import Law
+from gyroctl.harness.registry import law, registered, tuned_sets
 from gyroctl.reports.layout import REFERENCE
 
 Kind = Literal["constant", "simple", "planning"]

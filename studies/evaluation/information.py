@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from gyroctl.devices import zhang2017
 from gyroctl.reports.layout import REFERENCE
-from gyroctl.reports.statistics import Estimate, holm, paired_difference
 from gyroctl.reports.wording import number
-from gyroctl.studies.evaluation.bars import limits_missed
+from gyroctl.statistics import Estimate, holm, paired_difference
 from gyroctl.studies.evaluation.cases import Case, Outcome, common_seeds, run_case
 from gyroctl.studies.evaluation.entrants import Entrant, parse, reference
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.rows import Row, rows
+from gyroctl.studies.evaluation.targets import limits_missed
 from gyroctl.studies.evaluation.writing import markdown_table, with_interval
 from gyroctl.waves import SeaState
 

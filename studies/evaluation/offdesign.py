@@ -12,18 +12,19 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
-from gyroctl.harness.constant_pair import BestPair, best_pair
-from gyroctl.harness.goal import Goal
 from gyroctl.plant import Plant
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.reports.wording import number
-from gyroctl.studies.evaluation.bars import limits_missed
 from gyroctl.studies.evaluation.cases import Case, run_case
 from gyroctl.studies.evaluation.entrants import Entrant, pair
 from gyroctl.studies.evaluation.request import PAIRS, Request
 from gyroctl.studies.evaluation.rows import Row, rows
-from gyroctl.studies.evaluation.writing import markdown_table, plain, with_interval, write_json
+from gyroctl.studies.evaluation.targets import limits_missed
+from gyroctl.studies.evaluation.writing import markdown_table, with_interval
+from gyroctl.tuning.best_pair import BestPair, best_pair
+from gyroctl.tuning.goal import Goal
 from gyroctl.waves import DriftingSea, Sea, SeaState
+from gyroctl.writing import plain, write_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

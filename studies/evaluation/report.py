@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import gyroctl
@@ -16,7 +14,8 @@ from gyroctl.studies.evaluation.offdesign import offdesign_table
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.robustness import robustness_table
 from gyroctl.studies.evaluation.seas import seas_table
-from gyroctl.studies.evaluation.writing import write_json, write_text
+from gyroctl.studies.style import save
+from gyroctl.writing import write_json, write_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -66,13 +65,13 @@ def evaluate_tables(names: Sequence[str], ask: Request) -> dict[str, dict[str, A
 
 
 def _one(name: str, ask: Request) -> dict[str, Any]:
-    from gyroctl.studies.paper.style import styled
+    from gyroctl.studies.style import styled
 
     begin = time.monotonic()
     with styled():
         found, text, figure = TABLES[name](ask)
         ask.out.mkdir(parents=True, exist_ok=True)
-        _save(figure, ask.out / f"{name}.png")
+        save(figure, ask.out / f"{name}.png")
     content = {
         "table": name, "title": TITLES[name], "gyroctl_version": gyroctl.__version__, "request": ask.record(), **found,
         "seconds": round(time.monotonic() - begin, 1),
@@ -92,9 +91,3 @@ def _page(name: str, ask: Request, text: str, failed: dict[str, str]) -> str:
     )
     tail = "".join(f"\n- {what}: {why}" for what, why in failed.items())
     return head + text + (f"\n\n## Not run\n{tail}" if failed else "") + "\n"
-
-
-def _save(figure: Figure, path: Path) -> None:
-    part = path.with_suffix(".part")
-    figure.savefig(part, format="png", metadata={"Software": f"gyroctl {gyroctl.__version__}"})
-    os.replace(part, path)

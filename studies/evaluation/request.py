@@ -81,7 +81,7 @@ def request(
     InputError
         For laws, seeds or a duration that cannot be used, all before the first run.
     """
-    from gyroctl.harness.experiment import all_tuning_seeds
+    from gyroctl.comparison.experiment import all_tuning_seeds
 
     tuned_on = all_tuning_seeds()
     entrants = tuple(parse(laws) if laws else default_entrants())

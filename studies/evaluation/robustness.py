@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.devices import zhang2017
-from gyroctl.reports.statistics import Estimate, paired_ratio
 from gyroctl.reports.wording import number
-from gyroctl.studies.evaluation.bars import LOCKED, MOTION
+from gyroctl.statistics import Estimate, paired_ratio
 from gyroctl.studies.evaluation.cases import Case, Outcome, common_seeds, run_case
 from gyroctl.studies.evaluation.entrants import reference
+from gyroctl.studies.evaluation.perturbed_devices import NOMINAL, truths
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.rows import Row, rows
-from gyroctl.studies.evaluation.truths import NOMINAL, truths
+from gyroctl.studies.evaluation.targets import LOCKED, MOTION
 from gyroctl.studies.evaluation.writing import markdown_table, with_interval
 from gyroctl.waves import SeaState
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.reports.layout import MOTION_LIMIT
-from gyroctl.reports.statistics import (
+from gyroctl.statistics import (
     Estimate,
     bootstrap_mean,
     finite_mean,

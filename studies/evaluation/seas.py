@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from gyroctl.devices import zhang2017
 from gyroctl.reports.wording import number
-from gyroctl.studies.evaluation.bars import BARS, LOCKED, MOTION, answers, limits_missed, one_set_laws
 from gyroctl.studies.evaluation.cases import Case, run_case
 from gyroctl.studies.evaluation.entrants import Entrant, parse, reference, with_sets
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.rows import Row, rows
+from gyroctl.studies.evaluation.targets import BARS, LOCKED, MOTION, answers, limits_missed, one_set_laws
 from gyroctl.studies.evaluation.writing import markdown_table, with_interval
 from gyroctl.waves import SeaState
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.studies.forecast.skill import LEADS, SOURCES, Skill
-from gyroctl.studies.paper.style import INK, MUTED, label, sheet
+from gyroctl.studies.style import INK, MUTED, label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -12,8 +10,9 @@ from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.studies.forecast.draw import draw
 from gyroctl.studies.forecast.skill import FIRST, LEADS, SOURCES, Skill, skill
-from gyroctl.studies.paper.style import styled
+from gyroctl.studies.style import save, styled
 from gyroctl.waves import DriftingSea, SeaState
+from gyroctl.writing import write_json, write_rows
 
 SEAS: dict[str, SeaState | DriftingSea] = {
     "gamma 1": SeaState(gamma=1.0),
@@ -47,17 +46,15 @@ def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, l
         raise InputError("forecast.seeds", list(seeds), "names no realisation", "Give for example 100000:100004")
     if not duration >= FIRST + 2.0 * LEADS[-1]:
         raise InputError("forecast.duration", duration, "leaves nothing to judge", f"Give more than {FIRST + 16:g} s")
-    out.mkdir(parents=True, exist_ok=True)
     truth = zhang2017(radiation="fine")  # finer than the design model, as in every evaluation
     found = {name: skill(sea, law, seeds, duration, truth) for name, sea in SEAS.items()}
     note = (
         f"truth: finer radiation fit; {len(seeds)} realisations of {duration:g} s under the law {law}; default sensors"
     )
     with styled():
-        draw(found, note).savefig(out / "forecast.png", metadata={"Software": f"gyroctl {gyroctl.__version__}"})
+        save(draw(found, note), out / "forecast.png")
     rows = _rows(found)
-    with (out / "forecast.csv").open("w", newline="", encoding="utf-8") as stream:
-        csv.writer(stream).writerows([["sea", "source", "moment", *(f"error_at_{lead:g}_s" for lead in LEADS)], *rows])
+    write_rows(out / "forecast.csv", [["sea", "source", "moment", *(f"error_at_{lead:g}_s" for lead in LEADS)], *rows])
     record = {
         "gyroctl_version": gyroctl.__version__, "seeds": list(seeds), "duration_s": duration, "law": law,
         "error_at_the_sample": {
@@ -65,7 +62,7 @@ def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, l
             for name, value in found.items()
         },
     }  # fmt: skip
-    (out / "forecast.json").write_text(json.dumps(record, indent=2) + "\n", encoding="utf-8")
+    write_json(out / "forecast.json", record)
     return _text(rows) + _sample(found)
 
 

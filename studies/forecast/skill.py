@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.devices import zhang2017
-from gyroctl.harness.laws import law
+from gyroctl.harness.registry import law
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.sensing import ROWS, Sensors
 from gyroctl.plant import Plant

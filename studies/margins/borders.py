@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.linearisation.bifurcation import BifurcationCurve
-from gyroctl.linearisation.lockmap import lock_map
+from gyroctl.orbits.bifurcation import BifurcationCurve
+from gyroctl.orbits.lock_map import lock_map
 from gyroctl.studies.margins.request import Request
 
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gyroctl.linearisation.lifted import nonlinear_error
-from gyroctl.studies.paper.style import MUTED, PAPER_COLOUR, label, sheet
+from gyroctl.studies.style import MUTED, PAPER_COLOUR, label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from gyroctl.linearisation.orbit import PeriodicOrbit
+    from gyroctl.linearisation import PeriodicOrbit
 
 SIZES = np.geomspace(1e-6, 1e-1, 11)
 """Disturbances, relative to the typical magnitude of each state and control on the orbit."""

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gyroctl.studies.margins.borders import Border
 from gyroctl.studies.margins.maps import GROWS, NONE, STABLE, OrbitMap
-from gyroctl.studies.paper.style import GRID, INK, MUTED, PAPER_COLOUR, label, sheet
+from gyroctl.studies.style import GRID, INK, MUTED, PAPER_COLOUR, label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyroctl.linearisation.loop_margins import ChannelMargins, open_loop
-from gyroctl.studies.paper.style import INK, MUTED, PAPER_COLOUR, label, sheet
+from gyroctl.loop_margins.margins import ChannelMargins, open_loop
+from gyroctl.studies.style import INK, MUTED, PAPER_COLOUR, label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from gyroctl.linearisation.loop_orbit import LoopOrbit
-    from gyroctl.linearisation.orbit import PeriodicOrbit
+    from gyroctl.linearisation import PeriodicOrbit
+    from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit
     from gyroctl.studies.margins.measures import LoopAnswer
 
 COLOURS = {"libration": "#0072B2", "horizontal": "#E08A00", "vertical": "#009E73", "slip": "#CC79A7",

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.studies.margins.measures import Margins
-from gyroctl.studies.paper.style import MUTED, band, label, percent, sheet
+from gyroctl.studies.style import MUTED, band, label, percent, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

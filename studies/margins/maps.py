@@ -10,11 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.harness.robustness import settle
-from gyroctl.harness.shocks import basin_stability
-from gyroctl.linearisation.orbit import PeriodicOrbit, lock_orbit
+from gyroctl.orbits.orbit import Orbit
+from gyroctl.orbits.search import search_orbit
 from gyroctl.plant import Plant
+from gyroctl.robustness.regime import settle
+from gyroctl.robustness.shocks import basin_stability
 from gyroctl.waves import Regular
+from gyroctl.writing import plain
 
 DT = 0.02
 """Step of the maps: multipliers then agree with those of the default step to 1e-4. [s]"""
@@ -68,25 +70,6 @@ class OrbitMap:
         return {"axes": list(self.axes), **{name: plain(getattr(self, name)) for name in fields}}
 
 
-def plain(values: Any) -> Any:
-    """Lists and numbers for JSON, None for what is not finite, complex numbers as pairs."""
-    if isinstance(values, dict):
-        return {key: plain(value) for key, value in values.items()}
-    if isinstance(values, np.ndarray):
-        return [plain(value) for value in values]
-    if isinstance(values, list | tuple):
-        return [plain(value) for value in values]
-    if isinstance(values, bool | np.bool_):
-        return bool(values)
-    if isinstance(values, complex | np.complexfloating):
-        return [float(values.real), float(values.imag)]
-    if isinstance(values, int | np.integer):
-        return int(values)
-    if isinstance(values, float | np.floating):
-        return float(values) if math.isfinite(values) else None
-    return values
-
-
 def coupling_map(
     plant: Plant, wave: Regular, cc: Sequence[float], cg: Sequence[float], sense: int = 1, tick: Tick = lambda: None
 ) -> OrbitMap:
@@ -104,8 +87,8 @@ def coupling_map(
         Called after each column.
     """
 
-    def at(first: float, second: float, guess: NDArray[np.float64] | None, turn: int) -> PeriodicOrbit:
-        return lock_orbit(plant, wave, first, second, turn, DT, guess, nearest=False)
+    def at(first: float, second: float, guess: NDArray[np.float64] | None, turn: int) -> Orbit:
+        return search_orbit(plant, wave, first, second, turn, DT, guess)
 
     return _grid(("cc", "cg"), cc, cg, at, sense, tick, upwards=True)
 
@@ -116,8 +99,8 @@ def tongue_map(
 ) -> OrbitMap:  # fmt: skip
     """Orbits over frequency and height of the wave; the border is the smallest height that carries the load."""
 
-    def at(first: float, second: float, guess: NDArray[np.float64] | None, turn: int) -> PeriodicOrbit:
-        return lock_orbit(plant, Regular(second, first, heading), cc, cg, turn, DT, guess, nearest=False)
+    def at(first: float, second: float, guess: NDArray[np.float64] | None, turn: int) -> Orbit:
+        return search_orbit(plant, Regular(second, first, heading), cc, cg, turn, DT, guess)
 
     return _grid(("wp", "height"), wp, height, at, sense, tick, upwards=False)
 
@@ -130,14 +113,14 @@ def basin_map(
     share = np.full((len(cg), len(cc)), np.nan)
     for j, coupling in enumerate(cc):
         for i, gain in enumerate(cg):
-            orbit = lock_orbit(plant, wave, coupling, gain, sense, DT, nearest=False)
+            orbit = search_orbit(plant, wave, coupling, gain, sense, DT)
             if orbit.status == "stable":
                 share[i, j] = basin_stability(settle(orbit, wave), size, samples, periods=60.0).value
         tick()
     return share
 
 
-At = Callable[[float, float, NDArray[np.float64] | None, int], PeriodicOrbit]
+At = Callable[[float, float, NDArray[np.float64] | None, int], Orbit]
 
 
 def _grid(
@@ -151,7 +134,7 @@ def _grid(
     border = np.full(xs.size, np.nan)
     order = range(ys.size) if upwards else range(ys.size - 1, -1, -1)
     for j, x in enumerate(xs):
-        kept: tuple[float, PeriodicOrbit] | None = None
+        kept: tuple[float, Orbit] | None = None
         for i in order:
             orbit = _follow(at, float(x), float(ys[i]), kept[1] if kept else None, sense)
             code[i, j] = _code(orbit)
@@ -172,7 +155,7 @@ def _grid(
     return OrbitMap(axes, xs, ys, code, power, angle, growth, border, np.array(other))
 
 
-def _code(orbit: PeriodicOrbit) -> int:
+def _code(orbit: Orbit) -> int:
     if orbit.status == "stable":
         return STABLE
     if orbit.status == "no orbit" or abs(orbit.multipliers[0].imag) < 1e-6:
@@ -180,7 +163,7 @@ def _code(orbit: PeriodicOrbit) -> int:
     return GROWS
 
 
-def _follow(at: At, x: float, y: float, near: PeriodicOrbit | None, sense: int) -> PeriodicOrbit:
+def _follow(at: At, x: float, y: float, near: Orbit | None, sense: int) -> Orbit:
     if near is not None:
         found = at(x, y, near.x, sense)
         if _code(found) != NONE:
@@ -188,7 +171,7 @@ def _follow(at: At, x: float, y: float, near: PeriodicOrbit | None, sense: int) 
     return at(x, y, None, sense)
 
 
-def _border(at: At, x: float, kept: tuple[float, PeriodicOrbit], outside: float, sense: int) -> float:
+def _border(at: At, x: float, kept: tuple[float, Orbit], outside: float, sense: int) -> float:
     inside, near = kept
     while abs(outside - inside) > ACCURACY * abs(outside):
         middle = 0.5 * (inside + outside)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from gyroctl.errors import InputError
-from gyroctl.harness.headroom import Headroom, Quantity, headroom, ramp
-from gyroctl.harness.robustness import Regime, Share, settle
-from gyroctl.harness.shocks import Shock, basin_stability, smallest_shocks
-from gyroctl.linearisation.loop_margins import LoopMargins, loop_margins
-from gyroctl.linearisation.loop_orbit import LoopOrbit, close_loop
-from gyroctl.linearisation.orbit import PeriodicOrbit
+from gyroctl.linearisation import PeriodicOrbit
+from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop
+from gyroctl.loop_margins.margins import LoopMargins, loop_margins
+from gyroctl.robustness.headroom import Headroom, Quantity, headroom, ramp
+from gyroctl.robustness.regime import Regime, Share, settle
+from gyroctl.robustness.shocks import Shock, basin_stability, smallest_shocks
 from gyroctl.studies.margins.request import Request
 
 SIZES = (0.25, 0.5, 0.75, 1.0)
@@ -155,7 +155,7 @@ def linear_margins(orbit: PeriodicOrbit, asked: Request) -> LoopAnswer:
 
 
 def orbit_record(orbit: PeriodicOrbit) -> dict[str, Any]:
-    """Orbit and modes for JSON."""
+    """PeriodicOrbit and modes for JSON."""
     return {
         "status": orbit.status, "advice": orbit.advice, "power_w": orbit.power, "load_angle_rad": orbit.load_angle,
         "lock_share": orbit.lock_share,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import os
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,12 +10,12 @@ import numpy as np
 
 import gyroctl
 from gyroctl.errors import InputError
-from gyroctl.linearisation.guess import estimated_share
-from gyroctl.linearisation.orbit import PeriodicOrbit
+from gyroctl.linearisation import PeriodicOrbit
+from gyroctl.orbits.guess import estimated_share
 from gyroctl.plant import Plant
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.margins.borders import control_borders
-from gyroctl.studies.margins.maps import OrbitMap, basin_map, coupling_map, plain, tongue_map
+from gyroctl.studies.margins.maps import OrbitMap, basin_map, coupling_map, tongue_map
 from gyroctl.studies.margins.measures import (
     DIRECTIONS,
     SIZES,
@@ -31,7 +29,9 @@ from gyroctl.studies.margins.measures import (
 )
 from gyroctl.studies.margins.request import Request, find_orbit
 from gyroctl.studies.margins.words import meanings
+from gyroctl.studies.style import save
 from gyroctl.waves import Regular
+from gyroctl.writing import plain, write_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -77,7 +77,7 @@ def margin_report(
         Where there is no orbit, or the law does not keep the lock; nothing is written then.
     """
     from gyroctl.studies.margins import draw_linear, draw_maps, draw_orbit, draw_robustness
-    from gyroctl.studies.paper.style import styled
+    from gyroctl.studies.style import styled
 
     begin = time.monotonic()
     check_folder(out)
@@ -148,11 +148,12 @@ def margin_report(
         content["not_available"] = _missing(asked, orbit, answer)
         out.mkdir(parents=True, exist_ok=True)
         for name, figure in drawn.items():
-            _save(figure, out / f"{name}.png")
+            save(figure, out / f"{name}.png")
             progress.advance()
     content["figures"] = [f"{name}.png" for name in drawn]
     content["seconds"] = round(time.monotonic() - begin, 1)
-    return _write(content, out / "margins.json")
+    write_json(out / "margins.json", content)
+    return dict(plain(content))
 
 
 def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: bool = False) -> dict[str, Any]:
@@ -164,7 +165,7 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
         For other axes, or an `out` that is no folder.
     """
     from gyroctl.studies.margins import draw_maps
-    from gyroctl.studies.paper.style import styled
+    from gyroctl.studies.style import styled
 
     if axes not in AXES:
         raise InputError("axes", ",".join(axes), "these axes cannot be mapped",
@@ -184,13 +185,14 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
             mark = asked.wave.wp, asked.wave.height
         figure = draw_maps.orbit_map(found, title, f"{note}; contours: mean power", mark, asked.sense, borders)
         out.mkdir(parents=True, exist_ok=True)
-        _save(figure, out / "lockmap.png")
+        save(figure, out / "lockmap.png")
     content = {
         "gyroctl_version": gyroctl.__version__, "request": asked.record(), "map": found.record(),
         "borders": [border.record() for border in borders],
         "codes": {"0": "no orbit", "1": "an oscillation grows", "2": "stable"}, "figures": ["lockmap.png"],
     }  # fmt: skip
-    return _write(content, out / "lockmap.json")
+    write_json(out / "lockmap.json", content)
+    return dict(plain(content))
 
 
 MAP_COLUMNS, MAP_ROWS = 14, 22
@@ -202,7 +204,7 @@ BORDER_STAGES = 8
 
 def map_controls(plant: Plant, wave: Regular, sense: int, cg: float, tick: Any) -> OrbitMap:
     """Lock map from cg near zero to above the fold."""
-    from gyroctl.linearisation.flow import Forcing
+    from gyroctl.orbits.flow import Forcing
 
     amplitude = 0.5 * wave.height * plant.excitation(np.array([wave.wp]), wave.heading)[:, 0]
     top = ABOVE * cg / estimated_share(plant, Forcing(amplitude, wave.wp), cg, sense)
@@ -264,17 +266,3 @@ def _wave(asked: Request) -> str:
 
 def _point(asked: Request) -> str:
     return f"{_wave(asked)}; cc = {asked.cc:g}, cg = {asked.cg:g} Nms"
-
-
-def _save(figure: Figure, path: Path) -> None:
-    partial = path.with_suffix(".part")
-    figure.savefig(partial, format="png", metadata={"Software": f"gyroctl {gyroctl.__version__}"})
-    os.replace(partial, path)
-
-
-def _write(content: dict[str, Any], path: Path) -> dict[str, Any]:
-    clean: dict[str, Any] = plain(content)
-    partial = path.with_suffix(".part")
-    partial.write_text(json.dumps(clean, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    os.replace(partial, path)
-    return clean

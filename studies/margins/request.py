@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any, cast
 
 from gyroctl.errors import InputError
-from gyroctl.harness.controller import Law
-from gyroctl.harness.laws import describe, law
-from gyroctl.linearisation.orbit import PeriodicOrbit, lock_orbit
+from gyroctl.harness.protocol import Law
+from gyroctl.harness.registry import describe, law
+from gyroctl.linearisation import PeriodicOrbit, lock_orbit
 from gyroctl.plant import Plant
 from gyroctl.waves import Regular
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from gyroctl.harness.headroom import Headroom
-from gyroctl.harness.shocks import Shock
-from gyroctl.linearisation.orbit import PeriodicOrbit
+from gyroctl.linearisation import PeriodicOrbit
+from gyroctl.robustness.headroom import Headroom
+from gyroctl.robustness.shocks import Shock
 from gyroctl.studies.margins.measures import LoopAnswer, Margins
 from gyroctl.studies.margins.request import Request
 

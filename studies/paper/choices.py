@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from gyroctl.devices import zhang2017
-from gyroctl.reports.statistics import lock_probability
+from gyroctl.statistics import lock_probability
 from gyroctl.studies.paper.ensembles import Case, Pair, Setup, ensemble
-from gyroctl.studies.paper.style import GAMMA_COLOURS, INK, MUTED, Drawing, gain, label, runs_note, sea_name, sheet
+from gyroctl.studies.style import GAMMA_COLOURS, INK, MUTED, Drawing, gain, label, runs_note, sea_name, sheet
 
 DEVICES: dict[str, dict[str, Any]] = {
     "as printed": {"variant": "paper"},

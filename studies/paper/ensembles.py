@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.devices import zhang2017
-from gyroctl.harness.scan import scan
+from gyroctl.harness.constant_pairs import scan
 from gyroctl.plant import Plant
 from gyroctl.waves import SeaState
 

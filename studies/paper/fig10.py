@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from gyroctl.studies.paper.ensembles import BLEND, WP, Setup, lock_grid
-from gyroctl.studies.paper.style import (
+from gyroctl.studies.paper.time_series import time_series
+from gyroctl.studies.style import (
     BAND_COLOUR,
     MUTED,
     PAPER_COLOUR,
@@ -21,7 +22,6 @@ from gyroctl.studies.paper.style import (
     sea_name,
     sheet,
 )
-from gyroctl.studies.paper.time_series import time_series
 
 GAMMA, CC, CG = 5.0, 0.052, 3.5e-4
 PAPER_POWER = (1.6, 2.0)

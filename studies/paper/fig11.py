@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from gyroctl.reports.statistics import lock_survival
+from gyroctl.statistics import lock_survival
 from gyroctl.studies.paper.ensembles import VARIANTS, WP, Setup, lock_grid
-from gyroctl.studies.paper.style import (
+from gyroctl.studies.paper.time_series import time_series
+from gyroctl.studies.style import (
     BAND_COLOUR,
     MUTED,
     PAPER_COLOUR,
@@ -22,7 +23,6 @@ from gyroctl.studies.paper.style import (
     sea_name,
     sheet,
 )
-from gyroctl.studies.paper.time_series import time_series
 
 GAMMA, CC, CG = 5.0, 0.052, 1e-3
 PAPER_LOSS = 400.0

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from gyroctl.studies.paper.ensembles import Setup
 from gyroctl.studies.paper.lock_curves import lock_curves
-from gyroctl.studies.paper.style import Drawing
+from gyroctl.studies.style import Drawing
 
 
 def draw(setup: Setup) -> Drawing:

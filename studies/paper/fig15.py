@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from gyroctl.reports.statistics import bootstrap_mean, lock_probability
+from gyroctl.statistics import bootstrap_mean, lock_probability
 from gyroctl.studies.paper.ensembles import VARIANTS, Case, Setup, lock_grid
-from gyroctl.studies.paper.style import (
+from gyroctl.studies.style import (
     GAMMA_COLOURS,
     INK,
     MUTED,

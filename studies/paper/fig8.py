@@ -11,7 +11,7 @@ import numpy as np
 from gyroctl.hydrodynamics import shipped, shipped_fit
 from gyroctl.hydrodynamics.radiation import LOW_FREQUENCY
 from gyroctl.studies.paper.ensembles import WP, Setup
-from gyroctl.studies.paper.style import INK, MUTED, Drawing, label, sheet
+from gyroctl.studies.style import INK, MUTED, Drawing, label, sheet
 
 UPPER = 10.0
 """Highest frequency shown. [rad/s]"""

@@ -11,9 +11,9 @@ import numpy as np
 
 from gyroctl.devices import zhang2017
 from gyroctl.linearisation import lock_orbit
-from gyroctl.reports.statistics import lock_probability
+from gyroctl.statistics import lock_probability
 from gyroctl.studies.paper.ensembles import HS, WP, Case, Pair, Setup, ensemble
-from gyroctl.studies.paper.style import (
+from gyroctl.studies.style import (
     GAMMA_COLOURS,
     INK,
     MUTED,

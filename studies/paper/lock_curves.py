@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from gyroctl.plant import Parameters
-from gyroctl.reports.statistics import bootstrap_mean, lock_probability
+from gyroctl.statistics import bootstrap_mean, lock_probability
 from gyroctl.studies.paper.ensembles import COUPLINGS, GAINS, VARIANTS, WP, Setup, lock_grid
-from gyroctl.studies.paper.style import (
+from gyroctl.studies.style import (
     COUPLING_COLOURS,
     MARKERS,
     MUTED,

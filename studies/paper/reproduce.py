@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import json
-import os
 from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
@@ -15,7 +13,8 @@ import numpy as np
 import gyroctl
 from gyroctl.errors import InputError
 from gyroctl.studies.paper.ensembles import Setup
-from gyroctl.studies.paper.style import Drawing, Table, styled
+from gyroctl.studies.style import Drawing, Table, save, styled
+from gyroctl.writing import write_rows, write_text
 
 FIGURES = ("fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "fig14", "fig15")
 """Figures of the paper's numerical example."""
@@ -62,7 +61,7 @@ def reproduce(figures: Sequence[str], out: Path, quiet: bool = False, setup: Set
             _say(f"{name}: {', '.join(path.name for path in files)}")
     record = {"gyroctl_version": gyroctl.__version__, "seeds": list(setup.seeds), "duration_s": setup.duration,
               "made": list(names)}  # fmt: skip
-    return [*written, _write(out / "reproduce.json", json.dumps(record, indent=2) + "\n")]
+    return [*written, write_text(out / "reproduce.json", json.dumps(record, indent=2) + "\n")]
 
 
 def chosen(figures: Sequence[str]) -> tuple[str, ...]:
@@ -83,9 +82,7 @@ def _figure(name: str, setup: Setup, out: Path) -> list[Path]:
     with styled():
         drawing = draw(setup)
         picture = out / f"{name}.png"
-        partial = picture.with_suffix(".part")
-        drawing.figure.savefig(partial, format="png", metadata={"Software": f"gyroctl {gyroctl.__version__}"})
-    os.replace(partial, picture)
+        save(drawing.figure, picture)
     return [picture, *(_csv(out / f"{name}{f'_{s}' if s else ''}.csv", table) for s, table in drawing.tables.items())]
 
 
@@ -101,8 +98,8 @@ def _statements(setup: Setup, out: Path, quiet: bool) -> list[Path]:
         # a pipe has no width of its own: give the table the room it needs
         Console(width=None if console.is_terminal else 170).print(terminal(findings, setup))
     return [
-        _write(out / "statements.md", markdown(findings, setup)),
-        _write(out / "statements.json", as_json(findings, setup)),
+        write_text(out / "statements.md", markdown(findings, setup)),
+        write_text(out / "statements.json", as_json(findings, setup)),
     ]
 
 
@@ -110,21 +107,9 @@ def _csv(path: Path, table: Table) -> Path:
     columns = {name: np.asarray(values) for name, values in table.items()}
     if len({len(values) for values in columns.values()}) > 1:
         raise ValueError(f"columns of {path.name} differ in length")
-    partial = path.with_suffix(".part")
-    with partial.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.writer(stream)
-        writer.writerow(columns)
-        for row in zip(*columns.values(), strict=True):
-            writer.writerow([f"{value:.8g}" if isinstance(value, float | np.floating) else value for value in row])
-    os.replace(partial, path)
-    return path
-
-
-def _write(path: Path, text: str) -> Path:
-    partial = path.with_suffix(".part")
-    partial.write_text(text, encoding="utf-8")
-    os.replace(partial, path)
-    return path
+    rows = zip(*columns.values(), strict=True)
+    printed = ([f"{value:.8g}" if isinstance(value, float | np.floating) else value for value in row] for row in rows)
+    return write_rows(path, [columns, *printed])
 
 
 def _say(text: str) -> None:

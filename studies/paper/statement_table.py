@@ -12,6 +12,7 @@ from gyroctl.reports.wording import number
 from gyroctl.studies.paper.ensembles import Setup
 from gyroctl.studies.paper.statements import Finding
 from gyroctl.studies.paper.verdicts import Result
+from gyroctl.writing import plain
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -89,7 +90,7 @@ def as_json(findings: Sequence[Finding], setup: Setup) -> str:
     for finding in findings:
         s = finding.statement
         results = {
-            variant: {key: _plain(value) for key, value in result._asdict().items()}
+            variant: {key: plain(value) for key, value in result._asdict().items()}
             for variant, result in finding.results.items()
         }
         rows.append({"key": s.key, "group": s.group, "paper": s.says, "measure": s.measure, "results": results})
@@ -126,7 +127,3 @@ def terminal(findings: Sequence[Finding], setup: Setup) -> Table:
 
 def _row(cells: Sequence[str]) -> str:
     return "| " + " | ".join(text.replace("|", "\\|") for text in cells) + " |"
-
-
-def _plain(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -12,12 +12,12 @@ import numpy as np
 from gyroctl.devices import zhang2017
 from gyroctl.hydrodynamics import shipped
 from gyroctl.linearisation import PeriodicOrbit, lock_orbit
-from gyroctl.linearisation.flow import Forcing, flow
+from gyroctl.orbits.flow import Forcing, flow
 from gyroctl.plant import Parameters
 from gyroctl.plant.equations import OMEGA_RATE
 from gyroctl.studies.paper.ensembles import COUPLINGS, GAINS, HS, VARIANTS, WP, Case, Setup, ensemble, lock_grid
-from gyroctl.studies.paper.style import sea_name
 from gyroctl.studies.paper.verdicts import Result, close, holds, is_true, larger, loses, one_draw, within
+from gyroctl.studies.style import sea_name
 from gyroctl.waves import Regular
 
 Check = Callable[[Setup, str], Result]

@@ -10,7 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gyroctl.reports.statistics import (
+from gyroctl.statistics import (
     CONFIDENCE,
     FEWEST,
     Estimate,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.studies.paper.style import INK, MUTED, RING_SPEED, band, label, percent, sheet
+from gyroctl.studies.style import INK, MUTED, RING_SPEED, band, label, percent, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -12,12 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.controllers.supervisor import Rules
-from gyroctl.harness.laws import law as build
-from gyroctl.reports.statistics import lock_probability
-from gyroctl.studies.paper.style import styled
+from gyroctl.harness.registry import law as build
+from gyroctl.statistics import lock_probability
 from gyroctl.studies.startup.draw import draw
 from gyroctl.studies.startup.runs import CG_MIN, Case, lost_runs, rest_runs
+from gyroctl.studies.style import save, styled
 from gyroctl.waves import SeaState
+from gyroctl.writing import write_json, write_rows, write_text
 
 LAWS = ("load_angle", "coupling")
 
@@ -60,7 +59,6 @@ def startup_report(
     dict
         What startup.json holds.
     """
-    out.mkdir(parents=True, exist_ok=True)
     sea, built = SeaState(hs=hs, gamma=gamma), {name: build(name) for name in laws}
     rest = rest_runs(built, seeds, sea, durations[0], rules, dt, quiet)
     loss = lost_runs(built, seeds, sea, durations[1], rules, dt, quiet)
@@ -69,12 +67,14 @@ def startup_report(
         "cg_min_nms": CG_MIN, "durations_s": list(durations), "rules": (rules or Rules())._asdict(),
         "rest": {case.law: _rest(case) for case in rest}, "loss": {case.law: _loss(case) for case in loss},
     }  # fmt: skip
-    (out / "startup.json").write_text(json.dumps(result, indent=1) + "\n")
-    (out / "startup.md").write_text(table(result))
+    write_json(out / "startup.json", result)
+    write_text(out / "startup.md", table(result))
     for name, cases in (("rest", rest), ("loss", loss)):
-        _write(out / f"startup_{name}.csv", cases)
+        rows = ([case.law, *(f"{value:.6g}" for value in row)]
+                for case in cases for row in zip(*case.columns.values(), strict=True))  # fmt: skip
+        write_rows(out / f"startup_{name}.csv", [["law", *cases[0].columns], *rows])
     with styled():
-        draw(rest, loss, f"gamma {gamma:g}, Hs {hs:g} m, {len(seeds)} realisations").savefig(out / "startup.png")
+        save(draw(rest, loss, f"gamma {gamma:g}, Hs {hs:g} m, {len(seeds)} realisations"), out / "startup.png")
     return result
 
 
@@ -154,12 +154,3 @@ def _pair(spread: dict[str, float | None], digits: int = 0) -> str:
 
 def _range(interval: Sequence[float]) -> str:
     return f"{interval[0]:.3f} to {interval[1]:.3f}"
-
-
-def _write(path: Path, cases: Sequence[Case]) -> None:
-    with path.open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["law", *cases[0].columns])
-        for case in cases:
-            for row in zip(*case.columns.values(), strict=True):
-                writer.writerow([case.law, *(f"{value:.6g}" for value in row)])

@@ -27,7 +27,7 @@ from gyroctl.plant import compiled
 from gyroctl.plant.compiled import entry_point, source_stamp
 from gyroctl.waves import spectrum
 from gyroctl.waves.estimation import sea_shape
-from gyroctl.waves.estimation.averaged import Array
+from gyroctl.waves.estimation.moment_model import Array
 from gyroctl.waves.estimation.sea_shape import HIGHEST, LOWEST, log_spectrum
 
 SOURCES = (compiled.__file__, spectrum.__file__, sea_shape.__file__, __file__)

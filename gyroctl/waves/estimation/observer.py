@@ -34,7 +34,7 @@ from gyroctl.plant.equations import (
 )
 from gyroctl.plant.kernel import slip_rate, steps_for
 from gyroctl.plant.plant import Plant
-from gyroctl.waves.estimation.averaged import Array, FloatModel, Gains, float_model, stationary_gains
+from gyroctl.waves.estimation.moment_model import Array, FloatModel, Gains, float_model, stationary_gains
 from gyroctl.waves.spectrum import SeaState
 
 SENSOR_NOISE = (1.1e-3, 0.02, 0.1, 1e-3, 1e-3, 4e-3, 4e-3)

@@ -20,9 +20,9 @@ from gyroctl.plant.compiled import entry_point, source_stamp
 from gyroctl.plant.plant import Plant
 from gyroctl.waves import spectrum
 from gyroctl.waves.estimation import learning, sea_shape
-from gyroctl.waves.estimation.averaged import Array, FloatModel, float_model, noise_covariance, transfer
 from gyroctl.waves.estimation.gaussian import Bins, bins, kernels, steering
 from gyroctl.waves.estimation.learning import Learner, LearnerState, correlate, learn
+from gyroctl.waves.estimation.moment_model import Array, FloatModel, float_model, noise_covariance, transfer
 from gyroctl.waves.estimation.observer import MomentEstimator
 from gyroctl.waves.estimation.sea_shape import shape_of
 from gyroctl.waves.spectrum import SeaState

@@ -17,7 +17,7 @@ from gyroctl.errors import InputError
 from gyroctl.plant.compiled import entry_point, source_stamp
 from gyroctl.waves.checks import seed_number
 from gyroctl.waves.estimation import predictor as below
-from gyroctl.waves.estimation.averaged import Array
+from gyroctl.waves.estimation.moment_model import Array
 from gyroctl.waves.estimation.predictor import Predictor, PredictorState, observe, predict
 
 SOURCES = (*below.SOURCES, __file__)

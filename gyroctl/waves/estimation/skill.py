@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.estimation.averaged import Array
+from gyroctl.waves.estimation.moment_model import Array
 from gyroctl.waves.estimation.observer import MomentEstimator, update
 from gyroctl.waves.estimation.predictor import Predictor, observe, predict
 

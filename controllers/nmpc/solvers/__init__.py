@@ -1,0 +1,1 @@
+"""Solvers of the planning problem: Riccati recursions, projected gradients, OSQP as the baseline."""

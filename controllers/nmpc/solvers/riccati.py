@@ -1,0 +1,167 @@
+"""Exact solution of the linearised horizon in O(n): Newton's method on the free couplings, each system a Riccati sweep.
+
+The couplings that sit on a bound and want to stay there are held; a Newton step in the others is the solution of a
+linear-quadratic control problem, which one Riccati sweep gives. The step is projected onto the bounds, as far as the
+cost falls along the bent path: projected Newton (Bertsekas, SIAM J. Control Optim. 20 (1982) 221-246). The cost is
+piecewise quadratic with continuous slope, strictly convex by the proximal term: once the pieces are found, one step
+ends at the solution, to rounding. Two or three sweeps do for most plans. In one of ten, many bounds and limits trade
+places and the path bends too soon; after PATIENCE sweeps an interior point method finds the pieces instead.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gyroctl.controllers.nmpc import problem as problem_file
+from gyroctl.controllers.nmpc.solvers import interior_point as interior_point_file
+from gyroctl.controllers.nmpc.solvers import riccati_sweep as riccati_sweep_file
+from gyroctl.controllers.nmpc.solvers import subproblem as subproblem_file
+from gyroctl.controllers.nmpc.solvers.interior_point import InteriorRoom, empty_interior_room, interior_point
+from gyroctl.controllers.nmpc.solvers.riccati_sweep import SweepRoom, empty_sweep_room, sweep
+from gyroctl.controllers.nmpc.solvers.subproblem import (
+    LIMIT_REACHED,
+    NOT_CONVEX,
+    NOT_FINITE,
+    SOLVED,
+    Step,
+    bounds,
+    evaluate,
+    slope,
+)  # fmt: skip
+from gyroctl.plant.compiled import entry_point, inlined, source_stamp
+
+PATIENCE = 7
+INTERIOR = 40  # most iterations of the interior point method, of two sweeps each
+SUFFICIENT = 1e-4  # share of the linear decrease that a step must bring
+ROUNDING = 1e-13  # of cost and slope, relative
+SHORTEST = 1e-9  # part of a step below which no decrease can be measured
+
+
+class RiccatiRoom(NamedTuple):
+    """Arrays that the solver works in."""
+
+    sweep: SweepRoom
+    interior: InteriorRoom
+
+
+@inlined
+def empty_riccati_room(n: int, m: int) -> RiccatiRoom:
+    """Room for a horizon of `n` intervals of a model with `m` states."""
+    return RiccatiRoom(empty_sweep_room(n, m), empty_interior_room(n))
+
+
+def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
+    """Compile the solver, with the interior point method or without.
+
+    The stamp makes the cache forget code whose parts have changed.
+    """
+
+    @entry_point
+    def solve(qp: Any, proximal: float, d: Any, tolerance: float, limit: int, rooms: Any) -> Step:
+        """Solve a subproblem.
+
+        Parameters
+        ----------
+        qp : Subproblem
+            As `linearise` fills it.
+        proximal : float
+            Weight of |d|^2 / 2, positive. [J/(Nms)^2]
+        d : (n,) array
+            Start, and solution in place; zero or the last solution. [Nms]
+        tolerance : float
+            Largest distance from the solution. [Nms]
+        limit : int
+            Most projected Newton steps; up to PATIENCE of them the interior point method is never called.
+        rooms : RiccatiRoom
+            Overwritten.
+
+        Returns
+        -------
+        Step
+            Status, iterations, the distance from the solution at most, value of the cost.
+        """
+        stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
+        n, room = d.size, rooms.sweep
+        bounds(qp, room.low, room.high)
+        room.trial[:] = 0.0
+        nothing = evaluate(qp, proximal, room.trial, room.states, room.slopes)
+        for i in range(n):
+            d[i] = min(max(d[i], room.low[i]), room.high[i])
+        cost = evaluate(qp, proximal, d, room.states, room.slopes)
+        rounding = ROUNDING * (1.0 + abs(cost) + abs(nothing))
+        distance, status, count, inner = np.inf, LIMIT_REACHED, 0, 0
+        room.barrier[:] = 0.0
+        for count in range(limit + 1):
+            slope(qp, proximal, d, room.slopes, room.slope)
+            square, whole = 0.0, 0.0
+            for i in range(n):
+                left = room.slope[i]
+                whole += left * left
+                if d[i] <= room.low[i]:
+                    left = min(left, 0.0)
+                if d[i] >= room.high[i]:
+                    left = max(left, 0.0)
+                square += left * left
+            distance = np.sqrt(square) / proximal
+            if not np.isfinite(distance + cost):
+                status = NOT_FINITE
+                break
+            if distance <= tolerance or square <= ROUNDING**2 * whole:  # the slope itself is no better known
+                status = SOLVED
+                break
+            if count == limit:
+                break
+            if rescue and count == PATIENCE:
+                room.trial[:] = d
+                inner = 2 * interior_point(qp, proximal, d, 1e-9, INTERIOR, room, rooms.interior)
+                room.barrier[:] = 0.0
+                found = evaluate(qp, proximal, d, room.states, room.slopes)
+                if not found <= cost:
+                    d[:] = room.trial
+                    found = evaluate(qp, proximal, d, room.states, room.slopes)
+                cost = found
+                continue
+            near = min(1e-6, distance) * qp.cc_max[0]
+            for i in range(n):
+                room.held[i] = False
+                if d[i] <= room.low[i] + near and room.slope[i] > 0.0:
+                    room.held[i], room.direction[i] = True, room.low[i] - d[i]
+                elif d[i] >= room.high[i] - near and room.slope[i] < 0.0:
+                    room.held[i], room.direction[i] = True, room.high[i] - d[i]
+            for i in range(n):
+                for r in range(3):
+                    room.curvature[i, r] = qp.weight[r] if room.slopes[i, r] != 0.0 else 0.0
+            if not sweep(qp, proximal, room):
+                status = NOT_CONVEX
+                break
+            part, accepted = 1.0, False
+            while part > SHORTEST:
+                decrease = 0.0
+                for i in range(n):
+                    room.trial[i] = min(max(d[i] + part * room.direction[i], room.low[i]), room.high[i])
+                    decrease -= room.slope[i] * (room.trial[i] - d[i])
+                found = evaluate(qp, proximal, room.trial, room.ahead, room.new_slopes)
+                if found <= cost - SUFFICIENT * decrease + rounding:
+                    accepted = True
+                    break
+                part *= 0.5
+            if not accepted:  # as near as rounding lets the cost tell
+                break
+            d[:] = room.trial
+            room.slopes[:] = room.new_slopes
+            cost = found
+        return Step(status, count + inner, distance, cost - nothing)
+
+    return solve
+
+
+SOURCES = (
+    __file__, riccati_sweep_file.__file__, interior_point_file.__file__, subproblem_file.__file__,
+    problem_file.__file__,
+)  # fmt: skip
+solve = _solve(source_stamp(SOURCES), True)
+solve_briefly = _solve(source_stamp(SOURCES), False)
+"""`solve` for a few Newton steps: without the interior point method, whose machine code takes seconds to make."""

@@ -1,0 +1,54 @@
+from .comparison.compare import compare
+from .devices import zhang2017
+from .errors import InputError
+from .harness.actuation import Actuators
+from .harness.constant_pairs import scan
+from .harness.protocol import Law, LawError, Measurement
+from .harness.registry import law
+from .harness.run import Settings, simulate
+from .harness.sensing import Channel, Sensors
+from .linearisation import PeriodicOrbit, lock_orbit
+from .plant import Parameters, Plant, Radiation
+from .waves import (
+    Bichromatic,
+    ElevationRecord,
+    Regular,
+    SeaState,
+    TabulatedSpectrum,
+    WaveRealisation,
+    read_record,
+    read_spectrum,
+    realise,
+)
+
+__version__: str
+
+__all__ = [
+    "Actuators",
+    "Bichromatic",
+    "Channel",
+    "ElevationRecord",
+    "InputError",
+    "Law",
+    "LawError",
+    "Measurement",
+    "Parameters",
+    "PeriodicOrbit",
+    "Plant",
+    "Radiation",
+    "Regular",
+    "SeaState",
+    "Sensors",
+    "Settings",
+    "TabulatedSpectrum",
+    "WaveRealisation",
+    "compare",
+    "law",
+    "lock_orbit",
+    "read_record",
+    "read_spectrum",
+    "realise",
+    "scan",
+    "simulate",
+    "zhang2017",
+]

@@ -1,0 +1,300 @@
+"""An experiment: what is compared on which sea, from a TOML file whose every table is optional."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, fields
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from gyroctl.devices import VARIANTS, zhang2017
+from gyroctl.errors import InputError
+from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.protocol import Law
+from gyroctl.harness.registry import law, registered, tuned_seeds
+from gyroctl.harness.run import Settings
+from gyroctl.harness.sensing import CHANNELS, Channel, Sensors
+from gyroctl.harness.start import STARTS
+from gyroctl.plant import Parameters, Plant
+from gyroctl.waves import Bichromatic, ElevationRecord, Regular, Sea, SeaState, read_record, read_spectrum
+
+TABLES = ("sea", "run", "plant", "laws", "sensors", "actuators")
+
+SEAS: dict[str, Callable[..., Sea]] = {
+    "jonswap": SeaState,
+    "regular": Regular,
+    "bichromatic": Bichromatic,
+    "spectrum": read_spectrum,
+    "record": read_record,
+}
+"""Kinds of sea: the value of `sea.kind` and what builds it from the other entries of the table."""
+
+BASELINE = "best_constant"
+
+
+@dataclass(frozen=True)
+class RunTable:
+    """The table [run].
+
+    Parameters
+    ----------
+    duration : float
+        Length of each run, blend included. [s]
+    dt : float
+        Longest Runge-Kutta step. [s]
+    blend : float
+        Blend from the regular wave at the start; scoring begins after it. [s]
+    seeds : tuple of int
+        One realisation each.
+    motion_limit : float
+        Limit of the 98 % motion. [rad]
+    start : str
+        "locked": on the locked orbit of the regular wave, with the blend; "rest": at rest, scored from the beginning.
+    """
+
+    duration: float = 2000.0
+    dt: float = 0.01
+    blend: float = 100.0
+    seeds: tuple[int, ...] = tuple(range(1, 9))
+    motion_limit: float = 0.35
+    start: str = "locked"
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """What is compared on which sea; the defaults are the default experiment.
+
+    Parameters
+    ----------
+    sea : Sea
+        The waves.
+    run : RunTable
+        Length, step, seeds.
+    plant : Plant
+        The device.
+    laws : mapping of str to Law
+        Laws by name.
+    sensors, actuators
+        Between law and plant.
+    source : mapping
+        The tables as they were given, for the record.
+    """
+
+    sea: Sea
+    run: RunTable
+    plant: Plant
+    laws: Mapping[str, Law]
+    sensors: Sensors
+    actuators: Actuators
+    source: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def settings(self) -> Settings:
+        """What is common to all runs."""
+        return Settings(self.run.dt, self.run.blend, self.sensors, self.actuators, self.run.start)
+
+    def record(self) -> dict[str, Any]:
+        """Tables with every default filled in, safe for JSON."""
+        sea = _plain(dataclasses.asdict(self.sea))
+        kinds = {SeaState: "jonswap", Regular: "regular", Bichromatic: "bichromatic"}
+        given = self.source.get("sea", {})
+        return {
+            "sea": {"kind": kinds.get(type(self.sea), given.get("kind", "")), **sea, **_plain(given)},
+            "run": {**dataclasses.asdict(self.run), "seeds": list(self.run.seeds)},
+            "plant": {"name": self.plant.name, **dataclasses.asdict(self.plant.parameters)},
+            "laws": {name: _plain(table) for name, table in self.source.get("laws", {}).items()},
+            "sensors": dataclasses.asdict(self.sensors),
+            "actuators": dataclasses.asdict(self.actuators),
+        }
+
+
+def read_experiment(path: Path | None, quick: bool = False) -> Experiment:
+    """Read an experiment.
+
+    Parameters
+    ----------
+    path : Path or None
+        TOML file; None for the default experiment.
+    quick : bool
+        Four realisations of 600 s instead of what the file says.
+
+    Raises
+    ------
+    InputError
+        For a missing or unreadable file, an unknown table or key, a value out of range; the field is named as in
+        the file.
+    """
+    tables: dict[str, Any] = {}
+    if path is not None:
+        try:
+            tables = tomllib.loads(path.read_text(encoding="utf-8"))
+        except OSError as error:
+            raise InputError("experiment", str(path), f"cannot be read: {error.strerror}",
+                             "Give the path of a TOML file") from None  # fmt: skip
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+            raise InputError("experiment", str(path), f"is no TOML: {error}", "Correct the line") from None
+    return build_experiment(tables, quick, path.parent if path is not None else Path())
+
+
+def build_experiment(tables: Mapping[str, Any], quick: bool = False, folder: Path = Path()) -> Experiment:
+    """Build an experiment from tables as read from TOML; paths in them are relative to `folder`."""
+    _known("", tables, TABLES)
+    for name in tables:
+        if not isinstance(tables[name], Mapping):
+            raise InputError(name, tables[name], "must be a table", f"Write [{name}] and its entries below")
+    sea = _sea(dict(tables.get("sea", {})), folder)
+    run = _run(dict(tables.get("run", {})))
+    if isinstance(sea, Regular | ElevationRecord) and "seeds" not in tables.get("run", {}):
+        run = dataclasses.replace(run, seeds=(1,))  # such a sea is the same for every seed
+    if quick:
+        run = dataclasses.replace(run, seeds=run.seeds[:4], duration=max(600.0, run.blend))
+    if run.start == "locked" and not run.duration > run.blend:
+        raise InputError("run.duration", run.duration, f"is not longer than the blend of {run.blend:g} s",
+                         "Give a longer duration, or a shorter run.blend")  # fmt: skip
+    return Experiment(
+        sea=sea,
+        run=run,
+        plant=_plant(dict(tables.get("plant", {})), folder),
+        laws=_laws(dict(tables.get("laws", {})), sea, folder),
+        sensors=_sensors(dict(tables.get("sensors", {}))),
+        actuators=_from_fields(Actuators, "actuators", dict(tables.get("actuators", {}))),
+        source=tables,
+    )
+
+
+def all_tuning_seeds() -> tuple[int, ...]:
+    """Seeds on which any registered law was tuned.
+
+    The tuned sets beside a law tell; packages of laws that were tuned in another way tell by a function `tuning_seeds`.
+    """
+    seeds: set[int] = set()
+    for name, point in registered().items():
+        seeds |= tuned_seeds(name)
+        package = inspect.getmodule(point.load())
+        for module in (package, import_module(point.module)):
+            tell = getattr(module, "tuning_seeds", None)
+            if callable(tell):
+                seeds |= set(tell())
+    return tuple(sorted(seeds))
+
+
+def _run(table: dict[str, Any]) -> RunTable:
+    _known("run", table, [f.name for f in fields(RunTable)])
+    for name in ("duration", "dt", "blend", "motion_limit"):
+        if name in table:
+            table[name] = _number(f"run.{name}", table[name])
+            if table[name] < 0.0 or (table[name] == 0.0 and name != "blend"):
+                raise InputError(f"run.{name}", table[name], "must be positive", "Leave it out for the default")
+    if table.get("start", "locked") not in STARTS:
+        raise InputError("run.start", table["start"], "unknown start", f"Choose one of {', '.join(STARTS)}")
+    if "seeds" in table:
+        seeds = table["seeds"]
+        if not isinstance(seeds, list) or not seeds or not all(type(s) is int and s >= 0 for s in seeds):
+            raise InputError("run.seeds", seeds, "must be a list of whole numbers, zero or positive",
+                             "For example seeds = [1, 2, 3]")  # fmt: skip
+        table["seeds"] = tuple(seeds)
+    return RunTable(**table)
+
+
+def _sea(table: dict[str, Any], folder: Path) -> Sea:
+    kind = table.pop("kind", "jonswap")
+    if kind not in SEAS:
+        raise InputError("sea.kind", kind, "unknown kind of sea", f"Choose one of {', '.join(SEAS)}")
+    names = list(inspect.signature(SEAS[kind]).parameters)
+    if kind in ("spectrum", "record"):
+        if "file" not in table:
+            raise InputError("sea.file", None, f"a sea of kind {kind!r} needs a file", "Give the path of a CSV file")
+        names[0] = "file"
+        path = folder / str(table.pop("file"))
+        _known("sea", table, names)
+        return SEAS[kind](path, **table)
+    _known("sea", table, names)
+    for name, value in table.items():
+        if isinstance(value, list):
+            table[name] = tuple(_number(f"sea.{name}", v) for v in value)
+        else:
+            table[name] = _number(f"sea.{name}", value)
+    for name, parameter in inspect.signature(SEAS[kind]).parameters.items():
+        if parameter.default is parameter.empty and name not in table:
+            raise InputError(f"sea.{name}", None, f"a sea of kind {kind!r} needs it", f"Give {name}")
+    return SEAS[kind](**table)
+
+
+def _plant(table: dict[str, Any], folder: Path) -> Plant:
+    own = [f.name for f in fields(Parameters)]
+    _known("plant", table, ["variant", "hydrodynamics", "radiation", "excitation_phase", *own])
+    if "hydrodynamics" in table:
+        table["hydrodynamics"] = folder / str(table["hydrodynamics"])
+    variant = table.pop("variant", "corrected")
+    if not isinstance(variant, str) or variant not in VARIANTS:
+        raise InputError("plant.variant", variant, "unknown variant", f"Choose one of {', '.join(VARIANTS)}")
+    return zhang2017(variant, **table)
+
+
+def _laws(table: dict[str, Any], sea: Sea, folder: Path) -> dict[str, Law]:
+    if not table:
+        return {name: _law(name, name, {}, sea) for name in registered()}
+    built = {}
+    for name, entry in table.items():
+        if not isinstance(entry, Mapping):
+            raise InputError(f"laws.{name}", entry, "must be a table", f'Write [laws.{name}] with law = "constant"')
+        parameters = dict(entry)
+        kind = parameters.pop("law", name)
+        if ".py:" in str(kind) and not Path(str(kind).rpartition(":")[0]).is_absolute():
+            kind = str(folder / str(kind))
+        built[name] = _law(name, str(kind), parameters, sea)
+    if BASELINE not in built:  # every law is also told relative to the best constant pair
+        built[BASELINE] = _law(BASELINE, BASELINE, {}, sea)
+    return built
+
+
+def _law(name: str, kind: str, parameters: dict[str, Any], sea: Sea) -> Law:
+    if kind == BASELINE and "gamma" not in parameters and isinstance(sea, SeaState):
+        parameters = {**parameters, "gamma": sea.gamma}
+    try:
+        return law(kind, **parameters)
+    except InputError as error:
+        known = error.field.replace(f"laws.{kind}", f"laws.{name}") if error.field != "law" else f"laws.{name}.law"
+        raise InputError(known, error.value, error.problem, error.mend) from None
+
+
+def _sensors(table: dict[str, Any]) -> Sensors:
+    ideal = table.pop("ideal", False)
+    if not isinstance(ideal, bool):
+        raise InputError("sensors.ideal", ideal, "must be true or false", "Leave it out for sensors with noise")
+    _known("sensors", table, list(CHANNELS))
+    sensors = Sensors.ideal() if ideal else Sensors()
+    changes = {}
+    for name, entry in table.items():
+        if not isinstance(entry, Mapping):
+            raise InputError(f"sensors.{name}", entry, "must be a table", f"Write [sensors.{name}] with noise = 0.01")
+        _known(f"sensors.{name}", entry, [f.name for f in fields(Channel)])
+        changes[name] = dataclasses.replace(getattr(sensors, name), **entry)
+    return dataclasses.replace(sensors, **changes)
+
+
+def _from_fields(kind: Any, name: str, table: dict[str, Any]) -> Any:
+    _known(name, table, [f.name for f in fields(kind)])
+    return kind(**table)
+
+
+def _known(table: str, entries: Mapping[str, Any], names: Any) -> None:
+    for key in entries:
+        if key not in names:
+            path = f"{table}.{key}" if table else key
+            raise InputError(path, entries[key], "unknown key" if table else "unknown table",
+                             f"Choose one of {', '.join(names)}")  # fmt: skip
+
+
+def _number(path: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InputError(path, value, "must be a number", "Write it without quotes")
+    return float(value)
+
+
+def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in table.items() if isinstance(value, str | int | float | bool | list)}

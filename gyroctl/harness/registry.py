@@ -1,0 +1,205 @@
+"""Laws by name: registered ones through the entry-point group, a user's own as "file.py:Name"."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
+from types import ModuleType
+from typing import Any, cast
+
+from gyroctl.errors import InputError
+from gyroctl.harness.protocol import INFORMATION, Law
+from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
+
+GROUP = "gyroctl.controllers"
+
+
+def registered() -> dict[str, EntryPoint]:
+    """Entry points of all registered laws by name, sorted."""
+    return dict(_registered())
+
+
+@lru_cache(maxsize=1)
+def _registered() -> tuple[tuple[str, EntryPoint], ...]:
+    """Look once: the metadata of every installed package is read for it."""
+    return tuple(sorted((point.name, point) for point in entry_points(group=GROUP)))
+
+
+def home(name: str) -> tuple[Path, str]:
+    """Folder of the code of a law, beside which its task and its tuned sets are, and their name.
+
+    Raises
+    ------
+    InputError
+        For an unknown law or a missing file.
+    """
+    if ".py:" in name:
+        path, _, attribute = name.rpartition(":")
+        return _existing(name, path).parent, attribute
+    module = importlib.import_module(_point(name).module)
+    package = module if hasattr(module, "__path__") else importlib.import_module(str(module.__package__))
+    return Path(str(package.__file__)).parent, name
+
+
+def tuned_sets(name: str) -> dict[str, Any]:
+    """Tuned sets that ship beside a law, by name; empty where there are none."""
+    return read_sets(tuned_file(*home(name)))
+
+
+def tuned_seeds(name: str) -> set[int]:
+    """Seeds on which a law was tuned, and so may not be judged."""
+    return seeds_of(tuned_sets(name))
+
+
+def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
+    """Build a law.
+
+    Parameters
+    ----------
+    name : str
+        A registered name, or "file.py:Name" for a law in a user's file.
+    tuning : str, optional
+        A set of its tuned parameters: "all", or one for a sea alone, as "gamma1", "gamma5", "gamma50".
+    **parameters
+        Parameters of the law; the defaults are its shipped tuning for all seas.
+
+    Returns
+    -------
+    Law
+
+    Raises
+    ------
+    InputError
+        For an unknown name, set or parameter, a missing file, a value that is not a finite number, or an object that
+        is no law.
+    """
+    if tuning is not None:
+        parameters = {**_tuned_parameters(name, tuning), **parameters}
+    if isinstance(parameters.get("wraps"), str | Mapping):
+        parameters = {**parameters, "wraps": _wrapped(name, parameters["wraps"])}
+    factory = _from_file(name) if ".py:" in name else _from_name(name)
+    if not callable(factory):
+        raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")
+    known = inspect.signature(factory).parameters
+    for key, value in parameters.items():
+        if key not in known:
+            choices = ", ".join(known) or "none"
+            raise InputError(f"laws.{name}.{key}", value, "unknown parameter", f"Choose one of: {choices}")
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        if number and not math.isfinite(value):
+            raise InputError(f"laws.{name}.{key}", value, "must be a finite number", f"Give {key} as a number")
+        default = known[key].default
+        if isinstance(default, float) and not number:
+            raise InputError(f"laws.{name}.{key}", value, "must be a number", f"The default is {default}")
+        if key in ("cc", "cg") and number and value < 0.0:
+            raise InputError(f"laws.{name}.{key}", value, "must not be negative: both controls only dissipate",
+                             f"Give {key} >= 0 in Nms")  # fmt: skip
+    try:
+        built = factory(**parameters)
+    except InputError:
+        raise
+    except (TypeError, ValueError, ArithmeticError) as error:
+        raise InputError(f"laws.{name}", parameters, f"could not be built: {error}", "Check its parameters") from error
+    for member in ("period", "information", "init", "step"):
+        if not hasattr(built, member):
+            raise InputError("law", name, f"has no `{member}`",
+                             "A law has period, information, init() and step(t, y, state)")  # fmt: skip
+    if built.information not in INFORMATION:
+        raise InputError(f"laws.{name}.information", built.information, "unknown level",
+                         f"Choose one of {', '.join(INFORMATION)}")  # fmt: skip
+    return cast(Law, built)
+
+
+def describe(built: Law) -> dict[str, Any]:
+    """Parameters of a law for the record."""
+    if hasattr(built, "_asdict"):
+        return {key: value for key, value in built._asdict().items()}
+    fields = getattr(built, "__dataclass_fields__", {})
+    found = {key: getattr(built, key) for key in fields if isinstance(getattr(built, key), int | float | str)}
+    if hasattr(built, "law") and hasattr(built, "rules"):  # a law around a law, see gyroctl.controllers.supervisor
+        found |= {**built.rules._asdict(), **{f"law_{key}": value for key, value in describe(built.law).items()}}
+    return found
+
+
+def _wrapped(name: str, wraps: str | Mapping[str, Any]) -> Law:
+    """Build the law that another one wraps: a name, or a table with `law` and its parameters."""
+    table = {"law": wraps} if isinstance(wraps, str) else dict(wraps)
+    inner = table.pop("law", None)
+    if not isinstance(inner, str) or inner == name:
+        raise InputError(f"laws.{name}.wraps", inner, "is no law to wrap",
+                         'Give its name, or a table with law = "load_angle" and its parameters')  # fmt: skip
+    return law(inner, **table)
+
+
+def _tuned_parameters(name: str, tuning: str) -> dict[str, Any]:
+    sets = tuned_sets(name)
+    if tuning not in sets:
+        mend = f"Choose one of {', '.join(sets)}" if sets else f"Tune it: gyroctl tune {name} --ship"
+        raise InputError(f"laws.{name}.tuning", tuning, "there is no such set of tuned parameters", mend)
+    return dict(sets[tuning]["parameters"])
+
+
+def _point(name: str) -> EntryPoint:
+    points = registered()
+    if name not in points:
+        raise InputError("law", name, "unknown law",
+                         f'Choose one of {", ".join(points)}, or give "file.py:Name"')  # fmt: skip
+    return points[name]
+
+
+def _from_name(name: str) -> Callable[..., Any]:
+    return cast(Callable[..., Any], _point(name).load())
+
+
+def defined(file: Path) -> dict[str, Any]:
+    """What a user's file defines itself, by name.
+
+    Raises
+    ------
+    InputError
+        For a file that is missing or cannot be imported.
+    """
+    module = _module(str(file), _existing(str(file), str(file)))
+    return {name: value for name, value in vars(module).items() if getattr(value, "__module__", "") == module.__name__}
+
+
+def _existing(name: str, path: str) -> Path:
+    if not Path(path).is_file():
+        raise InputError("law", name, f"there is no file {path}", "Give the path of a Python file, as file.py:Name")
+    return Path(path)
+
+
+def _from_file(name: str) -> Callable[..., Any]:
+    path, _, attribute = name.rpartition(":")
+    module = _module(name, _existing(name, path))
+    if not hasattr(module, attribute):
+        raise InputError("law", name, f"{path} defines no {attribute}", "Name a class or function of the file")
+    return cast(Callable[..., Any], getattr(module, attribute))
+
+
+def _module(name: str, file: Path) -> ModuleType:
+    """Import a user's file; again only when its text has changed, so that its laws are compiled once."""
+    key = (str(file.resolve()), hashlib.sha256(file.read_bytes()).hexdigest())
+    if key in _loaded:
+        return _loaded[key]
+    spec = importlib.util.spec_from_file_location(f"gyroctl_user_{file.stem}", file)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise InputError("law", name, f"the file cannot be imported: {type(error).__name__}: {error}",
+                         "Run the file with Python and correct it") from error  # fmt: skip
+    _loaded[key] = module
+    return module
+
+
+_loaded: dict[tuple[str, str], ModuleType] = {}
+"""Users' files by path and text."""

@@ -1,0 +1,93 @@
+"""The locked orbit as users meet it: the orbit, and the names of what stands above it, its modes and linear models."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.linearisation.model import PeriodicModel, linearise
+from gyroctl.linearisation.periodic import DEFAULT_OUTPUTS
+from gyroctl.orbits.modes import Mode, find_modes
+from gyroctl.orbits.nearest_orbit import find_orbit
+from gyroctl.orbits.orbit import Orbit
+from gyroctl.orbits.search import search_orbit
+from gyroctl.orbits.wave import RegularWave
+from gyroctl.plant import Plant
+
+
+@dataclass(frozen=True)
+class PeriodicOrbit(Orbit):
+    """A locked orbit under a regular wave: the fields of `gyroctl.orbits.orbit.Orbit`, its modes, its linear model."""
+
+    @cached_property
+    def modes(self) -> tuple[Mode, ...]:
+        """Modes by name, slowest decay first: libration, horizontal, vertical, slip, radiation."""
+        return find_modes(self)
+
+    def mode(self, name: str) -> Mode:
+        """Return the slowest mode of that name.
+
+        Raises
+        ------
+        InputError
+            If the orbit has no mode of that name.
+        """
+        for mode in self.modes:
+            if mode.name == name:
+                return mode
+        have = ", ".join(dict.fromkeys(mode.name for mode in self.modes))
+        raise InputError("mode", name, "this orbit has no mode of that name", f"Choose one of {have}")
+
+    def linearise(self, outputs: Sequence[str] = DEFAULT_OUTPUTS, period: float = 0.1) -> PeriodicModel:
+        """Periodic linear model about the orbit, see `gyroctl.linearisation.model.linearise`.
+
+        Parameters
+        ----------
+        outputs : sequence of str
+            Names of the outputs.
+        period : float
+            Sampling period. [s]
+        """
+        return linearise(self, outputs, period)
+
+
+def lock_orbit(
+    plant: Plant, wave: RegularWave, cc: float, cg: float, sense: int = 1, dt: float = 0.01,
+    guess: NDArray[np.float64] | None = None, nearest: bool = True,
+) -> PeriodicOrbit:  # fmt: skip
+    """Find the locked orbit.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    wave : Regular
+        Height [m], angular frequency [rad/s] and heading [deg].
+    cc, cg : float
+        Controls. [Nms]
+    sense : {1, -1}
+        Sense of rotation of the ring.
+    dt : float
+        Longest step. [s]
+    guess : (n,) array, optional
+        State at phase zero; by default from harmonic balance.
+    nearest : bool
+        Where there is no orbit, look for the nearest wave height that has one (some 0.2 s).
+
+    Returns
+    -------
+    PeriodicOrbit
+        The stable orbit if there is one; else an unstable one; else the status "no orbit" with advice.
+
+    Raises
+    ------
+    InputError
+        If height, frequency or a control is out of range, or the excitation is not known at the frequency.
+    """
+    search = find_orbit if nearest else search_orbit
+    return PeriodicOrbit(**vars(search(plant, wave, cc, cg, sense, dt, guess)))

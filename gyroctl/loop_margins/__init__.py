@@ -1,0 +1,1 @@
+"""Orbits and margins of a law in the loop."""

@@ -1,0 +1,255 @@
+"""The periodic solution of plant and law together, and its linear model from sample to sample."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, is_dataclass, replace
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.linearisation.held_flow import HeldFlow, samples_per_wave
+from gyroctl.linearisation.periodic import transition
+from gyroctl.loop_margins.dual_numbers import NotDifferentiable, step_jacobian
+from gyroctl.orbits.flow import Forcing
+from gyroctl.orbits.nearest_orbit import find_orbit
+from gyroctl.orbits.orbit import Orbit
+from gyroctl.orbits.wave import RegularWave
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import OMEGA, OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
+
+SENSORS = ("psi", "psi_rate", "omega_rate", "phi1", "phi3", "phi1_rate", "phi3_rate")
+ROWS = (PSI, PSI_RATE, OMEGA_RATE, PHI1, PHI3, PHI1_RATE, PHI3_RATE)
+CONTROLS = ("cc", "cg")
+REFERENCE = ((0.052, 3.5e-4), (0.104, 1.5e-4), (0.052, 1e-4), (0.104, 3e-5))
+"""Controls whose locked orbit is tried as a start of the loop. [Nms]"""
+
+CC_MAX = 0.3
+ITERATIONS = 25
+
+LoopStatus = Literal["stable", "unstable", "not periodic", "not differentiable", "no orbit"]
+
+
+class Reading(NamedTuple):
+    """Measurement, in the order of the harness."""
+
+    psi: float
+    psi_rate: float
+    omega_rate: float
+    phi1: float
+    phi3: float
+    phi1_rate: float
+    phi3_rate: float
+
+
+@dataclass(frozen=True)
+class LoopOrbit:
+    """Periodic solution of the loop of plant and law under a regular wave, N samples per wave period.
+
+    Parameters
+    ----------
+    status : str
+        "stable" or "unstable"; "not periodic": the loop does not settle on one solution per wave; "not
+        differentiable": it does, but the law's step cannot be differentiated; "no orbit": the wave does not lock.
+    advice : str
+        What to do about it.
+    flow : HeldFlow
+        The plant from sample to sample.
+    law : object
+        The law, with its period set to a whole part of the wave's where it has such a field.
+    states : (N + 1, rows) array
+        Plant at the samples.
+    law_states : tuple of N tuples
+        State of the law before each sample.
+    controls : (N, 2) array
+        What the law commands. [Nms]
+    A, B : (N, n, n), (N, n, 2) arrays
+        Plant from sample to sample.
+    by_measurement, by_state : (N, 2 + ns, 7), (N, 2 + ns, ns) arrays
+        Derivative of the law's command and new state.
+    multipliers : complex array
+        Of the closed loop over one wave period, largest first.
+    """
+
+    status: LoopStatus
+    advice: str
+    flow: HeldFlow = field(repr=False)
+    law: Any
+    sense: int
+    states: NDArray[np.float64] = field(repr=False)
+    law_states: tuple[Any, ...] = field(repr=False)
+    controls: NDArray[np.float64] = field(repr=False)
+    A: NDArray[np.float64] = field(repr=False)
+    B: NDArray[np.float64] = field(repr=False)
+    by_measurement: NDArray[np.float64] = field(repr=False)
+    by_state: NDArray[np.float64] = field(repr=False)
+    multipliers: NDArray[np.complex128]
+
+    @property
+    def sensing(self) -> NDArray[np.float64]:
+        """Matrix (7, n) from the plant's deviation to the measurements."""
+        return self.flow.embedding[list(ROWS)]
+
+    @property
+    def power(self) -> float:
+        """Mean electrical power, from the samples. [W]"""
+        return float(np.mean(self.controls[:, 1] * self.states[:-1, OMEGA_RATE] ** 2))
+
+
+def close_loop(
+    plant: Plant, wave: RegularWave, law: Any, start: Orbit | None = None, settle: int = 150, dt: float = 0.01
+) -> LoopOrbit:
+    """Find the periodic solution of the loop: let it settle, then Newton's method on plant and law together.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    wave : Regular
+        The wave.
+    law : Law
+        Any object with `period`, `init()` and `step(t, y, state)`.
+    start : Orbit, optional
+        Where the loop begins; by default the locked orbit at one of `REFERENCE`.
+    settle : int
+        Wave periods of plain simulation before Newton's method.
+    dt : float
+        Longest Runge-Kutta step. [s]
+
+    Returns
+    -------
+    LoopOrbit
+        With a status; an unstable solution is reported as such.
+
+    Raises
+    ------
+    InputError
+        For a law's period that is not positive, or longer than the wave's.
+    """
+    period = 2.0 * np.pi / wave.wp
+    if not 0.0 < law.period <= period:
+        raise InputError("law.period", law.period, "must be positive and at most the wave period", "Give it in s")
+    forcing = Forcing(0.5 * wave.height * plant.excitation(np.array([wave.wp]), wave.heading)[:, 0], wave.wp)
+    samples = samples_per_wave(period, law.period)
+    law = _with_period(law, period / samples)
+    flow = HeldFlow(plant, forcing, samples, CC_MAX, dt)
+    begin = start if start is not None else _reference(plant, wave)
+    if begin.status == "no orbit":
+        return _failed("no orbit", begin.advice, flow, law, begin.sense)
+    x, state, controls = settle_loop(flow, law, begin.x, law.init(), settle, begin.sense)
+    if not np.all(np.isfinite(x)):
+        return _failed("not periodic", "The loop runs away; another tuning is needed", flow, law, begin.sense)
+    flow = replace(flow, cc_max=min(CC_MAX, max(1.2 * float(np.max(controls[:, 0])), 0.02)))
+    try:
+        closed = _newton(flow, law, x, state, begin.sense)
+    except NotDifferentiable as error:
+        advice = f"Gain, phase, delay and disk margins need the law's derivative: {error}. The nonlinear ones remain"
+        return _failed("not differentiable", advice, flow, law, begin.sense)
+    if closed is None:
+        return _failed("not periodic", "The loop does not settle on one solution per wave, so that it has no "
+                       "multipliers: judge it by simulation, or try another wave", flow, law, begin.sense)  # fmt: skip
+    return closed
+
+
+def settle_loop(
+    flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, periods: int, sense: int
+) -> tuple[NDArray[np.float64], Any, NDArray[np.float64]]:
+    """Simulate the loop for whole wave periods; return plant, law's state and the controls of the last period."""
+    x = x.copy()
+    controls = np.zeros((flow.samples, 2))
+    for i in range(periods * flow.samples):
+        command, state = law.step(i * flow.period, read(x), state)
+        cc, cg = (max(float(value), 0.0) for value in command)
+        controls[i % flow.samples] = cc, cg
+        x = flow.advance(x, min(cc, CC_MAX), cg, i)
+        if not np.all(np.isfinite(x)):
+            break
+    x[OMEGA] = 0.0
+    x[PSI] -= 2.0 * np.pi * np.round(x[PSI] / (2.0 * np.pi))
+    return x, state, controls
+
+
+def read(x: NDArray[np.float64]) -> Reading:
+    """Measurement of a state, without error."""
+    return Reading(*(float(x[row]) for row in ROWS))
+
+
+def _newton(flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, sense: int) -> LoopOrbit | None:
+    n, ns = flow.free.size, len(state)
+    for _ in range(ITERATIONS):
+        states, law_states, controls, plant_maps, law_maps, closed = [x], [], [], [], [], []
+        for k in range(flow.samples):
+            values, by_y, by_s = step_jacobian(law, k * flow.period, read(states[-1]), state)
+            a, b = flow.jacobian(states[-1], values[0], values[1], k)
+            closed.append(_compose(a, b[:, :2], by_y, by_s, flow.embedding[list(ROWS)]))
+            law_states.append(state)
+            controls.append(values[:2])
+            plant_maps.append((a, b[:, :2]))
+            law_maps.append((by_y, by_s))
+            states.append(flow.advance(states[-1], values[0], values[1], k))
+            state = _like(law_states[0], values[2:])
+        gap = states[-1] - x
+        gap[PSI] -= sense * 2.0 * np.pi
+        difference = np.concatenate([gap[flow.free], np.array(state, float) - np.array(law_states[0], float)])
+        if not np.all(np.isfinite(difference)) or np.max(np.abs(gap)) > 1e3:
+            return None
+        product = transition(np.array(closed))
+        step = np.linalg.solve(np.eye(n + ns) - product, difference)
+        if np.max(np.abs(step)) < 1e-10:
+            multipliers = np.linalg.eigvals(product).astype(complex)
+            multipliers = multipliers[np.argsort(-np.abs(multipliers))]
+            stable = bool(np.abs(multipliers[0]) < 1.0)
+            return LoopOrbit(
+                "stable" if stable else "unstable", "" if stable else "The loop itself is unstable: no margin", flow,
+                law, sense, np.array(states), tuple(law_states), np.array(controls),
+                np.array([a for a, _ in plant_maps]), np.array([b for _, b in plant_maps]),
+                np.array([y for y, _ in law_maps]),
+                np.array([s for _, s in law_maps]).reshape(flow.samples, 2 + ns, ns),
+                multipliers,
+            )  # fmt: skip
+        shrink = min(1.0, 0.3 / max(abs(float(step[list(flow.free).index(PSI)])), 1e-300))
+        x = x + shrink * flow.embedding @ step[:n]
+        state = _like(law_states[0], np.array(law_states[0], float) + shrink * step[n:])
+    return None
+
+
+def _compose(
+    a: NDArray[np.float64], b: NDArray[np.float64], by_y: NDArray[np.float64], by_s: NDArray[np.float64],
+    sensing: NDArray[np.float64],
+) -> NDArray[np.float64]:  # fmt: skip
+    """Closed loop over one sample, of plant and law's state."""
+    measured = by_y @ sensing
+    return np.block([[a + b @ measured[:2], b @ by_s[:2]], [measured[2:], by_s[2:]]])
+
+
+def _like(state: Any, values: NDArray[np.float64]) -> Any:
+    numbers = [float(value) for value in values]
+    return tuple(numbers) if type(state) is tuple else type(state)(*numbers)
+
+
+def _with_period(law: Any, period: float) -> Any:
+    """Return the law at another sampling period, where it has such a field; a change of a thousandth, usually."""
+    if isinstance(law, tuple) and "period" in getattr(law, "_fields", ()):
+        return law._replace(period=period)  # type: ignore[attr-defined]
+    if is_dataclass(law) and not isinstance(law, type) and "period" in law.__dataclass_fields__:
+        return replace(law, period=period)  # type: ignore[call-arg]
+    return law
+
+
+def _reference(plant: Plant, wave: RegularWave) -> Orbit:
+    orbit = None
+    for cc, cg in REFERENCE:
+        orbit = find_orbit(plant, wave, cc, cg)
+        if orbit.status == "stable":
+            return orbit
+    assert orbit is not None
+    return orbit
+
+
+def _failed(status: LoopStatus, advice: str, flow: HeldFlow, law: Any, sense: int) -> LoopOrbit:
+    nothing = np.zeros((0, 0, 0))
+    return LoopOrbit(
+        status, advice, flow, law, sense, np.zeros((1, 0)), (), np.zeros((0, 2)), nothing, nothing, nothing, nothing,
+        np.zeros(0, complex),
+    )  # fmt: skip

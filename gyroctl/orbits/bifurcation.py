@@ -1,0 +1,271 @@
+"""Curves of folds, Neimark-Sacker points and flips over two parameters.
+
+A minimally augmented system (Govaerts 2000): fixed point, and g = 0 where
+``[[A - mu, b], [c^H, 0]] [v; g] = [0; 1]`` with mu = 1, -1 or exp(i theta). Its derivative -w^H dA v needs second
+derivatives of the flow in the direction v only: a central difference of the exact Jacobian along v gives them all at
+once. It steers Newton's method and enters no result: the residual g is exact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.orbits.continuation import Kind, ScaledMap, SpecialPoint
+from gyroctl.orbits.orbit import Orbit
+from gyroctl.orbits.pseudo_arclength import Palc, Point, System, Vector, begin, correct, follow
+
+NUDGE = 3e-5
+"""Half width of the central difference, in unknowns of size one."""
+
+RESONANCE = 0.02
+"""Distance of theta from 0 and pi at which a Neimark-Sacker curve ends in a strong resonance. [rad]"""
+
+
+class Borders(NamedTuple):
+    """Borders of the augmented system, renewed at every point of a curve."""
+
+    b: NDArray[np.complex128]
+    c: NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class BifurcationCurve:
+    """A curve of bifurcation points.
+
+    Parameters
+    ----------
+    kind : {"fold", "Neimark-Sacker", "symmetry breaking", "period doubling"}
+        Of the points.
+    parameters : (str, str)
+        Names of the first and the second parameter.
+    first, second : (n,) arrays
+        Their values along the curve.
+    frequency : (n,) array
+        Of the critical oscillation, zero where the multiplier is real. [rad/s]
+    power : (n,) array
+        Mean electrical power of the orbit there. [W]
+    error : (n,) array
+        Distance of the critical multiplier from its place, by the eigenvalues.
+    others : (n,) array
+        Modulus of the largest other multiplier over a period: below 1 the point is where stability is lost.
+    ends : (str, str)
+        Why the curve stops: "limit", "resonance", "closed" or "step" (no further step found, or too many).
+    """
+
+    kind: Kind
+    parameters: tuple[str, str]
+    first: NDArray[np.float64]
+    second: NDArray[np.float64]
+    frequency: NDArray[np.float64]
+    power: NDArray[np.float64]
+    error: NDArray[np.float64]
+    others: NDArray[np.float64]
+    ends: tuple[str, str]
+    states: NDArray[np.float64] = field(repr=False)
+    chain: tuple[Point, ...] = field(repr=False)
+    scaled: ScaledMap = field(repr=False)
+
+    def orbit(self, index: int) -> Orbit:
+        """Return the orbit at a point of the curve."""
+        return self.scaled.orbit(_core(self.chain[index].y, self.scaled, self.kind))
+
+    def first_at(self, second: float) -> NDArray[np.float64]:
+        """First parameter where the curve passes `second`, by linear interpolation; several where it turns back."""
+        gap = self.second - second
+        at = np.flatnonzero(np.sign(gap[:-1]) * np.sign(gap[1:]) <= 0.0)
+        at = at[gap[at] != gap[at + 1]]
+        part = gap[at] / (gap[at] - gap[at + 1])
+        return np.asarray(np.unique(self.first[at] + part * (self.first[at + 1] - self.first[at])))
+
+
+def curve(
+    point: SpecialPoint, second: str, limits: tuple[float, float], options: Palc | None = None,
+    first_limits: tuple[float, float] | None = None,
+) -> BifurcationCurve:  # fmt: skip
+    """Follow a special point in its own parameter and a second one, both ways.
+
+    Parameters
+    ----------
+    point : SpecialPoint
+        From a branch.
+    second : str
+        The second parameter, see `continue_orbit`.
+    limits : (low, high)
+        Of the second parameter; they enclose its value at the point.
+    options : Palc
+        Steps.
+    first_limits : (low, high), optional
+        Of the first parameter; by default only what is physically possible.
+
+    Raises
+    ------
+    InputError
+        For an unknown parameter, the same one twice, or limits that do not enclose the point.
+    """
+    options = options or Palc()
+    scaled = _two_parameters(point, second, limits)
+    first = scaled.orbit_map.parameters[0]
+    low, high = first_limits or (scaled.orbit_map.least(first), np.inf)
+    x, values = point.scaled.split(point.point.y)
+    core = scaled.join(x, np.array([values[0], scaled.orbit_map.value(second)]))
+    angle = [abs(float(np.angle(point.multiplier)))] if point.kind == "Neimark-Sacker" else []
+    y = np.concatenate([core[:-1], angle, core[-1:]])
+    augmented = Augmented(scaled, point.kind)
+    start = begin(augmented.near(y), y, options)
+    if start is None:
+        raise InputError("point", point.value, "the augmented system does not converge from this point",
+                         "Refine the branch with smaller steps")  # fmt: skip
+    box = {x.size: (low / scaled.value_scale[0], high / scaled.value_scale[0]),
+           y.size - 1: (limits[0] / scaled.value_scale[1], limits[1] / scaled.value_scale[1])}  # fmt: skip
+    if angle:
+        box[x.size + 1] = (RESONANCE, np.pi - RESONANCE)
+    ways, ends = [], []
+    for sense in (1.0, -1.0):
+        way, end = _one_way(augmented, start._replace(tangent=sense * start.tangent), box, options)
+        ways.append(way)
+        ends.append(end)
+    chain = [*(p._replace(tangent=-p.tangent) for p in reversed(ways[1])), start, *ways[0]]
+    return _tell(augmented, chain, (ends[1], ends[0]))
+
+
+@dataclass(frozen=True)
+class Augmented:
+    """Equations of a bifurcation point in unknowns (state, first, [theta,] second)."""
+
+    scaled: ScaledMap
+    kind: Kind
+
+    def matrix(self, y: Vector, A: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """A - mu, singular at the point."""
+        m = self.scaled.state_scale.size
+        mu = {"fold": 1.0, "Neimark-Sacker": np.exp(1j * y[m + 1])}.get(self.kind, -1.0)
+        return np.asarray(A - mu * np.eye(m), complex)
+
+    def near(self, y: Vector) -> System:
+        """Return the equations with borders from the null vectors at `y`."""
+        _, A, _ = self.scaled.evaluate(_core(y, self.scaled, self.kind))
+        u, _, vh = np.linalg.svd(self.matrix(y, A))
+        borders = Borders(u[:, -1], vh[-1].conj())
+        return lambda z: self._equations(z, borders)
+
+    def _equations(self, y: Vector, borders: Borders) -> tuple[Vector, NDArray[np.float64]]:
+        scaled, m = self.scaled, self.scaled.state_scale.size
+        core = _core(y, scaled, self.kind)
+        gap, A, B = scaled.evaluate(core)
+        bordered = np.zeros((m + 1, m + 1), complex)
+        bordered[:m, :m] = self.matrix(y, A)
+        bordered[:m, m] = borders.b
+        bordered[m, :m] = borders.c.conj()
+        unit = np.zeros(m + 1)
+        unit[m] = 1.0
+        right: NDArray[np.complex128] = np.linalg.solve(bordered, unit).astype(complex)
+        left: NDArray[np.complex128] = np.linalg.solve(bordered.T, unit).astype(complex)  # row vector: no conjugate
+        v, g, w = right[:m], complex(right[m]), left[:m]
+        slope = self._slope(core, v, w)  # of g in (state, first, second)
+        residual, jacobian = [*gap], [np.hstack([A - np.eye(m), B])]
+        if self.kind != "Neimark-Sacker":
+            return np.array([*residual, g.real]), np.vstack([*jacobian, slope.real])
+        turning = 1j * np.exp(1j * y[m + 1]) * (w @ v)
+        rows = np.vstack([*jacobian, slope.real, slope.imag])
+        column = np.array([*np.zeros(m), turning.real, turning.imag])
+        return np.array([*residual, g.real, g.imag]), np.insert(rows, m + 1, column, axis=1)
+
+    def _slope(self, core: Vector, v: NDArray[np.complex128], w: NDArray[np.complex128]) -> NDArray[np.complex128]:
+        """-w dA v with respect to (state, first, second): second derivatives along v."""
+        m = self.scaled.state_scale.size
+        out = np.zeros(core.size, complex)
+        for part, unit in ((v.real, 1.0), (v.imag, 1j)):
+            size = float(np.max(np.abs(part)))
+            if size < 1e-12:
+                continue
+            nudge = np.zeros(core.size)
+            nudge[:m] = part * (NUDGE / size)
+            _, A1, B1 = self.scaled.evaluate(core + nudge)
+            _, A0, B0 = self.scaled.evaluate(core - nudge)
+            change = np.hstack([A1 - A0, B1 - B0]) * (0.5 * size / NUDGE)
+            out -= unit * (w @ change)
+        return out
+
+
+def _two_parameters(point: SpecialPoint, second: str, limits: tuple[float, float]) -> ScaledMap:
+    if second == point.parameter:
+        raise InputError("second", second, "is the first parameter already", "Choose another one")
+    moved = point.scaled.orbit_map.over((point.parameter, second))
+    value = moved.value(second)
+    if not limits[0] <= value <= limits[1] or not limits[0] < limits[1]:
+        raise InputError("limits", limits, f"must enclose the point's {second} = {value:.6g}",
+                         "Give (low, high) around it")  # fmt: skip
+    if limits[0] < moved.least(second):
+        raise InputError("limits", limits, f"{second} cannot be below {moved.least(second):g}", "Raise the lower limit")
+    return ScaledMap(moved, point.scaled.state_scale,
+                     np.array([point.scaled.value_scale[0], limits[1] - limits[0]]))  # fmt: skip
+
+
+def _core(y: Vector, scaled: ScaledMap, kind: Kind) -> Vector:
+    """Unknowns of the map, without theta."""
+    return np.delete(y, scaled.state_scale.size + 1) if kind == "Neimark-Sacker" else y
+
+
+def _one_way(
+    augmented: Augmented, start: Point, box: dict[int, tuple[float, float]], options: Palc
+) -> tuple[list[Point], str]:
+    def inside(y: Vector) -> bool:
+        return all(low <= y[i] <= high for i, (low, high) in box.items())
+
+    way: list[Point] = []
+    left = False
+    for point in follow(lambda here: augmented.near(here.y), start, options, inside):
+        if inside(point.y):
+            way.append(point)
+            distance = float(np.linalg.norm(point.y - start.y))
+            left = left or distance > 2.0 * options.longest
+            if left and distance < options.longest and point.tangent @ start.tangent > 0.9:
+                return way, "closed"
+            continue
+        inner = way[-1] if way else start
+        index = next(i for i, (low, high) in box.items() if not low <= point.y[i] <= high)
+        if len(box) == 3 and index == augmented.scaled.state_scale.size + 1:
+            return way, "resonance"
+        limit = box[index][0] if point.y[index] < box[index][0] else box[index][1]
+        row = np.zeros(point.y.size)
+        row[index] = 1.0
+        part = (limit - inner.y[index]) / (point.y[index] - inner.y[index])
+        at = inner.y + part * (point.y - inner.y)
+        end, _ = correct(augmented.near(at), at, row, limit, options)
+        if end is not None and np.linalg.norm(end.y - inner.y) > 1e-9:
+            way.append(end._replace(tangent=end.tangent * np.sign(end.tangent @ inner.tangent)))
+        return way, "limit"
+    return way, "step"
+
+
+def _tell(augmented: Augmented, chain: list[Point], ends: tuple[str, str]) -> BifurcationCurve:
+    scaled, kind, m = augmented.scaled, augmented.kind, augmented.scaled.state_scale.size
+    power_of = 2 if scaled.orbit_map.symmetric else 1
+    rows = []
+    states = []
+    for point in chain:
+        core = _core(point.y, scaled, kind)
+        x, values = scaled.split(core)
+        _, A, _ = scaled.evaluate(core)
+        spectrum = np.linalg.eigvals(A).astype(complex)
+        theta = float(point.y[m + 1]) if kind == "Neimark-Sacker" else 0.0
+        goal = {"fold": 1.0 + 0j, "Neimark-Sacker": np.exp(1j * theta)}.get(kind, -1.0 + 0j)
+        own = int(np.argmin(np.abs(spectrum - goal)))
+        mine = {own, int(np.argmin(np.abs(spectrum - np.conj(goal))))}
+        others = [abs(value) for i, value in enumerate(spectrum) if i not in mine]
+        turned = -goal if scaled.orbit_map.symmetric else goal
+        frequency = abs(float(np.angle(turned))) / scaled.orbit_map.span(values) if theta else 0.0
+        power = scaled.orbit_map.evaluate(x, values, derivative=False).power
+        rows.append((*values, frequency, power, abs(spectrum[own] - goal), max(others, default=0.0) ** power_of))
+        states.append(x)
+    first, second, frequency_, power_, error, others_ = np.array(rows).T
+    first_name, second_name = scaled.orbit_map.parameters
+    return BifurcationCurve(
+        kind, (first_name, second_name), first, second, frequency_, power_, error, others_, ends, np.array(states),
+        tuple(chain), scaled,
+    )  # fmt: skip

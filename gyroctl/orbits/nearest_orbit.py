@@ -1,0 +1,86 @@
+"""Where there is no orbit: the nearest wave height that has one, at the same controls and frequency."""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.orbits.continuation import scaled_map, unknowns
+from gyroctl.orbits.orbit import Orbit
+from gyroctl.orbits.pseudo_arclength import Palc, begin, follow, locate
+from gyroctl.orbits.search import TOO_HEAVY, search_orbit
+from gyroctl.orbits.wave import RegularWave, Wave
+from gyroctl.plant import Plant
+
+FACTORS = (1.05, 1.2, 1.5, 2.0, 3.0, 5.0)
+"""Heights that are tried, in the unit of the height that harmonic balance asks for."""
+
+LOWER = (0.8, 0.5, 0.25)
+"""And in the unit of the height itself: too high a wave can leave no orbit either."""
+
+HIGHEST = 5.0
+"""No search above this height. [m]"""
+
+
+def find_orbit(
+    plant: Plant, wave: RegularWave, cc: float, cg: float, sense: int = 1, dt: float = 0.01,
+    guess: NDArray[np.float64] | None = None,
+) -> Orbit:  # fmt: skip
+    """Find the locked orbit as `search_orbit`; where there is none, its advice names the nearest height with one."""
+    orbit = search_orbit(plant, wave, cc, cg, sense, dt, guess)
+    if orbit.status != "no orbit":
+        return orbit
+    height = nearest_height(plant, orbit.wave, cc, cg, sense, dt, orbit.lock_share)
+    if np.isnan(height):
+        return orbit
+    verb = "raise" if height > orbit.wave.height else "lower"
+    way = f"{verb} the wave height from {orbit.wave.height:.4g} m to {height:.4g} m, the nearest that has an orbit"
+    return dataclasses.replace(orbit, nearest_height=height, advice=f"Lower cg or {way}: {TOO_HEAVY}")
+
+
+def nearest_height(plant: Plant, wave: Wave, cc: float, cg: float, sense: int, dt: float, share: float) -> float:
+    """Return the nearest height [m] with an orbit, by following an orbit to its fold; NaN where none is found.
+
+    Parameters
+    ----------
+    plant, wave, cc, cg, sense, dt
+        As for `lock_orbit`, which found no orbit.
+    share : float
+        Estimate of the used share of the lock capacity, inverse to the height.
+    """
+    unit = wave.height * max(share, 1.0) if np.isfinite(share) else wave.height
+    heights = [unit * f for f in FACTORS] + [wave.height * f for f in LOWER]
+    for height in heights:
+        if height > HIGHEST:
+            continue
+        other = dataclasses.replace(wave, height=height)
+        orbit = search_orbit(plant, other, cc, cg, sense, dt)
+        if orbit.status != "no orbit":
+            return _towards(orbit, wave.height)
+    return np.nan
+
+
+def _towards(orbit: Orbit, height: float) -> float:
+    """Follow an orbit towards a height; return where it turns back, or the height of the orbit itself."""
+    own, options = orbit.wave.height, Palc(step=0.1)
+    limits = (min(height, own), max(height, own))
+    try:
+        scaled = scaled_map(orbit, ("height",), (limits,), options.symmetric)
+    except InputError:
+        return own
+    start = begin(scaled.system(), unknowns(scaled, orbit), options)
+    if start is None:
+        return own
+    sense = np.sign((height - own) * start.tangent[-1])
+    start = start._replace(tangent=start.tangent * sense)
+    low, high = (limit / scaled.value_scale[0] for limit in limits)
+    before = start
+    for point in follow(scaled.system, start, options, lambda y: bool(low <= y[-1] <= high)):
+        if point.tangent[-1] * before.tangent[-1] < 0.0:
+            fold = locate(scaled.system(), before, point, lambda p: float(p.tangent[-1]), options)
+            return own if fold is None else float(scaled.split(fold.y)[1][0])
+        before = point
+    return float(scaled.split(before.y)[1][0])

@@ -1,0 +1,135 @@
+"""A locked orbit: the ring turns once per wave. What is known of it, from the fixed point of the half-period map.
+
+The forced system maps to itself under half a period and phi -> -phi, z -> -z, psi -> psi - pi (times the sense of
+rotation). The fixed point of the half-period map followed by that reflection is the orbit; it halves the work, and
+the square of the half map's Jacobian against the full map's is a free check of accuracy.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.orbits.flow import Forcing, flow, flow_jacobian
+from gyroctl.orbits.symmetry import free_rows, signs
+from gyroctl.orbits.wave import Wave
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import PHI1_RATE, PHI3_RATE, PSI
+
+Status = Literal["stable", "unstable", "no orbit"]
+
+PIECES = 16
+"""Instants of half a period for the mean of the co-rotating rate."""
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A locked orbit under a regular wave.
+
+    Parameters
+    ----------
+    x : (n,) array
+        State at phase zero of the wave.
+    period : float
+        Wave period. [s]
+    multipliers : (n - 1,) complex array
+        Floquet multipliers over one period, largest first; without the angle omega, which is cyclic.
+    error : float
+        Largest difference between the multipliers of the full map and the squares of the half map's.
+    residual : float
+        What remains of the fixed-point equation.
+    power : float
+        Mean electrical power. [W]
+    load_angle : float
+        Angle of the mean of exp(i psi)(phi1' + i phi3'). [rad]
+    lock_share : float
+        Used share of the lock capacity, N cg/(J4 V) with V the modulus of that mean.
+    status : {"stable", "unstable", "no orbit"}
+        "no orbit": the other fields hold the last iterate and are not to be used.
+    advice : str
+        What to do about it; where there is no orbit, the nearest wave height that has one.
+    plant, cc, cg, sense, dt
+        As asked for.
+    wave : Wave
+        Height [m], angular frequency [rad/s] and heading [deg].
+    half_multipliers : (n - 1,) complex array
+        Eigenvalues of the reflected half map, in the order of `multipliers`, which are their squares: they know the
+        frequency of a mode up to twice that of the period.
+    nearest_height : float
+        The nearest wave height with an orbit where there is none at this; NaN where none was found. [m]
+    """
+
+    x: NDArray[np.float64]
+    period: float
+    multipliers: NDArray[np.complex128]
+    error: float
+    residual: float
+    power: float
+    load_angle: float
+    lock_share: float
+    status: Status
+    advice: str
+    plant: Plant = field(repr=False)
+    cc: float = 0.0
+    cg: float = 0.0
+    sense: int = 1
+    dt: float = 0.01
+    wave: Wave = field(default_factory=lambda: Wave(np.nan, np.nan))
+    half_multipliers: NDArray[np.complex128] = field(default_factory=lambda: np.empty(0, complex), repr=False)
+    nearest_height: float = np.nan
+
+    @property
+    def forcing(self) -> Forcing:
+        """Moments of the wave."""
+        he = self.plant.excitation(np.array([self.wave.wp]), self.wave.heading)[:, 0]
+        return Forcing(0.5 * self.wave.height * he, self.wave.wp)
+
+    @property
+    def lock_reserve(self) -> float:
+        """Part of the lock capacity that is not used, 1 - `lock_share`."""
+        return 1.0 - self.lock_share
+
+    def states(self, count: int) -> NDArray[np.float64]:
+        """States (count, n) at `count` even instants of a period, from phase zero on."""
+        n, forcing = self.x.size, self.forcing
+        later = [flow(self.plant, self.x, self.cc, self.cg, forcing, i / count, self.dt)[:n] for i in range(1, count)]
+        return np.array([self.x, *later])
+
+
+def describe(
+    plant: Plant, x: NDArray[np.float64], residual: float, cc: float, cg: float, wave: Wave, forcing: Forcing,
+    sense: int, dt: float,
+) -> Orbit:  # fmt: skip
+    """Return the orbit through the fixed point `x` (n,) of the half map, with everything that is told of it."""
+    free, n = free_rows(plant), x.size
+    _, half = flow_jacobian(plant, x, cc, cg, forcing, 0.5, dt)
+    _, full = flow_jacobian(plant, x, cc, cg, forcing, 1.0, dt)
+    reflected = (signs(n)[:, None] * half)[np.ix_(free, free)]
+    squared = reflected @ reflected
+    halves = np.linalg.eigvals(reflected).astype(complex)
+    halves = halves[np.argsort(-np.abs(halves), kind="stable")]
+    multipliers = halves**2
+    error = float(np.max(np.abs(squared - full[np.ix_(free, free)])))
+    end = flow(plant, x, cc, cg, forcing, 1.0, dt)
+    power = float(np.real(end[n + 4])) / forcing.period
+    rates = []
+    for i in range(PIECES):
+        state = np.real(flow(plant, x, cc, cg, forcing, 0.5 * i / PIECES, dt)[:n]) if i else x
+        rates.append(np.exp(1j * state[PSI]) * (state[PHI1_RATE] + 1j * state[PHI3_RATE]))
+    mean = complex(np.mean(rates))  # the second half of the period repeats the first
+    stable = bool(np.abs(multipliers[0]) < 1.0)
+    advice = "" if stable else _advice(multipliers[0])
+    return Orbit(
+        x, forcing.period, multipliers, error, residual, power, float(np.angle(mean)),
+        plant.parameters.N * cg / (plant.parameters.J4 * abs(mean)), "stable" if stable else "unstable", advice,
+        plant, cc, cg, sense, dt, wave, halves,
+    )  # fmt: skip
+
+
+def _advice(multiplier: complex) -> str:
+    if abs(multiplier.imag) > 1e-6:
+        return "An oscillation grows on this orbit (Neimark-Sacker): raise the hinge damping d1 or change cc"
+    return "A ring angle off this orbit runs away from it: this is the branch behind the fold"

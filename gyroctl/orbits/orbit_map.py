@@ -1,0 +1,274 @@
+"""The map whose fixed points are the locked orbits, as a function of any parameters, with exact derivatives."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple, Protocol, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.orbits.flow import PADDING, STEP, Forcing, complex_steps
+from gyroctl.orbits.orbit import Orbit, describe
+from gyroctl.orbits.sensitivity import CONTROLS, DEVICE, PARAMETERS, parameter_column, with_gear
+from gyroctl.orbits.symmetry import free_rows, signs
+from gyroctl.orbits.wave import Wave
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI, PSI_RATE, Coefficients
+from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
+
+LEAST = {"cc": 0.0, "cg": 0.0, "d1": 0.0, "phase": -np.inf, "N": 1.0}
+"""Least value of a parameter; the others must be positive."""
+
+POSITIVE = 1e-9
+
+
+@dataclass(frozen=True)
+class ShiftedExcitation:
+    """Excitation whose first moment leads the second by a given angle at every frequency.
+
+    Parameters
+    ----------
+    base : excitation
+        Gives the moduli and the phase of the second moment.
+    phase : float
+        arg He1 - arg He3. [rad]
+    """
+
+    base: Any
+    phase: float
+
+    @property
+    def sha256(self) -> str:
+        """Hash of the table below and the phase."""
+        return f"{self.base.sha256}, phase {self.phase!r}"
+
+    @property
+    def omega(self) -> NDArray[np.float64]:
+        """Tabulated frequencies. [rad/s]"""
+        return np.asarray(self.base.omega)
+
+    def __call__(self, omega: ArrayLike, heading: float = 0.0) -> NDArray[np.complex128]:
+        """Return He_1, He_3 (2, n) [Nm/m]."""
+        return with_phase(np.array(self.base(omega, heading), complex), self.phase)
+
+
+def with_phase(he: NDArray[np.complex128], phase: float) -> NDArray[np.complex128]:
+    """Return moments (2, ...) of which the first leads the second by `phase` [rad]."""
+    out = he.copy()
+    out[0] = np.abs(he[0]) * np.exp(1j * (np.angle(he[1]) + phase))
+    return out
+
+
+class Setting(NamedTuple):
+    """Everything that the kernel needs, at one value of the parameters."""
+
+    coefficients: Coefficients
+    cc: float
+    cg: float
+    forcing: Forcing
+
+
+class Evaluation(NamedTuple):
+    """The map at one point: what `OrbitMap.evaluate` returns."""
+
+    image: NDArray[np.float64]  # (m,)
+    by_state: NDArray[np.float64]  # (m, m)
+    by_parameter: NDArray[np.float64]  # (m, number of parameters)
+    power: float  # mean electrical power on the way [W]
+
+
+class ParametricMap(Protocol):
+    """A map whose fixed points are followed: all that the continuation needs to know of the device."""
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters."""
+        ...
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether the map is the square root of the one that is meant."""
+        ...
+
+    def over(self, parameters: tuple[str, ...]) -> Self:
+        """Return the same map over other parameters."""
+        ...
+
+    def value(self, name: str) -> float:
+        """Present value of a parameter."""
+        ...
+
+    def least(self, name: str) -> float:
+        """Least possible value of a parameter."""
+        ...
+
+    def span(self, values: NDArray[np.float64]) -> float:
+        """Time that one application takes. [s]"""
+        ...
+
+    def evaluate(self, x: NDArray[np.float64], values: NDArray[np.float64], derivative: bool = True) -> Evaluation:
+        """Image of `x` and derivatives at parameter values."""
+        ...
+
+    def orbit(self, x: NDArray[np.float64], values: NDArray[np.float64]) -> Orbit:
+        """The orbit through a fixed point."""
+        ...
+
+
+@dataclass(frozen=True)
+class OrbitMap:
+    """Half a period of the flow followed by the symmetry (or a whole period), over named parameters.
+
+    Parameters
+    ----------
+    plant, wave, cc, cg, sense, dt
+        As for `lock_orbit`; they hold for what is not among the parameters.
+    parameters : tuple of str
+        Names out of `PARAMETERS`: cc, cg [Nms], height [m], wp [rad/s], phase between the moments [rad], d1 [Nms/rad],
+        k1 [Nm/rad], N [-].
+    symmetric : bool
+        Half a period; False for a whole one, where orbits without the symmetry are followed as well.
+    """
+
+    plant: Plant
+    wave: Wave
+    cc: float
+    cg: float
+    sense: int = 1
+    dt: float = 0.01
+    parameters: tuple[str, ...] = ()
+    symmetric: bool = True
+
+    def __post_init__(self) -> None:
+        """Refuse unknown parameters."""
+        for name in self.parameters:
+            if name not in PARAMETERS:
+                raise InputError("parameter", name, "cannot be continued in", f"Choose one of {', '.join(PARAMETERS)}")
+
+    def value(self, name: str) -> float:
+        """Present value of a parameter."""
+        if name in CONTROLS:
+            return float(getattr(self, name))
+        if name in DEVICE:
+            return float(getattr(self.plant.coefficients, name))
+        if name == "phase":
+            he = self.plant.excitation(np.array([self.wave.wp]), self.wave.heading)[:, 0]
+            return float(np.angle(he[0] * np.conj(he[1])))
+        return float(getattr(self.wave, name))
+
+    def over(self, parameters: tuple[str, ...]) -> OrbitMap:
+        """Return the same map over other parameters."""
+        return dataclasses.replace(self, parameters=parameters)
+
+    def least(self, name: str) -> float:
+        """Least possible value of a parameter."""
+        return LEAST.get(name, POSITIVE)
+
+    def span(self, values: NDArray[np.float64]) -> float:
+        """Time that one application takes: half a period or a whole one. [s]"""
+        return (0.5 if self.symmetric else 1.0) * self.setting(values).forcing.period
+
+    def orbit(self, x: NDArray[np.float64], values: NDArray[np.float64]) -> Orbit:
+        """The orbit through the fixed point `x` (m,), with everything that is told of it."""
+        at = self.moved(dict(zip(self.parameters, map(float, values), strict=True)))
+        setting = at.setting(values)
+        residual = float(np.max(np.abs(self.evaluate(x, values, derivative=False).image - x)))
+        return describe(
+            at.plant, self.full(x, setting), residual, at.cc, at.cg, at.wave, setting.forcing, at.sense, at.dt
+        )
+
+    def moved(self, values: dict[str, float]) -> OrbitMap:
+        """Return the map with parameters set to new values, as a device and a wave of its own."""
+        plant, wave = self.plant, self.wave
+        own: dict[str, Any] = {n: float(v) for n, v in values.items() if n in CONTROLS}
+        for name, number in values.items():
+            if name == "N":
+                plant = plant.replace(r2=plant.parameters.r1 * float(number))
+            elif name in DEVICE:
+                plant = plant.replace(**{name: float(number)})
+            elif name == "phase":
+                plant = plant.replace(excitation=ShiftedExcitation(plant.excitation, float(number)))
+            elif name not in CONTROLS:
+                wave = dataclasses.replace(wave, **{name: float(number)})
+        return dataclasses.replace(self, plant=plant, wave=wave, **own)
+
+    def setting(self, values: NDArray[np.float64]) -> Setting:
+        """Constants, controls and wave at parameter values (p,)."""
+        at = dict(zip(self.parameters, map(float, values), strict=True))
+        device: dict[str, Any] = {n: at[n] for n in ("d1", "k1") if n in at}
+        k = self.plant.coefficients._replace(**device)
+        if "N" in at:
+            rigid = self.plant.parameters.connection == "rigid"
+            k = with_gear(k, at["N"] - k.N, self.plant.parameters.J13, rigid)
+        wp, height = at.get("wp", self.wave.wp), at.get("height", self.wave.height)
+        return Setting(k, at.get("cc", self.cc), at.get("cg", self.cg), Forcing(0.5 * height * self._he(wp, at), wp))
+
+    def evaluate(self, x: NDArray[np.float64], values: NDArray[np.float64], derivative: bool = True) -> Evaluation:
+        """Image of the unknowns `x` (m,) and its exact derivatives at parameter values (p,)."""
+        k, cc, cg, forcing = setting = self.setting(values)
+        free, state = free_rows(self.plant), self.full(x, setting)
+        n, halves = state.size, 1 if self.symmetric else 2
+        hold, offset = 0.5 * halves * forcing.period, PADDING * forcing.dt
+        steps = halves * int(steps_for(hold / halves, self.dt, float(slip_rate(k, cc))))
+        waves = forcing.grid(0.5 * halves)
+        sign = signs(n) if self.symmetric else np.ones(n)
+        turn = np.zeros(n)
+        turn[PSI] = self.sense * np.pi * halves
+
+        def run(start: NDArray[Any]) -> NDArray[Any]:
+            y = np.concatenate([start, np.zeros(len(LEDGER), start.dtype)])
+            return hold_one(y, k, start.dtype.type(cc), start.dtype.type(cg), offset, hold, steps, waves, forcing.dt)
+
+        plain = run(state)
+        image, power = (sign * plain[:n] - turn)[free], float(plain[-1]) / hold
+        if not derivative:
+            return Evaluation(image, np.empty((0, 0)), np.empty((0, 0)), power)
+        starts = complex_steps(state, k.N if self.plant.parameters.connection == "rigid" else None)
+        columns = np.stack([run(starts[row])[:n].imag / STEP for row in free], axis=1)
+        slopes = [
+            parameter_column(
+                self.plant, k, name, state, (cc, cg), forcing.wp, waves, self._change(name, values, halves),
+                forcing.dt, offset, hold, steps,
+            )
+            for name in self.parameters
+        ]  # fmt: skip
+        by_parameter = np.stack(slopes, axis=1) if slopes else np.empty((n, 0))
+        return Evaluation(image, sign[free, None] * columns[free], sign[free, None] * by_parameter[free], power)
+
+    def full(self, x: NDArray[np.float64], setting: Setting) -> NDArray[np.float64]:
+        """State (n,) of the unknowns (m,)."""
+        state = np.zeros(len(self.plant.labels))
+        state[free_rows(self.plant)] = x
+        if self.plant.parameters.connection == "rigid":
+            state[OMEGA_RATE] = setting.coefficients.N * state[PSI_RATE]
+        return state
+
+    def _he(self, wp: float, at: dict[str, float]) -> NDArray[np.complex128]:
+        he = self._present_he if wp == self.wave.wp else self.plant.excitation(np.array([wp]), self.wave.heading)[:, 0]
+        return with_phase(he, at["phase"]) if "phase" in at else he
+
+    @cached_property
+    def _present_he(self) -> NDArray[np.complex128]:
+        """Excitation at the wave's own frequency: the table is slower than the flow."""
+        return np.asarray(self.plant.excitation(np.array([self.wave.wp]), self.wave.heading)[:, 0])
+
+    def _change(self, name: str, values: NDArray[np.float64], halves: int) -> NDArray[np.float64]:
+        """Derivative of the grid of moments with respect to a parameter of the wave, at the same phase."""
+        at = dict(zip(self.parameters, map(float, values), strict=True))
+        wp, height = at.get("wp", self.wave.wp), at.get("height", self.wave.height)
+        he = self._he(wp, at)
+        slope = np.zeros(2, complex)
+        if name == "height":
+            slope = 0.5 * he
+        elif name == "phase":
+            slope[0] = 0.5j * height * he[0]
+        elif name == "wp":  # the table is a cubic spline: this formula is exact on it but for rounding
+            h = 1e-3 * wp
+            table = self.plant.excitation(wp + h * np.array([-2.0, -1.0, 1.0, 2.0]), self.wave.heading)
+            near = (with_phase(table, at["phase"]) if "phase" in at else table).T
+            slope = 0.5 * height * (8.0 * (near[2] - near[1]) - (near[3] - near[0])) / (12.0 * h)
+        return Forcing(slope, wp).grid(0.5 * halves)

@@ -1,0 +1,264 @@
+"""Robustness of a lock beyond the linear: how hard it may be hit before it breaks, by plain simulation of the loop.
+
+A law is first brought to its steady regime in a regular wave; that regime is then disturbed again and again. A run is
+judged by the ring angle against the wave: lock *holds* where the ring comes back without losing or gaining a turn, and
+it *returns* where the ring turns once per wave at the end, whatever happened before.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.loop import CompiledLaw, Kernel, PythonLaw, closed_loop, compile_law, compiled_loop
+from gyroctl.harness.protocol import Law
+from gyroctl.harness.registry import law as registered_law
+from gyroctl.harness.sensing import Sensors
+from gyroctl.orbits.orbit import Orbit
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import PSI
+from gyroctl.plant.kernel import rows
+from gyroctl.waves import Regular
+
+WAVES_DT = 0.05
+"""Grid of the moments: 40 samples per wave at 3.14 rad/s, interpolated to 4e-10. [s]"""
+
+STEP = 0.01
+"""Longest Runge-Kutta step. [s]"""
+
+SETTLING = 200
+"""Waves in which a law finds its regime."""
+
+WATCHED = 20
+"""Waves at the end of a run over which lock is judged."""
+
+QUANTILE = 1.959963984540054  # of the normal distribution at 97.5 %
+
+
+@dataclass(frozen=True)
+class Regime:
+    """A law in lock with a regular wave, frozen at one instant.
+
+    Parameters
+    ----------
+    plant, wave, law
+        Device, regular wave, law.
+    x : (n,) array
+        State of the plant.
+    phase : float
+        Phase of the wave at that instant. [rad]
+    law_state : object
+        State of the law: its flat array where it is compiled.
+    held : pair of float
+        Controls that act. [Nms]
+    angle : float
+        Mean of the ring angle less the phase of the wave. [rad]
+    power : float
+        Mean electrical power over the last waves. [W]
+    sense : {1, -1}
+        Sense of rotation.
+    """
+
+    plant: Plant
+    wave: Regular
+    law: Law
+    x: NDArray[np.float64]
+    phase: float
+    law_state: Any
+    held: tuple[float, float]
+    angle: float
+    power: float
+    sense: int
+    actuators: Actuators
+    machine: CompiledLaw | None
+
+    @property
+    def period(self) -> float:
+        """Wave period. [s]"""
+        return 2.0 * math.pi / self.wave.wp
+
+
+class Outcome(NamedTuple):
+    """What became of disturbed runs, arrays of bool (m,)."""
+
+    holds: NDArray[np.bool_]
+    returns: NDArray[np.bool_]
+
+
+class Share(NamedTuple):
+    """A share of runs with its Wilson interval of 95 %."""
+
+    value: float
+    low: float
+    high: float
+    runs: int
+
+
+Excite = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
+"""Time (n,) [s] to moments (2, n) [Nm] and phase of the wave (n,) [rad]."""
+
+
+def settle(orbit: Orbit, wave: Regular, law: Law | None = None, actuators: Actuators | None = None) -> Regime:
+    """Bring a law to its regime in a regular wave, with ideal sensors.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        Where it starts.
+    wave : Regular
+        The wave of the orbit.
+    law : Law, optional
+        By default the constant controls of the orbit.
+    actuators : Actuators, optional
+        Between law and plant.
+
+    Raises
+    ------
+    InputError
+        Where there is no orbit, or the law does not keep the lock.
+    """
+    if orbit.status == "no orbit":
+        raise InputError("height", wave.height, "no locked orbit to start from", orbit.advice)
+    law = law or registered_law("constant", cc=orbit.cc, cg=orbit.cg)
+    actuators = actuators or Actuators(cg_max=max(0.02, 2.0 * orbit.cg), cc_max=max(0.3, orbit.cc))
+    machine = compile_law(law)
+    state = machine.s.copy() if machine is not None else law.init()
+    first = Regime(
+        orbit.plant, wave, law, orbit.x, 0.0, state, (orbit.cc, orbit.cg), 0.0, 0.0, orbit.sense, actuators, machine
+    )
+    run = simulate(first, orbit.x, SETTLING)
+    lag = _lag(first, run)
+    watched = lag[-round(WATCHED * first.period / actuators.period) :]
+    if not (np.all(np.isfinite(lag)) and np.ptp(watched) < math.pi and np.ptp(lag) < 2.0 * math.pi):
+        raise InputError("law", type(law).__name__, "does not keep the lock in this regular wave, so it has no margins",
+                         "Choose another law, a higher wave or less load")  # fmt: skip
+    n, span = orbit.x.size, watched.size
+    power = float(run.record[-1, n + 4] - run.record[-1 - span, n + 4]) / (span * actuators.period)
+    x = run.record[-1, :n].copy()
+    phase = wave.wp * (run.record.shape[0] - 1) * actuators.period
+    turns = orbit.sense * 2.0 * math.pi * math.floor(phase / (2.0 * math.pi))
+    x[PSI] -= turns
+    return Regime(
+        orbit.plant, wave, law, x, phase % (2.0 * math.pi), run.law_state, run.held, float(np.mean(watched)), power,
+        orbit.sense, actuators, machine,
+    )  # fmt: skip
+
+
+class Run(NamedTuple):
+    """One run: record (n + 1, rows) of state and ledger, phase of the wave (n + 1,), and where the loop ended."""
+
+    record: NDArray[np.float64]
+    phase: NDArray[np.float64]
+    law_state: Any
+    held: tuple[float, float]
+
+
+def simulate(
+    regime: Regime, start: NDArray[np.float64], periods: float, excite: Excite | None = None, law: Law | None = None
+) -> Run:
+    """Run the loop on from a regime.
+
+    Parameters
+    ----------
+    regime : Regime
+        Law state, controls and phase of the wave at the beginning.
+    start : (n,) array
+        State of the plant.
+    periods : float
+        Length in periods of the regime's wave.
+    excite : callable, optional
+        Other moments than those of the regime's wave, see `Excite`.
+    law : Law, optional
+        A law that stands before the regime's own, with the same state; run as plain Python.
+    """
+    tick = regime.actuators.period
+    samples = math.ceil(periods * regime.period / tick)
+    time: NDArray[np.float64] = np.arange(math.ceil(samples * tick / WAVES_DT) + 9, dtype=np.float64) * WAVES_DT
+    moments, phase = (excite or steady(regime))(time)
+    record = np.zeros((samples + 1, rows(regime.plant.coefficients)))
+    record[0, : start.size] = start
+    commands, controls, held = np.zeros((samples, 2)), np.zeros((samples, 2)), np.array(regime.held)
+    kernel = Kernel(regime.plant.coefficients, np.ascontiguousarray(moments.T).ravel(), WAVES_DT, STEP)
+    arguments = (
+        max(round(regime.law.period / tick), 1), kernel, _ideal(samples), regime.actuators.arrays(), tick, record,
+        commands, controls, held, np.zeros(1, np.int64),
+    )  # fmt: skip
+    state: Any
+    if regime.machine is not None and law is None:
+        state = regime.law_state.copy()
+        compiled_loop(regime.machine.entry, regime.machine.p, state, *arguments)
+    else:
+        python, nothing = PythonLaw(law or regime.law, "law"), np.zeros(1)
+        python.state = _unpacked(regime)
+        closed_loop(python, nothing, nothing, *arguments)
+        state = python.state
+    at = np.interp(np.arange(samples + 1) * tick, time, phase)
+    return Run(record, at, state, (float(held[0]), float(held[1])))
+
+
+def steady(regime: Regime) -> Excite:
+    """Return the moments of the regime's own wave."""
+    wave = regime.wave
+    amplitude = 0.5 * wave.height * regime.plant.excitation(np.array([wave.wp]), wave.heading)[:, 0]
+
+    def excite(time: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        phase = regime.phase + wave.wp * time
+        return np.real(amplitude[:, None] * np.exp(1j * phase)), phase
+
+    return excite
+
+
+def judge(regime: Regime, starts: NDArray[np.float64], periods: float = 100.0) -> Outcome:
+    """Say for each start (m, n) whether lock holds and whether it returns within `periods` waves."""
+    verdicts = [verdict(regime, simulate(regime, start, periods)) for start in starts]
+    return Outcome(np.array([v[0] for v in verdicts], bool), np.array([v[1] for v in verdicts], bool))
+
+
+def verdict(regime: Regime, run: Run) -> tuple[bool, bool]:
+    """Say whether lock held (no turn lost) and whether the ring turns once per wave at the end."""
+    lag = _lag(regime, run)[-round(WATCHED * regime.period / regime.actuators.period) :]
+    if not np.all(np.isfinite(lag)):
+        return False, False
+    locked = bool(np.ptp(lag) < math.pi)
+    return locked and abs(float(np.mean(lag)) - regime.angle) < math.pi, locked
+
+
+def wilson(successes: int, runs: int) -> Share:
+    """Share with its Wilson interval of 95 %."""
+    if runs < 1:
+        raise InputError("samples", runs, "must be at least 1", "Give the number of disturbed runs, for example 128")
+    share, z2 = successes / runs, QUANTILE**2
+    centre = (share + z2 / (2.0 * runs)) / (1.0 + z2 / runs)
+    half = QUANTILE * math.sqrt(share * (1.0 - share) / runs + z2 / (4.0 * runs**2)) / (1.0 + z2 / runs)
+    return Share(share, max(0.0, centre - half), min(1.0, centre + half), runs)
+
+
+def _lag(regime: Regime, run: Run) -> NDArray[np.float64]:
+    return np.asarray(regime.sense * run.record[:, PSI] - run.phase)
+
+
+def _ideal(samples: int) -> Any:
+    """Arrays of ideal sensors; drawn once per length, since every disturbed run asks for the same."""
+    if samples not in _drawn:
+        _drawn.clear()
+        _drawn[samples] = Sensors.ideal().arrays(samples, 0)
+    return _drawn[samples]
+
+
+_drawn: dict[int, Any] = {}
+
+
+def _unpacked(regime: Regime) -> Any:
+    """State of the law as its own type."""
+    if regime.machine is None:
+        return regime.law_state
+    first = regime.law.init()
+    values = regime.law_state[: len(first)].tolist()
+    return type(first)(*values) if hasattr(first, "_fields") else tuple(values)

@@ -1,0 +1,169 @@
+"""The runs of a tuning, on threads (compiled laws) or processes (others): their number changes no bit of any result."""
+
+from __future__ import annotations
+
+import os
+from collections import OrderedDict
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from contextlib import AbstractContextManager
+from dataclasses import replace
+from multiprocessing import get_context
+from types import TracebackType
+from typing import NamedTuple
+
+import numpy as np
+
+from gyroctl.errors import InputError
+from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.loop import compile_law
+from gyroctl.harness.protocol import Law, LawError
+from gyroctl.harness.registry import law
+from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import PSI
+from gyroctl.plant.kernel import slip_rate
+from gyroctl.simulation.lock import WINDOW
+from gyroctl.simulation.metrics import evaluate
+from gyroctl.tuning.goal import METRICS, RESERVE, WORST
+from gyroctl.waves import Sea, WaveRealisation, realise
+
+KEPT = 24
+"""Realisations kept: jobs come realisation by realisation, so that few are needed at a time."""
+
+STEADY = 2.0
+"""Largest product of step and slip rate in a search."""
+
+
+class Job(NamedTuple):
+    """A law on a realisation. The law comes by name, since a worker process would not know a user's file."""
+
+    law: str
+    parameters: tuple[tuple[str, float], ...]
+    sea: Sea
+    seed: int
+    duration: float
+    dt: float
+
+
+class Runner:
+    """Performs jobs on one plant; keeps the last realisations."""
+
+    def __init__(self, plant: Plant, settings: Settings) -> None:
+        self.plant, self.settings = plant, settings
+        self.waves: OrderedDict[tuple[Sea, int, float], WaveRealisation] = OrderedDict()
+
+    def __call__(self, job: Job) -> tuple[float, ...]:
+        """Run a job and return its `METRICS`."""
+        built = law(job.law, None, **dict(job.parameters))
+        acting = self.acting(job.sea, job.seed, job.duration)
+        settings = scanning(self.plant, built, self.settings, job.dt)
+        try:
+            record, _ = run_law(self.plant, built, acting, settings, job.law)
+        except LawError:
+            return WORST
+        found = evaluate(self.plant, record, acting.moments[1], acting.dt, job.sea.wp, acting.blend, np.nan)
+        span = round(WINDOW / record.period)
+        psi = record.states[:, PSI]
+        reserve = np.min(psi[span:] - psi[:-span]) / (WINDOW * job.sea.wp) if np.all(np.isfinite(psi)) else 0.0
+        found["short_reserve"] = max(0.0, RESERVE - float(reserve))
+        values = [found[name] for name in METRICS]
+        return tuple(v if np.isfinite(v) else worst for v, worst in zip(values, WORST, strict=True))
+
+    def acting(self, sea: Sea, seed: int, duration: float) -> WaveRealisation:
+        """Return the waves as they act, blended in."""
+        key = (sea, seed, duration)
+        kept = self.waves.get(key)
+        if kept is None:
+            kept = self.waves[key] = lead_in(realise(self.plant, sea, seed, duration), self.settings)
+            if len(self.waves) > KEPT:
+                self.waves.popitem(last=False)
+        return kept
+
+
+def scanning(plant: Plant, built: Law, settings: Settings, dt: float) -> Settings:
+    """Settings with the longest step up to `dt` that the largest coupling of the law leaves stable.
+
+    A law that tells its largest coupling, as `cc` where it is fixed or as `cc_max`, is run with longer steps.
+    """
+    largest = float(getattr(built, "cc", getattr(built, "cc_max", settings.actuators.cc_max)))
+    largest = min(largest, settings.actuators.cc_max)
+    if dt <= settings.dt or largest <= 0.0:
+        return replace(settings, dt=dt)
+    longest = STEADY / float(slip_rate(plant.coefficients, largest))
+    actuators: Actuators = replace(settings.actuators, cc_max=largest)
+    return replace(settings, dt=max(min(dt, longest), settings.dt), actuators=actuators)
+
+
+class Bench(AbstractContextManager["Bench"]):
+    """Workers that perform jobs.
+
+    Parameters
+    ----------
+    plant, settings
+        Common to all runs.
+    example : Law
+        The law that is tuned: threads where it can be compiled, processes otherwise.
+    workers : int
+        How many.
+    """
+
+    def __init__(self, plant: Plant, settings: Settings, example: Law, workers: int) -> None:
+        self.runner = Runner(plant, settings)
+        self.workers = max(1, workers)
+        self.pool: Executor | None = None
+        self.call: Callable[[Job], tuple[float, ...]] = self.runner
+        if self.workers > 1 and compile_law(example) is not None:
+            self.pool = ThreadPoolExecutor(self.workers)
+        elif self.workers > 1:
+            self.pool = ProcessPoolExecutor(
+                self.workers, mp_context=get_context("spawn"), initializer=_equip, initargs=(plant, settings)
+            )
+            self.call = _perform
+
+    def __exit__(
+        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Drop what is not under way."""
+        if self.pool is not None:
+            self.pool.shutdown(wait=kind is None, cancel_futures=True)
+
+    def perform(self, jobs: Sequence[Job], done: Callable[[Job], None]) -> list[tuple[float, ...]]:
+        """Metrics of each job in the order of the jobs; `done` is told of each one that has ended."""
+        if self.pool is None:
+            found = []
+            for job in jobs:
+                found.append(self.call(job))
+                done(job)
+            return found
+        futures: list[Future[tuple[float, ...]]] = [self.pool.submit(self.call, job) for job in jobs]
+        for job, future in zip(jobs, futures, strict=True):
+            wait([future])
+            future.result()
+            done(job)
+        return [future.result() for future in futures]
+
+
+def workers_wanted(workers: int) -> int:
+    """Return `workers`, or the number of cores for 0."""
+    if workers < 0:
+        raise InputError("workers", workers, "must not be negative", "Give 0 for all cores")
+    return workers or os.cpu_count() or 1
+
+
+def named(parameters: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
+    """Parameters in the form in which a job carries them."""
+    return tuple(sorted(parameters.items()))
+
+
+_runner: Runner | None = None
+
+
+def _equip(plant: Plant, settings: Settings) -> None:
+    global _runner
+    _runner = Runner(plant, settings)
+
+
+def _perform(job: Job) -> tuple[float, ...]:
+    assert _runner is not None
+    return _runner(job)

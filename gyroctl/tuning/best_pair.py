@@ -1,0 +1,179 @@
+"""The best constant pair of any sea, with the budget that every law has: the yardstick of all laws.
+
+A coarse grid over all that the device can hold, a fine one about its best pair, the few best of that on all seeds with
+the fine step, and then from neighbour to neighbour. Sixteen runs stand side by side on each core: this takes seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gyroctl.errors import InputError
+from gyroctl.harness.constant_pairs import scan
+from gyroctl.harness.run import Settings
+from gyroctl.plant import Plant
+from gyroctl.plant.kernel import slip_rate
+from gyroctl.simulation.ensemble import UNSTABLE
+from gyroctl.simulation.lock import THRESHOLD
+from gyroctl.tuning.goal import RESERVE, Goal
+from gyroctl.waves import Sea
+
+Pair = tuple[float, float]
+Means = dict[str, float]
+
+CC = (0.03, 0.04, 0.052, 0.07, 0.09, 0.115)
+CG = tuple(float(f"{value:.4g}") for value in np.geomspace(4e-5, 3e-3, 12))
+"""First grid, and all that may be chosen. [Nms]"""
+
+COARSE, WINDOW, FULL = 0.025, 1000.0, 2000.0
+"""Step of the grids, length of the runs of the first one and of the others. [s]"""
+
+SHARES = (0.1, 0.35, 0.25, 0.3)
+"""Of the budget for the first grid, the fine one, the confirmation, and the neighbours of what it confirmed."""
+
+FINER_CC = (0.8, 0.9, 1.0, 1.12, 1.25, 1.4)
+FINER_CG = (0.65, 0.77, 0.89, 1.0, 1.12, 1.25, 1.38)
+NEAR_CC, NEAR_CG = (1.0, 0.93, 1.07), (1.05, 1.1, 0.96, 1.16)
+"""The fine grid and the neighbours, as factors on the best pair so far. [-]"""
+
+FEWEST, ROUND = 4, 6
+"""Realisations that a grid must at least have; neighbours that are tried at a time."""
+
+
+class BestPair(NamedTuple):
+    """A constant pair and how it was found.
+
+    Parameters
+    ----------
+    cc, cg : float
+        The pair. [Nms]
+    means : mapping
+        Means of the metrics on all seeds.
+    met : bool
+        Whether it meets the goal; otherwise it is the pair that comes nearest.
+    spent : float
+        Simulated time. [s]
+    seen : tuple of (pair, means, stage)
+        Every pair that was run.
+    """
+
+    cc: float
+    cg: float
+    means: Means
+    met: bool
+    spent: float
+    seen: tuple[tuple[Pair, Means, str], ...]
+
+
+def best_pair(
+    plant: Plant, sea: Sea, budget: float, seeds: Sequence[int], goal: Goal | None = None,
+    settings: Settings | None = None, workers: int = 1, title: str = "constant pair", quiet: bool = False,
+) -> BestPair:  # fmt: skip
+    """Find the constant pair of most power within a goal.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    sea : Sea
+        The waves.
+    budget : float
+        Simulated time that may be spent. [s]
+    seeds : sequence of int
+        Tuning seeds.
+    goal : Goal, optional
+        Limits; the default ones otherwise.
+    settings : Settings, optional
+        Step of the confirmation, blend and limits of the actuators.
+    workers, title, quiet
+        Threads and progress bar.
+
+    Raises
+    ------
+    InputError
+        For a budget that is too small.
+    """
+    goal, settings = goal or Goal(), searching(plant, settings or Settings())
+    limits = settings.actuators
+    seen: list[tuple[Pair, Means, str]] = []
+    spent = 0.0
+
+    def order(means: Means) -> tuple[bool, float]:
+        met = goal.met(means)  # within the goal a loss costs a yardstick nothing
+        return met, means["mean_power"] if met else goal.score(means, unit)
+
+    def run(pairs: Sequence[Pair], count: int, duration: float, dt: float, stage: str) -> list[Means]:
+        nonlocal spent
+        found = scan(plant, sea, pairs, seeds[:count], duration, settings.blend, dt, workers, title, quiet)
+        values = {"mean_power": found.mean_power, "power_cv": found.power_cv, "locked": found.locked.astype(float),
+                  "phi1_p98": found.phi1_p98, "phi3_p98": found.phi3_p98}  # fmt: skip
+        table = {name: np.nan_to_num(value, nan=10.0).mean(axis=1) for name, value in values.items()}
+        rows = [{name: float(value[i]) for name, value in table.items()} for i in range(len(pairs))]
+        for row in rows:
+            row["short_reserve"] = (RESERVE - THRESHOLD) * (1.0 - row["locked"])
+        seen.extend((pair, means, stage) for pair, means in zip(pairs, rows, strict=True))
+        spent += len(pairs) * count * duration
+        return rows
+
+    grid = [(cc, cg) for cc in CC if cc <= limits.cc_max for cg in CG if cg <= limits.cg_max]
+    unit = 1.0
+    first = run(grid, _count(budget, 0, len(grid), WINDOW, len(seeds)), WINDOW, COARSE, "search")
+    held = [means["mean_power"] for means in first if means["locked"] >= 0.9]
+    unit = max(held, default=1.0) or 1.0  # a unit of the sea itself: a score in watts would forgive losses in high seas
+    cc, cg = grid[max(range(len(grid)), key=lambda i: order(first[i]))]
+    finer = _around(cc, cg, FINER_CC, FINER_CG, settings)
+    second = run(finer, _count(budget, 1, len(finer), FULL, len(seeds)), FULL, COARSE, "search")
+    each = len(seeds) * FULL
+    batch = _edge(finer, [order(means) for means in second])[: max(1, int(SHARES[2] * budget / each))]
+    confirmed: dict[Pair, Means] = {}
+    while batch:  # from the best pair so far to its neighbours, until none is better or the budget is spent
+        confirmed |= zip(batch, run(batch, len(seeds), FULL, settings.dt, "confirm"), strict=True)
+        best = max(confirmed, key=lambda pair: order(confirmed[pair]))
+        near = [pair for pair in _around(*best, NEAR_CC, NEAR_CG, settings) if pair not in confirmed]
+        batch = near[: min(ROUND, int((budget - spent) / each))]
+    return BestPair(*best, confirmed[best], goal.met(confirmed[best]), spent, tuple(seen))
+
+
+def searching(plant: Plant, settings: Settings) -> Settings:
+    """Settings of a search: no coupling with which its coarse step would be unstable (about 0.14 Nms)."""
+    stable = 0.99 * UNSTABLE / (COARSE * float(slip_rate(plant.coefficients, 1.0)))
+    limits = settings.actuators
+    return replace(settings, actuators=replace(limits, cc_max=min(limits.cc_max, stable)))
+
+
+def _edge(pairs: Sequence[Pair], orders: Sequence[tuple[bool, float]]) -> list[Pair]:
+    """Pairs in the order in which they are worth confirming: at each cc the best cg, then in turn those below it.
+
+    The few realisations of a grid flatter the pairs at the edge of lock, so that those below it belong to the list.
+    """
+    steps: list[list[tuple[tuple[bool, float], Pair]]] = []
+    for cc in dict.fromkeys(pair[0] for pair in pairs):
+        column = sorted((pair[1], i) for i, pair in enumerate(pairs) if pair[0] == cc)
+        top = max(range(len(column)), key=lambda at: orders[column[at][1]])
+        for step, at in enumerate(range(top, -1, -1)):
+            if len(steps) <= step:
+                steps.append([])
+            steps[step].append((orders[column[at][1]], pairs[column[at][1]]))
+    return [pair for step in steps for _, pair in sorted(step, reverse=True)]
+
+
+def _around(
+    cc: float, cg: float, cc_factors: Sequence[float], cg_factors: Sequence[float], settings: Settings
+) -> list[Pair]:
+    limits = settings.actuators
+    ccs = [float(f"{cc * factor:.3g}") for factor in cc_factors]
+    cgs = [float(f"{cg * factor:.3g}") for factor in cg_factors]
+    return [(a, b) for a in ccs if a <= limits.cc_max for b in cgs if b <= limits.cg_max]
+
+
+def _count(budget: float, stage: int, pairs: int, duration: float, seeds: int) -> int:
+    count = int(SHARES[stage] * budget / (pairs * duration))
+    if count < FEWEST:
+        least = FEWEST * pairs * duration / SHARES[stage]
+        raise InputError("budget", budget, f"is too small for the grid of {pairs} pairs",
+                         f"Give {least:g} s or more")  # fmt: skip
+    return min(count, seeds)

@@ -1,0 +1,82 @@
+"""On what a law was tuned, and how a set of its parameters was found: what ships beside the numbers."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gyroctl.harness.run import Settings
+from gyroctl.plant import Plant
+from gyroctl.robustness.regime import wilson
+from gyroctl.tuning.goal import Goal
+from gyroctl.tuning.stages import Means, Seen
+from gyroctl.tuning.task import Task, TuningSea
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """On what a law is tuned.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    settings : Settings
+        Steps of the confirming runs, sensors, actuators.
+    evaluation : frozenset of int
+        Seeds beside `EVALUATION` that must not be tuned on.
+    """
+
+    plant: Plant
+    settings: Settings = field(default_factory=Settings)
+    evaluation: frozenset[int] = frozenset()
+
+
+def record(
+    best: Seen, goals: Mapping[str, Goal], seas: Mapping[str, TuningSea], task: Task, found: Mapping[str, Any]
+) -> dict[str, Any]:
+    """One set as it ships."""
+    return {
+        "parameters": best.parameters,
+        "goal": {name: {key: value for key, value in asdict(goals[name]).items() if np.isfinite(value)}
+                 for name in seas},
+        "met": {name: goals[name].met(best.means[name]) for name in seas},
+        "result": {name: result(best.means[name], task.seeds.count) for name in seas},
+        "found": dict(found),
+    }  # fmt: skip
+
+
+def result(means: Means, runs: int) -> dict[str, Any]:
+    """Means as they ship, with the Wilson interval of the lock probability."""
+    share = wilson(round(means["locked"] * runs), runs)
+    rounded = {name: float(f"{value:.4g}") for name, value in means.items() if name != "short_reserve"}
+    return {**rounded, "runs": runs, "locked_ci95": [round(share.low, 4), round(share.high, 4)]}
+
+
+def provenance(task: Task, on: Circumstances) -> dict[str, Any]:
+    """Circumstances of a tuning: date, version, seeds, rule, seas, start, plant."""
+    from gyroctl import __version__
+
+    return {
+        "date": datetime.date.today().isoformat(),
+        "version": __version__,
+        "seeds": {"first": task.seeds.span[0], "last": task.seeds.span[-1]},
+        "method": task.method,
+        "rule": " ".join((Goal.score.__doc__ or "").split()),
+        "seas": {name: asdict(sea) for name, sea in task.seas.items()},
+        "start": {knob.name: knob.start for knob in task.knobs},
+        "plant": on.plant.name,
+        "plant_sha256": plant_hash(on.plant),
+        "hydrodynamics_sha256": on.plant.excitation.sha256,
+    }
+
+
+def plant_hash(plant: Plant) -> str:
+    """SHA-256 of every number of the plant's equations."""
+    return hashlib.sha256(json.dumps([plant.coefficients, asdict(plant.parameters)]).encode()).hexdigest()

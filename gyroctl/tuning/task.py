@@ -1,0 +1,370 @@
+"""The task of a tuning, a TOML file that ships beside its law: which law, which knobs, which seas, which goals."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.errors import InputError
+from gyroctl.harness.registry import home
+from gyroctl.harness.tuned_sets import task_file
+from gyroctl.tuning.goal import Goal
+from gyroctl.waves import SeaState
+
+TABLES = ("law", "method", "fixed", "knobs", "seas", "goal", "goals", "search", "seeds")
+METHODS = ("evolution", "pairs")
+
+EVERY_SEA = "all"
+"""Name of the set that serves all seas of a task."""
+
+
+@dataclass(frozen=True)
+class Knob:
+    """A parameter and the coordinate x of its search: start * exp(width x), or start + width x.
+
+    Parameters
+    ----------
+    name : str
+        Parameter of the law.
+    start : float
+        Where the search begins.
+    width : float
+        A large change: of the logarithm, or of the value itself.
+    scale : {"log", "linear"}
+        Which of the two.
+    least, most : float
+        Bounds; what lies beyond is set to them.
+    """
+
+    name: str
+    start: float
+    width: float
+    scale: str = "log"
+    least: float = -math.inf
+    most: float = math.inf
+
+    def value(self, x: float) -> float:
+        """Return the value at coordinate `x`, to four digits: what ships is what was run."""
+        value = self.start * math.exp(self.width * x) if self.scale == "log" else self.start + self.width * x
+        return float(f"{min(max(value, self.least), self.most):.4g}")
+
+    def coordinate(self, value: float) -> float:
+        """Coordinate of a value."""
+        far = math.log(value / self.start) if self.scale == "log" else value - self.start
+        return far / self.width
+
+    def beginning(self, start: float) -> Knob:
+        """Return the knob with another start."""
+        if self.scale == "log" and start <= 0.0:
+            return self
+        return dataclasses.replace(self, start=min(max(start, self.least), self.most))
+
+
+@dataclass(frozen=True)
+class TuningSea:
+    """A sea of a task.
+
+    Parameters
+    ----------
+    sea : SeaState
+        The waves.
+    weight : float
+        In the score of the set for all seas.
+    power : float
+        Unit of the power in the score, about what a constant pair gives. [W]
+    runs : int
+        Realisations in each generation of the set for all seas.
+    """
+
+    sea: SeaState
+    weight: float = 1.0
+    power: float = 1.0
+    runs: int = 4
+
+
+SEAS = {
+    "gamma1": TuningSea(SeaState(gamma=1.0), weight=0.35, power=1.2, runs=4),
+    "gamma5": TuningSea(SeaState(gamma=5.0), weight=0.4, power=2.1, runs=4),
+    "gamma50": TuningSea(SeaState(gamma=50.0), weight=0.25, power=3.9, runs=2),
+}
+"""Seas of a task that names none."""
+
+
+@dataclass(frozen=True)
+class SearchTable:
+    """How the search goes.
+
+    Parameters
+    ----------
+    population : int
+        Points in a generation.
+    spread : float
+        First standard deviation, in coordinates of the knobs.
+    window : float
+        Length of the runs of the search, blend included. [s]
+    runs : int
+        Realisations in each generation of a set for one sea.
+    dt : float
+        Longest step of the search: statistics, not verdicts. [s]
+    confirm : float
+        Length of the runs that confirm. [s]
+    confirm_share : float
+        Part of the budget that confirming may take. [-]
+    seed : int
+        Of the samples.
+    """
+
+    population: int = 14
+    spread: float = 0.3
+    window: float = 1000.0
+    runs: int = 6
+    dt: float = 0.025
+    confirm: float = 2000.0
+    confirm_share: float = 0.3
+    seed: int = 1
+
+
+@dataclass(frozen=True)
+class Seeds:
+    """Tuning seeds: `count` from `first` on."""
+
+    first: int = 100000
+    count: int = 64
+
+    @property
+    def span(self) -> range:
+        """The seeds."""
+        return range(self.first, self.first + self.count)
+
+
+@dataclass(frozen=True)
+class Task:
+    """What is tuned; `law` as `gyroctl.harness.registry.law` takes it.
+
+    Parameters
+    ----------
+    law : str
+        Registered name, or "file.py:Name" with its whole path.
+    stem : str
+        Name under which the tuned sets are kept.
+    method : {"evolution", "pairs"}
+        Search over the knobs, or the best constant pair.
+    fixed : mapping of str to float
+        Parameters that differ from the law's defaults and are not searched.
+    knobs : tuple of Knob
+        The search space.
+    seas : mapping of str to TuningSea
+        By the names of the sets.
+    goals : mapping of str to mapping of str to Goal
+        By name, "" the main one, and by sea.
+    search, seeds
+        How, and on which seeds.
+    """
+
+    law: str
+    stem: str
+    method: str
+    fixed: Mapping[str, float]
+    knobs: tuple[Knob, ...]
+    seas: Mapping[str, TuningSea]
+    goals: Mapping[str, Mapping[str, Goal]]
+    search: SearchTable = field(default_factory=SearchTable)
+    seeds: Seeds = field(default_factory=Seeds)
+
+    def at(self, x: NDArray[np.float64]) -> dict[str, float]:
+        """Parameters at a point (n,) of the search."""
+        found = {knob.name: knob.value(float(value)) for knob, value in zip(self.knobs, x, strict=True)}
+        return {**self.fixed, **found}
+
+    def served(self, which: str) -> dict[str, TuningSea]:
+        """Seas that the set `which` serves: one, or all of them.
+
+        Raises
+        ------
+        InputError
+            For a name that is no sea of the task.
+        """
+        if which == EVERY_SEA:
+            return dict(self.seas)
+        if which not in self.seas:
+            raise InputError("--for", which, f"is no sea of the task of {self.law}",
+                             f"Choose one of {', '.join((EVERY_SEA, *self.seas))}")  # fmt: skip
+        one = self.seas[which]
+        return {which: dataclasses.replace(one, weight=1.0, runs=self.search.runs)}
+
+
+PAIRS = {"best_constant": "constant"}
+"""Laws that are another law with its best numbers."""
+
+
+def read_task(name: str) -> Task:
+    """Read the task of a law, or a task file.
+
+    Parameters
+    ----------
+    name : str
+        A registered law or "file.py:Name" with its task beside it (``tuning/NAME.toml``), or the path of a task file.
+
+    Raises
+    ------
+    InputError
+        For a law without a task, a file that cannot be read, an unknown entry, or a value out of range.
+    """
+    if name.endswith(".toml"):
+        path, stem = Path(name), Path(name).stem
+    else:
+        folder, stem = home(PAIRS.get(name, name))
+        path = task_file(folder, stem)
+        if not path.is_file():
+            raise InputError("law", name, f"ships no task for its tuning: there is no {path.name} in {path.parent}",
+                             "Write one, see docs/tuning.md, and give its path")  # fmt: skip
+    try:
+        tables = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError("task", str(path), f"cannot be read: {error.strerror}",
+                         "Give the path of a TOML file") from None  # fmt: skip
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError("task", str(path), f"is no TOML: {error}", "Correct the line") from None
+    return build_task(tables, stem, path.parent)
+
+
+def build_task(tables: Mapping[str, Any], stem: str = "law", folder: Path = Path()) -> Task:
+    """Build a task from tables as read from TOML; a law's file is relative to `folder`."""
+    _known("", tables, TABLES)
+    law = tables.get("law", stem)
+    if not isinstance(law, str):
+        raise InputError("law", law, "must be a name", 'Give a registered law, or "file.py:Name"')
+    if ".py:" in law:
+        law, stem = str((folder / law).resolve()), law.rpartition(":")[2]
+    method = tables.get("method", METHODS[0])
+    if method not in METHODS:
+        raise InputError("method", method, "unknown method", f"Choose one of {', '.join(METHODS)}")
+    seas = _seas(_table(tables, "seas"))
+    search = _numbers(SearchTable, "search", _table(tables, "search"))
+    if search.population < 4:
+        raise InputError("search.population", search.population, "is too small to rank", "Give at least 4")
+    if not 0.0 < search.confirm_share < 1.0:
+        raise InputError("search.confirm_share", search.confirm_share, "must be between 0 and 1", "The default is 0.3")
+    knobs = tuple(_knob(name, entry) for name, entry in _table(tables, "knobs").items())
+    if method == "evolution" and not knobs:
+        raise InputError("knobs", {}, "there is nothing to tune",
+                         "Write [knobs] and below it for example cc = {start = 0.05, width = 0.3}")  # fmt: skip
+    fixed = {name: _number(f"fixed.{name}", value) for name, value in _table(tables, "fixed").items()}
+    return Task(
+        law=law, stem=stem, method=method, fixed=fixed, knobs=knobs, seas=seas, goals=_goals(tables, seas),
+        search=search, seeds=_numbers(Seeds, "seeds", _table(tables, "seeds")),
+    )  # fmt: skip
+
+
+def _seas(table: Mapping[str, Any]) -> dict[str, TuningSea]:
+    if not table:
+        return dict(SEAS)
+    seas = {}
+    for name, entry in table.items():
+        path = f"seas.{name}"
+        if name == EVERY_SEA or not isinstance(entry, Mapping):
+            raise InputError(path, entry, "must be a table with a name of its own", f"Write [seas.rough], not {path}")
+        _known(path, entry, ("hs", "wp", "gamma", "weight", "power", "runs"))
+        values = {key: _number(f"{path}.{key}", value) for key, value in entry.items()}
+        sea = SeaState(**{key: values.pop(key) for key in ("hs", "wp", "gamma") if key in values})
+        for key, value in values.items():
+            if value <= 0.0:
+                raise InputError(f"{path}.{key}", value, "must be positive", "Leave it out for the default")
+        like = next((known for known in SEAS.values() if known.sea == sea), TuningSea(sea))
+        runs = int(values.pop("runs", like.runs))
+        seas[name] = dataclasses.replace(like, sea=sea, runs=runs, **values)
+    return seas
+
+
+def _goals(tables: Mapping[str, Any], seas: Mapping[str, TuningSea]) -> dict[str, dict[str, Goal]]:
+    main = _table(tables, "goal")
+    goals = {"": _goal("goal", main, seas)}
+    for name, entry in _table(tables, "goals").items():
+        if not isinstance(entry, Mapping):
+            raise InputError(f"goals.{name}", entry, "must be a table", f"Write [goals.{name}] with power_cv = 0.2")
+        goals[name] = _goal(f"goals.{name}", {**main, **entry}, seas)
+    return goals
+
+
+def _goal(path: str, entry: Mapping[str, Any], seas: Mapping[str, TuningSea]) -> dict[str, Goal]:
+    """Read a goal for each sea: a limit is a number for all of them, or a table of numbers by sea."""
+    _known(path, entry, [f.name for f in dataclasses.fields(Goal)])
+    goals = {}
+    for sea in seas:
+        limits = {}
+        for name, value in entry.items():
+            if isinstance(value, Mapping):
+                _known(f"{path}.{name}", value, tuple(seas))
+                if sea not in value:
+                    continue
+                value = value[sea]
+            limits[name] = _number(f"{path}.{name}", value)
+            if limits[name] <= 0.0 or (name == "locked" and limits[name] > 1.0):
+                raise InputError(f"{path}.{name}", limits[name], "is out of range", "Leave it out for the default")
+        goals[sea] = Goal(**limits)
+    return goals
+
+
+def _knob(name: str, entry: Any) -> Knob:
+    path = f"knobs.{name}"
+    if not isinstance(entry, Mapping):
+        raise InputError(path, entry, "must be a table", f"Write {name} = {{start = 0.05, width = 0.3}}")
+    _known(path, entry, [f.name for f in dataclasses.fields(Knob) if f.name != "name"])
+    for key in ("start", "width"):
+        if key not in entry:
+            raise InputError(f"{path}.{key}", None, "is missing", f"Give {key} as a number")
+    scale = entry.get("scale", "log")
+    if scale not in ("log", "linear"):
+        raise InputError(f"{path}.scale", scale, "unknown scale", "Choose log or linear")
+    values = {key: _number(f"{path}.{key}", value) for key, value in entry.items() if key != "scale"}
+    knob = Knob(name, scale=scale, **values)
+    if knob.width <= 0.0:
+        raise InputError(f"{path}.width", knob.width, "must be positive", "Give what would be a large change")
+    if scale == "log" and knob.start <= 0.0:
+        raise InputError(f"{path}.start", knob.start, "has no logarithm", 'Give a positive start, or scale = "linear"')
+    if not knob.least <= knob.start <= knob.most:
+        raise InputError(f"{path}.start", knob.start, "is outside least and most", "Put it between them")
+    return knob
+
+
+def _numbers(kind: Any, path: str, table: Mapping[str, Any]) -> Any:
+    _known(path, table, [f.name for f in dataclasses.fields(kind)])
+    values = {}
+    for f in dataclasses.fields(kind):
+        if f.name not in table:
+            continue
+        value = _number(f"{path}.{f.name}", table[f.name])
+        whole = isinstance(f.default, int)
+        if value < 0.0 or (value == 0.0 and f.name not in ("seed", "first")) or (whole and value != int(value)):
+            raise InputError(f"{path}.{f.name}", table[f.name], "must be a positive whole number" if whole else
+                             "must be positive", f"The default is {f.default}")  # fmt: skip
+        values[f.name] = int(value) if whole else value
+    return kind(**values)
+
+
+def _table(tables: Mapping[str, Any], name: str) -> dict[str, Any]:
+    table = tables.get(name, {})
+    if not isinstance(table, Mapping):
+        raise InputError(name, table, "must be a table", f"Write [{name}] and its entries below")
+    return dict(table)
+
+
+def _known(table: str, entries: Mapping[str, Any], names: Any) -> None:
+    for key in entries:
+        if key not in names:
+            path = f"{table}.{key}" if table else key
+            raise InputError(path, entries[key], "unknown entry", f"Choose one of {', '.join(names)}")
+
+
+def _number(path: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise InputError(path, value, "must be a finite number", "Write it without quotes")
+    return float(value)

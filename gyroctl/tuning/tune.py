@@ -1,0 +1,207 @@
+"""Tuning of laws on tuning seeds: one rule of what is good, one search, one budget of simulated time for every law.
+
+A tuning searches on short runs of a few realisations, other ones in each generation, and then confirms a few points on
+all tuning seeds with the fine step. The points are means of the search's distribution, not its best samples: the best
+of hundreds of samples on a few realisations is mostly luck. Every step that has ended is kept, so that a tuning that
+was stopped ends with the same numbers, and one that is given a larger budget goes on from where it was.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gyroctl.errors import InputError
+from gyroctl.harness import actuation, loop, sensing
+from gyroctl.harness.fingerprint import content
+from gyroctl.harness.registry import describe, law
+from gyroctl.plant.compiled import source_stamp
+from gyroctl.plant.kernel import SOURCES
+from gyroctl.simulation import lock, metrics
+from gyroctl.simulation.progress import Progress
+from gyroctl.tuning import bench as tuning_bench
+from gyroctl.tuning import evolution, goal
+from gyroctl.tuning import stages as tuning_stages
+from gyroctl.tuning import task as tuning_task
+from gyroctl.tuning.bench import Bench
+from gyroctl.tuning.best_pair import best_pair
+from gyroctl.tuning.goal import Goal
+from gyroctl.tuning.log import TuningLog
+from gyroctl.tuning.record import Circumstances, plant_hash, provenance, record
+from gyroctl.tuning.stages import Plan, Seen, Stages, search, shortlist, weighed
+from gyroctl.tuning.task import Task, TuningSea
+
+BUDGET = 4.0e6
+"""Simulated time for each set of each law. [s]"""
+
+EVALUATION = range(0, 10000)
+"""Seeds that are kept for judging laws: no law may be tuned on them."""
+
+FEWEST, MOST = 2, 8
+"""Points that are confirmed."""
+
+
+@dataclass(frozen=True)
+class Tuned:
+    """A tuning that has ended.
+
+    Parameters
+    ----------
+    sets : mapping of str to mapping
+        What ships: by name, with ``parameters``, ``goal``, ``result`` and ``found``.
+    archive : tuple of Seen
+        Every point that was run.
+    """
+
+    sets: Mapping[str, Any]
+    archive: tuple[Seen, ...] = ()
+
+
+class Start(NamedTuple):
+    """A tuned set at which a search begins: what was spent on it, the search owes too. [s]"""
+
+    name: str
+    parameters: Mapping[str, float]
+    spent: float
+
+
+def tune(
+    task: Task, which: str, on: Circumstances, budget: float = BUDGET, folder: Path | None = None, workers: int = 1,
+    quiet: bool = False, start: Start | None = None,
+) -> Tuned:  # fmt: skip
+    """Tune a law for all seas of its task, or for one of them.
+
+    Parameters
+    ----------
+    task : Task
+        What is tuned.
+    which : str
+        "all", or a sea of the task.
+    on : Circumstances
+        Plant, settings, seeds to keep away from.
+    budget : float
+        Simulated time that may be spent. [s]
+    folder : Path, optional
+        Where the steps are kept; a tuning that is found there goes on.
+    workers : int
+        Threads or processes; they change no bit of the result.
+    quiet : bool
+        Show no progress.
+    start : Start, optional
+        Where the search begins instead of at the task's start.
+
+    Raises
+    ------
+    InputError
+        For seeds that judge laws, a budget too small for two points, or what the law refuses.
+    """
+    check_seeds(task, on)
+    if not (np.isfinite(budget) and budget > 0.0):
+        raise InputError("budget", budget, "must be a positive time", f"The default is {BUDGET:g} s")
+    if task.method == "pairs":
+        return _pairs(task, which, on, budget, workers, quiet)
+    seas = task.served(which)
+    if start:
+        task = starting(task, start.parameters)
+    example = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
+    plan = planned(task, seas, budget)
+    log = TuningLog(folder / f"{task.stem}.{which}.{_key(task, which, on)}.jsonl" if folder is not None else None)
+    total = plan.generations * plan.generation + plan.points * plan.confirmation
+    with (
+        Bench(on.plant, on.settings, example, workers) as bench,
+        Progress(f"tune {task.stem} for {which}", round(total), quiet) as progress,
+    ):
+        work = Stages(task, seas, on.settings.dt, bench, log, progress)
+        means, archive = search(work, plan)
+        points = shortlist(work, plan, means, archive)
+        confirmed = [work.confirm(parameters) for parameters in points]
+    found = {
+        **provenance(task, on), "start_from": start.name if start else "task",
+        "spent_before_s": start.spent if start else 0.0, "budget_s": budget,
+        "spent_s": plan.generations * plan.generation + len(points) * plan.confirmation,
+        "spent_searching_s": plan.generations * plan.generation,
+        "spent_confirming_s": len(points) * plan.confirmation,
+        "search": {**asdict(task.search), "generations": plan.generations, "points_confirmed": len(points)},
+    }  # fmt: skip
+    sets = {}
+    for name, goals in task.goals.items():
+        best = chosen(confirmed, goals, seas)
+        sets[f"{which}-{name}" if name else which] = record(best, goals, seas, task, found)
+    return Tuned(sets, (*archive, *confirmed))
+
+
+def check_seeds(task: Task, on: Circumstances) -> None:
+    """Refuse tuning on seeds that judge laws."""
+    span = task.seeds.span
+    overlap = sorted(set(span) & (set(EVALUATION) | on.evaluation))
+    if overlap:
+        raise InputError("seeds", f"{span[0]} to {span[-1]}",
+                         f"seeds {overlap[0]} to {overlap[-1]} judge laws and must not tune them",
+                         f"Give seeds.first = {EVALUATION[-1] + 1} or more, and none of the experiment")  # fmt: skip
+
+
+def planned(task: Task, seas: Mapping[str, TuningSea], budget: float) -> Plan:
+    """Share a budget between search and confirmation."""
+    table = task.search
+    confirmation = len(seas) * task.seeds.count * table.confirm
+    generation = table.population * sum(sea.runs for sea in seas.values()) * table.window
+    extra = len(task.goals) - 1
+    points = min(max(int(table.confirm_share * budget / confirmation), FEWEST + extra), MOST + extra)
+    generations = int((budget - points * confirmation) / generation)
+    if generations < 1:
+        least = points * confirmation + generation
+        raise InputError(
+            "budget", budget, f"is too small: {points} confirmations and one generation take {least:g} s",
+            "Give more, or shorten search.window, search.confirm, search.population or seeds.count in the task",
+        )  # fmt: skip
+    return Plan(generations, points, generation, confirmation)
+
+
+def starting(task: Task, start: Mapping[str, float]) -> Task:
+    """Return the task with its knobs at other starts."""
+    knobs = tuple(knob.beginning(start.get(knob.name, knob.start)) for knob in task.knobs)
+    return Task(**{**task.__dict__, "knobs": knobs})
+
+
+def chosen(points: Sequence[Seen], goals: Mapping[str, Goal], seas: Mapping[str, TuningSea]) -> Seen:
+    """Choose the point that meets its goal in every sea, and of those the one with the best score."""
+
+    def worth(point: Seen) -> tuple[bool, float]:
+        met = all(goals[name].met(point.means[name]) for name in seas)
+        return met, weighed(point.means, goals, seas)
+
+    return max(points, key=worth)
+
+
+def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: int, quiet: bool) -> Tuned:
+    """Best constant pair of each sea apart: a pair that serves several seas would be no yardstick in any."""
+    sets: dict[str, Any] = {}
+    archive: list[Seen] = []
+    names = list(task.seas) if which == tuning_task.EVERY_SEA else list(task.served(which))
+    for name in names:
+        goals = task.goals[""][name]
+        found = best_pair(on.plant, task.seas[name].sea, budget, task.seeds.span, goals, on.settings, workers,
+                          f"constant pair for {name}", quiet)  # fmt: skip
+        archive += [Seen({"cc": cc, "cg": cg}, {name: means}, stage) for (cc, cg), means, stage in found.seen]
+        best = Seen({"cc": found.cc, "cg": found.cg}, {name: found.means}, "confirm")
+        circumstances = {**provenance(task, on), "budget_s": budget, "spent_s": found.spent}
+        sets[name] = record(best, {name: goals}, {name: task.seas[name]}, task, circumstances)
+    return Tuned(sets, tuple(archive))
+
+
+def _key(task: Task, which: str, on: Circumstances) -> str:
+    """Hash of all that can change a bit of the search but its length: by it a tuning finds itself again."""
+    engine = (evolution, goal, tuning_stages, tuning_bench, tuning_task, loop, sensing, actuation, metrics, lock)
+    stamp = source_stamp((*SOURCES, *(str(part.__file__) for part in engine)))
+    built = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
+    text = json.dumps([
+        repr(task), which, plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), stamp, content(built),
+        repr(describe(built)),
+    ])  # fmt: skip
+    return hashlib.sha256(text.encode()).hexdigest()[:12]

@@ -1,0 +1,167 @@
+"""One look for all figures of the study, and what a figure hands back: picture and data."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+import gyroctl
+from gyroctl.writing import written_whole
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+RING_SPEED = "ψ\N{PRIME} [rad/s]"
+"""Axis label."""
+
+INK, MUTED, GRID, AXIS = "#1F2933", "#5B6672", "#E6E9ED", "#AEB6BF"
+COUPLING_COLOURS = {0.052: "#0072B2", 0.104: "#E08A00", 0.156: "#009E73"}
+"""By magnetic coupling cc. [Nms]"""
+
+GAMMA_COLOURS = {1.0: "#8C6BB1", 5.0: "#0072B2", 50.0: "#B5472F"}
+"""By peak enhancement."""
+
+PAPER_COLOUR = "#CF3F35"
+"""What the paper states."""
+
+BAND_COLOUR = "#0072B2"
+MARKERS = {0.052: "o", 0.104: "s", 0.156: "D"}
+
+_STYLE: Any = {
+    "font.family": "sans-serif",
+    "font.sans-serif": ["Liberation Sans", "Arial", "Helvetica", "DejaVu Sans"],
+    "font.size": 9.5,
+    "mathtext.default": "regular",
+    "text.color": INK,
+    "axes.edgecolor": AXIS,
+    "axes.labelcolor": MUTED,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10.5,
+    "axes.titleweight": "bold",
+    "axes.titlecolor": INK,
+    "axes.titlepad": 8,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": GRID,
+    "grid.linewidth": 0.8,
+    "lines.linewidth": 1.6,
+    "xtick.color": AXIS,
+    "ytick.color": AXIS,
+    "xtick.labelcolor": MUTED,
+    "ytick.labelcolor": MUTED,
+    "legend.frameon": False,
+    "legend.fontsize": 9,
+    "savefig.dpi": 160,
+    "figure.facecolor": "white",
+    "savefig.facecolor": "white",
+}
+
+Table = Mapping[str, ArrayLike]
+"""Columns of equal length by name; the name ends in the unit, as in power_w."""
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A figure and its data.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        The picture.
+    tables : mapping of str to table
+        Data by suffix of the file name, "" for the main one.
+    """
+
+    figure: Figure
+    tables: Mapping[str, Table] = field(default_factory=dict)
+
+
+def sea_name(gamma: float) -> str:
+    """Name of a sea in titles and legends; the letter is spelt out because the linter takes it for a y."""
+    return f"\N{GREEK SMALL LETTER GAMMA} = {gamma:g}"
+
+
+def gain(value: float) -> str:
+    """Write a generator gain as the paper does: 3.5e-4."""
+    mantissa, exponent = f"{value:.3e}".split("e")
+    return f"{float(mantissa):g}e{int(exponent)}"
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw and save with the style of the study; the user's own settings stay as they are."""
+    import matplotlib as mpl
+
+    with mpl.rc_context(_STYLE):
+        yield
+
+
+def sheet(
+    rows: int, columns: int, size: tuple[float, float], title: str, note: str, **grid: Any
+) -> tuple[Figure, list[Axes]]:
+    """Make a figure with `rows` x `columns` axes, a title above and a note on the runs below.
+
+    Parameters
+    ----------
+    rows, columns : int
+        Grid of axes.
+    size : tuple of float
+        Width and height. [in]
+    title, note : str
+        One line; as many as it takes.
+    **grid
+        For `matplotlib.figure.Figure.subplots`, e.g. ``width_ratios``.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+    from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+    spacing = ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1, wspace=0.02, hspace=0.03)
+    figure = Figure(figsize=size, layout=spacing)  # no pyplot: no global state, no display
+    FigureCanvasAgg(figure)
+    figure.suptitle(title, x=0.008, ha="left", fontsize=13, fontweight="bold", color=INK)
+    lines = textwrap.wrap(note, int(14.0 * size[0]))  # some 14 characters of this size to the inch
+    figure.supxlabel("\n".join(lines), x=0.008, ha="left", fontsize=8.5, color=MUTED)
+    axes = figure.subplots(rows, columns, squeeze=False, **grid)
+    return figure, list(axes.ravel())
+
+
+def save(figure: Figure, path: Path) -> Path:
+    """Write a figure as PNG, whole or not at all, with the version that drew it."""
+    with written_whole(path) as part:
+        figure.savefig(part, format="png", metadata={"Software": f"gyroctl {gyroctl.__version__}"})
+    return path
+
+
+def label(axes: Axes, title: str, x: str, y: str) -> None:
+    """Write the title and the axis labels."""
+    axes.set_title(title)
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+
+
+def band(
+    axes: Axes, x: ArrayLike, low: ArrayLike, high: ArrayLike, colour: str = BAND_COLOUR, alpha: float = 0.18
+) -> None:
+    """Shade an interval."""
+    axes.fill_between(x, low, high, color=colour, alpha=alpha, linewidth=0)  # type: ignore[arg-type]
+
+
+def percent(axes: Axes, ticks: Iterable[float] = (0.0, 0.25, 0.5, 0.75, 1.0)) -> None:
+    """Make the vertical axis a share from 0 to 100 %."""
+    axes.set_ylim(-0.03, 1.03)
+    axes.set_yticks([*ticks], [f"{100 * tick:.0f} %" for tick in ticks])
+
+
+def runs_note(seeds: int, duration: float, plant: str) -> str:
+    """Line below a figure: what was run."""
+    return f"{plant}; {seeds} realisations of {duration:g} s, the same for every case; intervals are 95 %"
