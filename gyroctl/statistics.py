@@ -14,6 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gyroctl.errors import InputError
+
 CONFIDENCE = 0.95
 RESAMPLES = 9999
 SEED = 20170731
@@ -30,6 +32,15 @@ class Estimate(NamedTuple):
     low: float
     high: float
     note: str = ""
+
+
+class Share(NamedTuple):
+    """A share of runs with its Wilson interval."""
+
+    value: float
+    low: float
+    high: float
+    runs: int
 
 
 class Survival(NamedTuple):
@@ -53,6 +64,29 @@ class PairedDifference(NamedTuple):
     words: str
 
 
+def wilson(successes: int, runs: int, confidence: float = CONFIDENCE) -> Share:
+    """Share of successes with Wilson's score interval.
+
+    Parameters
+    ----------
+    successes, runs : int
+        Counts.
+    confidence : float
+        Two-sided confidence level. [1]
+
+    Raises
+    ------
+    InputError
+        For no runs.
+    """
+    from scipy.stats import binomtest
+
+    if runs < 1:
+        raise InputError("samples", runs, "must be at least 1", "Give the number of disturbed runs, for example 128")
+    bounds = binomtest(successes, runs).proportion_ci(confidence, method="wilson")
+    return Share(successes / runs, float(bounds.low), float(bounds.high), runs)
+
+
 def lock_probability(locked: ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
     """Probability to hold lock to the end of the run, with Wilson's score interval.
 
@@ -68,13 +102,10 @@ def lock_probability(locked: ArrayLike, confidence: float = CONFIDENCE) -> Estim
     Estimate
         Share of locked runs and its interval [1]; NaN when there are no runs.
     """
-    from scipy.stats import binomtest
-
     held = np.asarray(locked, dtype=bool)
     if held.size == 0:
         return Estimate(np.nan, np.nan, np.nan, "no runs")
-    bounds = binomtest(int(held.sum()), held.size).proportion_ci(confidence, method="wilson")
-    return Estimate(float(held.mean()), float(bounds.low), float(bounds.high))
+    return Estimate(*wilson(int(held.sum()), held.size, confidence)[:3])
 
 
 def mean_time_to_loss(loss_time: ArrayLike, duration: float, confidence: float = CONFIDENCE) -> Estimate:

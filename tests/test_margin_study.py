@@ -15,8 +15,9 @@ import gyroctl as gy
 from gyroctl.orbits.continuation import continue_orbit
 from gyroctl.plant.equations import OMEGA_RATE, PSI
 from gyroctl.robustness.headroom import headroom, ramp
-from gyroctl.robustness.regime import Regime, judge, settle, simulate, wilson
+from gyroctl.robustness.regime import Regime, judge, settle, simulate
 from gyroctl.robustness.shocks import basin_stability, disturbances, largest_shocks, smallest_shocks
+from gyroctl.statistics import wilson
 from gyroctl.studies.margins import find_orbit, lock_map_report, margin_report, request
 from gyroctl.studies.margins.maps import GROWS, STABLE, coupling_map, plain, tongue_map
 from gyroctl.studies.margins.measures import law_regime, linear_margins

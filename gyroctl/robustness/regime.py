@@ -39,8 +39,6 @@ SETTLING = 200
 WATCHED = 20
 """Waves at the end of a run over which lock is judged."""
 
-QUANTILE = 1.959963984540054  # of the normal distribution at 97.5 %
-
 
 @dataclass(frozen=True)
 class Regime:
@@ -90,15 +88,6 @@ class Outcome(NamedTuple):
 
     holds: NDArray[np.bool_]
     returns: NDArray[np.bool_]
-
-
-class Share(NamedTuple):
-    """A share of runs with its Wilson interval of 95 %."""
-
-    value: float
-    low: float
-    high: float
-    runs: int
 
 
 Excite = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
@@ -228,16 +217,6 @@ def verdict(regime: Regime, run: Run) -> tuple[bool, bool]:
         return False, False
     locked = bool(np.ptp(lag) < math.pi)
     return locked and abs(float(np.mean(lag)) - regime.angle) < math.pi, locked
-
-
-def wilson(successes: int, runs: int) -> Share:
-    """Share with its Wilson interval of 95 %."""
-    if runs < 1:
-        raise InputError("samples", runs, "must be at least 1", "Give the number of disturbed runs, for example 128")
-    share, z2 = successes / runs, QUANTILE**2
-    centre = (share + z2 / (2.0 * runs)) / (1.0 + z2 / runs)
-    half = QUANTILE * math.sqrt(share * (1.0 - share) / runs + z2 / (4.0 * runs**2)) / (1.0 + z2 / runs)
-    return Share(share, max(0.0, centre - half), min(1.0, centre + half), runs)
 
 
 def _lag(regime: Regime, run: Run) -> NDArray[np.float64]:

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.robustness.regime import Regime, Share, judge, simulate, verdict, wilson
+from gyroctl.robustness.regime import Regime, judge, simulate, verdict
+from gyroctl.statistics import Share, wilson
 
 LADDER = 20
 """Sizes tried before the bisection: breaking is not monotone in the size, so the first that breaks is sought."""

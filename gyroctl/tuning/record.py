@@ -13,7 +13,7 @@ import numpy as np
 
 from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
-from gyroctl.robustness.regime import wilson
+from gyroctl.statistics import wilson
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.stages import Means, Seen
 from gyroctl.tuning.task import Task, TuningSea

@@ -12,8 +12,9 @@ from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop
 from gyroctl.loop_margins.margins import LoopMargins, loop_margins
 from gyroctl.robustness.headroom import Headroom, Quantity, headroom, ramp
-from gyroctl.robustness.regime import Regime, Share, settle
+from gyroctl.robustness.regime import Regime, settle
 from gyroctl.robustness.shocks import Shock, basin_stability, smallest_shocks
+from gyroctl.statistics import Share
 from gyroctl.studies.margins.request import Request
 
 SIZES = (0.25, 0.5, 0.75, 1.0)
