@@ -32,10 +32,15 @@ def one(law: gy.Law, seed: int, duration: float, gamma: float = 5.0) -> dict[str
     spent = time.perf_counter() - begin
     found = evaluate(plant, record, waves.moments[1], waves.dt, 3.14, 100.0, np.nan)
     return {
-        "median_ms": timing.median, "p99_ms": timing.p99, "closed_loop_s": spent, "samples": len(record.commands),
-        "locked": found["locked"], "mean_power_w": found["mean_power"], "power_cv": found["power_cv"],
+        "median_ms": timing.median,
+        "p99_ms": timing.p99,
+        "closed_loop_s": spent,
+        "samples": len(record.commands),
+        "locked": found["locked"],
+        "mean_power_w": found["mean_power"],
+        "power_cv": found["power_cv"],
         **timing.counters,
-    }  # fmt: skip
+    }
 
 
 def main() -> None:

@@ -150,13 +150,17 @@ def programs(n: int, kept: list[tuple[Problem, np.ndarray, float]]) -> list[dict
             content[name].append(found.status == SOLVED)
     return [
         {
-            "horizon_s": n * PERIOD, "solver": name, "count": len(kept), **milliseconds(np.array(spent[name])),
+            "horizon_s": n * PERIOD,
+            "solver": name,
+            "count": len(kept),
+            **milliseconds(np.array(spent[name])),
             "iterations_median": float(np.median(work[name])) if work[name] else None,
             "error_median_nms": float(np.median(far[name])) if far[name] else None,
-            "error_max_nms": max(far[name]) if far[name] else None, "not_solved": content[name].count(False),
+            "error_max_nms": max(far[name]) if far[name] else None,
+            "not_solved": content[name].count(False),
         }
         for name in names
-    ]  # fmt: skip
+    ]
 
 
 def milliseconds(spent: np.ndarray) -> dict[str, float]:
@@ -173,9 +177,13 @@ def main() -> None:
     seeds = [100000 + i for i in range(options.seeds)]
     where = Path(__file__).with_suffix(".json")
     result: dict[str, Any] = {
-        "machine": platform.processor() or platform.machine(), "python": platform.python_version(), "seeds": seeds,
-        "duration_s": options.duration, "programs": [], "closed_loop": [],
-    }  # fmt: skip
+        "machine": platform.processor() or platform.machine(),
+        "python": platform.python_version(),
+        "seeds": seeds,
+        "duration_s": options.duration,
+        "programs": [],
+        "closed_loop": [],
+    }
     for n in (40, 80):
         *_, kept = closed_loop(by_riccati(n, 1), n, seeds[0], 200.0, every=10)
         programs(n, kept[:3])  # compile
@@ -183,13 +191,23 @@ def main() -> None:
             print(line, flush=True)
             result["programs"].append(line)
     for n, name, iterations in (
-        (40, "descent", 10), (40, "descent", 30), (40, "riccati", 1), (40, "riccati", 3), (40, "osqp", 1),
-        (80, "descent", 10), (80, "descent", 30), (80, "riccati", 1), (80, "riccati", 3), (80, "osqp", 1),
-    ):  # fmt: skip
+        (40, "descent", 10),
+        (40, "descent", 30),
+        (40, "riccati", 1),
+        (40, "riccati", 3),
+        (40, "osqp", 1),
+        (80, "descent", 10),
+        (80, "descent", 30),
+        (80, "riccati", 1),
+        (80, "riccati", 3),
+        (80, "osqp", 1),
+    ):
         runs = [closed_loop(SOLVERS[name](n, iterations), n, seed, options.duration) for seed in seeds]
         metrics = [run[0] for run in runs]
         line = {
-            "horizon_s": n * PERIOD, "solver": name, "iterations": iterations,
+            "horizon_s": n * PERIOD,
+            "solver": name,
+            "iterations": iterations,
             **milliseconds(np.concatenate([run[1] for run in runs])),
             "net_power_w": [round(float(m["net_power"]), 3) for m in metrics],
             "net_power_mean_w": float(np.mean([m["net_power"] for m in metrics])),
@@ -198,8 +216,9 @@ def main() -> None:
             "phi1_p98": float(np.mean([m["phi1_p98"] for m in metrics])),
             "phi1_p98_max": float(max(m["phi1_p98"] for m in metrics)),
             "phi3_p98": float(np.mean([m["phi3_p98"] for m in metrics])),
-            "not_solved": sum(run[2] for run in runs), "plans": sum(run[1].size for run in runs),
-        }  # fmt: skip
+            "not_solved": sum(run[2] for run in runs),
+            "plans": sum(run[1].size for run in runs),
+        }
         print(line, flush=True)
         result["closed_loop"].append(line)
         where.write_text(json.dumps(result, indent=1) + "\n")

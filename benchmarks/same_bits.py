@@ -78,9 +78,7 @@ def orbit() -> dict[str, str]:
     import gyroctl as gy
 
     found = gy.lock_orbit(gy.zhang2017(), gy.Regular(height=0.2, wp=3.14), cc=0.052, cg=3.5e-4)
-    return {
-        "state": digest(found.x), "multipliers": digest(found.multipliers), "states": digest(found.states(8)),
-    }  # fmt: skip
+    return {"state": digest(found.x), "multipliers": digest(found.multipliers), "states": digest(found.states(8))}
 
 
 def margins(folder: Path) -> dict[str, str]:

@@ -68,13 +68,25 @@ def main() -> None:
         y = np.zeros(rows(k))
         y[:n] = start
         controls = np.array([[CC], [CG]])
-        hold_into(y, np.empty((5, y.size)), np.empty(6), np.empty(TAPS), k, controls, 0.0, duration,
-                  round(duration / dt), flat, waves.dt)  # fmt: skip
+        hold_into(
+            y,
+            np.empty((5, y.size)),
+            np.empty(6),
+            np.empty(TAPS),
+            k,
+            controls,
+            0.0,
+            duration,
+            round(duration / dt),
+            flat,
+            waves.dt,
+        )
         return y[:n]
 
     def ensemble(seeds: int, dt: float, workers: int) -> Any:
-        return run_ensemble(plant, sea, [(CC, CG)], range(1, seeds + 1), start, DURATION, 100.0, dt,
-                            workers=workers, quiet=True)  # fmt: skip
+        return run_ensemble(
+            plant, sea, [(CC, CG)], range(1, seeds + 1), start, DURATION, 100.0, dt, workers=workers, quiet=True
+        )
 
     single(1.0, 0.01), ensemble(16, 0.05, 1)  # compile
 
@@ -108,9 +120,10 @@ def main() -> None:
         assert machine is not None
         y = np.array([0.5, 3.1, 70.0, 0.1, 0.1, 0.2, 0.2])
         compiled_calls(machine.entry, machine.p, machine.s.copy(), y, np.zeros(2), 1)
-        return best(
-            lambda: compiled_calls(machine.entry, machine.p, machine.s.copy(), y, np.zeros(2), 100_000), 5
-        ) / 100_000  # fmt: skip
+        return (
+            best(lambda: compiled_calls(machine.entry, machine.p, machine.s.copy(), y, np.zeros(2), 100_000), 5)
+            / 100_000
+        )
 
     constant = loop(gy.law("constant", cc=CC, cg=CG))
     overhead = {name: call(gy.law(name)) / constant for name in ("constant", "load_angle", "coupling")}

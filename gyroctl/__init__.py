@@ -4,8 +4,14 @@ The flow: sea -> waves -> plant -> law -> trajectory -> metrics -> report. The p
 and are loaded when they are first used.
 """
 
+import os
+
 import lazy_loader
 
 __version__ = "0.1.0"
+
+if not os.path.isdir(os.path.join(os.path.dirname(__file__), "controllers")):
+    # a checkout without symbolic links: laws and studies are found in the folder above
+    __path__.append(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -68,8 +68,12 @@ def zhang2017(
     phase = choices.pop("excitation_phase")
     if isinstance(radiation, str):
         if radiation not in table.fits:
-            raise InputError("plant.radiation", radiation, "unknown radiation fit",
-                             f"Choose one of {', '.join(table.fits)}, or give a pair of Radiation")  # fmt: skip
+            raise InputError(
+                "plant.radiation",
+                radiation,
+                "unknown radiation fit",
+                f"Choose one of {', '.join(table.fits)}, or give a pair of Radiation",
+            )
         first, third = (Radiation(tuple(p), tuple(q)) for p, q in table.fits[radiation])
         radiation = (first, third)
     if phase not in ("complex", "magnitude"):

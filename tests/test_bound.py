@@ -131,8 +131,12 @@ def test_a_law_that_beats_the_search_is_the_bound(short: Cut) -> None:
     w = problem_of(short, full_horizon.SUBSTEPS, MOTION - 0.02)
     good = verify(short, w, receding(short.plant, w, 12.0), "good")
     none = Effort(rounds=1, iterations=1, beams=0, finalists=0)
-    steady = loosened(short, good, {"law": run_law(short.plant, gy.law("constant"), short.waves, short.settings,
-                                                   start=short.start)[0]}, none)  # fmt: skip
+    steady = loosened(
+        short,
+        good,
+        {"law": run_law(short.plant, gy.law("constant"), short.waves, short.settings, start=short.start)[0]},
+        none,
+    )
     assert steady.values["harvest_w"] >= good.values["harvest_w"]
 
 

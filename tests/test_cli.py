@@ -31,10 +31,27 @@ cc = 0.06
 """
 
 LAW_KEYS = {
-    "information", "mean_power_w", "mean_power_ci95", "power_cv", "p98_over_mean", "locked", "runs",
-    "lock_probability_ci95", "mttl_s", "cycle_slips", "phi1_p98", "phi3_p98", "slip_loss_w", "ledger_residual",
-    "step_ms_median", "step_ms_p99", "deadline_misses", "fallbacks", "ratio_to_best_constant", "ratio_ci95",
-}  # fmt: skip
+    "information",
+    "mean_power_w",
+    "mean_power_ci95",
+    "power_cv",
+    "p98_over_mean",
+    "locked",
+    "runs",
+    "lock_probability_ci95",
+    "mttl_s",
+    "cycle_slips",
+    "phi1_p98",
+    "phi3_p98",
+    "slip_loss_w",
+    "ledger_residual",
+    "step_ms_median",
+    "step_ms_p99",
+    "deadline_misses",
+    "fallbacks",
+    "ratio_to_best_constant",
+    "ratio_ci95",
+}
 
 Run = Callable[..., tuple[int, str, str]]
 
@@ -142,9 +159,26 @@ def test_simulate_writes_the_trajectory_of_the_library(tmp_path: Path, run: Run)
 
     out = tmp_path / "run.nc"
     code, text, err = run(
-        "simulate", "--law", "constant", "--set", "cc=0.06", "--set", "cg=4e-4", "--gamma", 1, "--hs", 0.2, "--seed", 9,
-        "--duration", 120, "--blend", 40, "--out", out,
-    )  # fmt: skip
+        "simulate",
+        "--law",
+        "constant",
+        "--set",
+        "cc=0.06",
+        "--set",
+        "cg=4e-4",
+        "--gamma",
+        1,
+        "--hs",
+        0.2,
+        "--seed",
+        9,
+        "--duration",
+        120,
+        "--blend",
+        40,
+        "--out",
+        out,
+    )
     assert code == 0, err
     assert "constant:" in text and "W mean power, kept lock" in text and str(out) in text
     plant = gy.zhang2017()

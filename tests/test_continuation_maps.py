@@ -90,8 +90,11 @@ def test_tracer_goes_round_a_circle() -> None:
     angles = np.unwrap([np.arctan2(p.y[1], p.y[0]) for p in points])
     assert abs(angles[-1] - angles[0]) > 2 * np.pi  # past both folds and round again
     assert max(abs(p.y @ p.y - 1.0) for p in points) < 1e-10
-    turns = [locate(system, a, b, lambda p: float(p.tangent[-1]), options)
-             for a, b in pairwise(points) if a.tangent[-1] * b.tangent[-1] < 0]  # fmt: skip
+    turns = [
+        locate(system, a, b, lambda p: float(p.tangent[-1]), options)
+        for a, b in pairwise(points)
+        if a.tangent[-1] * b.tangent[-1] < 0
+    ]
     assert len(turns) >= 2
     for turn in turns:
         assert turn is not None
@@ -114,8 +117,9 @@ def test_fold_and_flip_of_the_henon_map(b: float) -> None:
     # stable exactly between fold and flip on the sheet that does not run off
     near = branch.states[:, 0] < scaled.split(fold.point.y)[0][0]
     between = near & (branch.values < flip.value) & (branch.values > fold.value)
-    np.testing.assert_array_equal(branch.stable[np.abs(branch.values - flip.value) > 1e-9],
-                                  between[np.abs(branch.values - flip.value) > 1e-9])  # fmt: skip
+    np.testing.assert_array_equal(
+        branch.stable[np.abs(branch.values - flip.value) > 1e-9], between[np.abs(branch.values - flip.value) > 1e-9]
+    )
 
 
 def test_the_square_root_of_a_map_breaks_symmetry_where_the_map_doubles() -> None:

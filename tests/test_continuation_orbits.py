@@ -29,9 +29,17 @@ def branch_of(parameter: str, low: float, high: float) -> Branch:
 
 @pytest.mark.parametrize(
     ("parameter", "low", "high"),
-    [("cg", 0.0, 8e-3), ("cc", 0.01, 0.3), ("height", 0.03, 0.3), ("wp", 2.6, 3.8), ("d1", 0.0, 4.0),
-     ("k1", 100.0, 200.0), ("N", 18.0, 28.0), ("phase", 0.0, 3.0)],
-)  # fmt: skip
+    [
+        ("cg", 0.0, 8e-3),
+        ("cc", 0.01, 0.3),
+        ("height", 0.03, 0.3),
+        ("wp", 2.6, 3.8),
+        ("d1", 0.0, 4.0),
+        ("k1", 100.0, 200.0),
+        ("N", 18.0, 28.0),
+        ("phase", 0.0, 3.0),
+    ],
+)
 def test_points_of_a_branch_are_locked_orbits(device: gy.Plant, parameter: str, low: float, high: float) -> None:
     """Each is found again by `lock_orbit` on the device and wave that the point stands for."""
     branch = branch_of(parameter, low, high)
@@ -107,8 +115,10 @@ def test_pair_without_hinge_damping_is_the_designs(device: gy.Plant) -> None:
 def random_points() -> list[tuple[float, float, float]]:
     """(cc, share of the fold, height)"""
     rng = np.random.default_rng(SEED)
-    return [(float(rng.uniform(0.06, 0.28)), float(rng.uniform(0.05, 0.9)), float(rng.uniform(0.12, 0.3)))
-            for _ in range(POINTS)]  # fmt: skip
+    return [
+        (float(rng.uniform(0.06, 0.28)), float(rng.uniform(0.05, 0.9)), float(rng.uniform(0.12, 0.3)))
+        for _ in range(POINTS)
+    ]
 
 
 def last_locked(orbit: PeriodicOrbit, first: float, last: float, steps: int) -> tuple[float, float]:
@@ -246,10 +256,16 @@ def test_lock_map_holds_against_orbits_found_alone(device: gy.Plant) -> None:
 
 @pytest.mark.parametrize(
     ("parameter", "limits", "field"),
-    [("J14", (0.1, 0.5), "parameter"), ("cg", (2e-3, 5e-3), "limits"), ("cg", (-1e-3, 5e-3), "limits"),
-     ("height", (0.0, 0.3), "limits"), ("cc", (0.05, math.nan), "limits"), ("wp", (1e-3, 4.0), "limits"),
-     ("N", (0.5, 30.0), "limits")],
-)  # fmt: skip
+    [
+        ("J14", (0.1, 0.5), "parameter"),
+        ("cg", (2e-3, 5e-3), "limits"),
+        ("cg", (-1e-3, 5e-3), "limits"),
+        ("height", (0.0, 0.3), "limits"),
+        ("cc", (0.05, math.nan), "limits"),
+        ("wp", (1e-3, 4.0), "limits"),
+        ("N", (0.5, 30.0), "limits"),
+    ],
+)
 def test_bad_request_is_named(device: gy.Plant, parameter: str, limits: tuple[float, float], field: str) -> None:
     with pytest.raises(gy.InputError) as caught:
         continue_orbit(lock_orbit(device, WAVE, 0.1, 1e-3), parameter, limits)

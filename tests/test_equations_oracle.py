@@ -7,40 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy as sp
-from oracles import (
-    Derivation,
-    derive,
-    jacobian,
-    radiation_realisation,
-    random_states,
-    runge_kutta,
-    table_1,
-)
-from oracles.derivations import (
-    FREE_ACCELERATIONS,
-    FREE_SPEEDS,
-    boltzmann_hamel,
-    lagrange,
-    virtual_power,
-)
-from oracles.four_bodies import (
-    J11,
-    J13,
-    J14,
-    J22,
-    N,
-    a,
-    axial_1,
-    b,
-    m1,
-    m2,
-    m3,
-    m4,
-    psi,
-    psi_rate,
-    w1,
-    w3,
-)
+from oracles import Derivation, derive, jacobian, radiation_realisation, random_states, runge_kutta, table_1
+from oracles.derivations import FREE_ACCELERATIONS, FREE_SPEEDS, boltzmann_hamel, lagrange, virtual_power
+from oracles.four_bodies import J11, J13, J14, J22, N, a, axial_1, b, m1, m2, m3, m4, psi, psi_rate, w1, w3
 
 import gyroctl as gy
 

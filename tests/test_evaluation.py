@@ -50,20 +50,39 @@ def made(law: str = "good", power: float = 6.0, cv: float = 0.3, **changes: Any)
     def sure(value: float) -> Estimate:
         return Estimate(value, value, value)
 
-    values: dict[str, Any] = {
-        f.name: sure(1.0) if f.type == "Estimate" else 0.0 for f in dataclasses.fields(Row)
-    }  # fmt: skip
+    values: dict[str, Any] = {f.name: sure(1.0) if f.type == "Estimate" else 0.0 for f in dataclasses.fields(Row)}
     values |= {
-        "law": law, "kind": "simple", "information": "sensors", "tuning": "all", "runs": 200, "locked": 200,
-        "power": sure(power), "cv": sure(cv), "phi1_p98": 0.3, "phi3_p98": 0.2,
-    }  # fmt: skip
+        "law": law,
+        "kind": "simple",
+        "information": "sensors",
+        "tuning": "all",
+        "runs": 200,
+        "locked": 200,
+        "power": sure(power),
+        "cv": sure(cv),
+        "phi1_p98": 0.3,
+        "phi3_p98": 0.2,
+    }
     return Row(**{**values, **changes})
 
 
 def runs(seeds: list[int], power: list[float], label: str = "law", hashes: tuple[str, ...] = ()) -> Runs:
-    names = ("power_cv", "power_cv_1s", "phi1_p98", "phi3_p98", "cycle_slips", "slip_loss_w", "wave_input_w",
-             "saturations", "ledger_residual", "outside_model", "step_ms_median", "step_ms_p99", "fallbacks",
-             "deadline_misses")  # fmt: skip
+    names = (
+        "power_cv",
+        "power_cv_1s",
+        "phi1_p98",
+        "phi3_p98",
+        "cycle_slips",
+        "slip_loss_w",
+        "wave_input_w",
+        "saturations",
+        "ledger_residual",
+        "outside_model",
+        "step_ms_median",
+        "step_ms_p99",
+        "fallbacks",
+        "deadline_misses",
+    )
     values = {name: np.zeros(len(seeds)) for name in names}
     values |= {"mean_power": np.array(power), "locked": np.ones(len(seeds))}
     return Runs(Entrant(label, label), "simple", "sensors", np.array(seeds), hashes or tuple(map(str, seeds)), values)
@@ -127,10 +146,15 @@ def test_bar_is_met_only_where_everything_is_kept() -> None:
     bar = Bar("smooth", 5.0, "simple", "sensors", power=4.5, cv=0.35)
     assert answer(bar, [made()]).met
     for spoilt, word in (
-        ({"power": 4.4}, "power"), ({"cv": 0.36}, "CV"), ({"phi1_p98": 0.351}, "motion"),
-        ({"phi3_p98": 0.351}, "motion"), ({"locked": 197}, "locked"), ({"cv": float("nan")}, "CV"),
-        ({"phi1_p98": float("nan")}, "motion"), ({"phi3_p98": float("nan")}, "motion"),
-    ):  # fmt: skip
+        ({"power": 4.4}, "power"),
+        ({"cv": 0.36}, "CV"),
+        ({"phi1_p98": 0.351}, "motion"),
+        ({"phi3_p98": 0.351}, "motion"),
+        ({"locked": 197}, "locked"),
+        ({"cv": float("nan")}, "CV"),
+        ({"phi1_p98": float("nan")}, "motion"),
+        ({"phi3_p98": float("nan")}, "motion"),
+    ):
         verdict = answer(bar, [made(**spoilt)])
         assert not verdict.met
         assert verdict.missed[0].startswith(word)
@@ -439,12 +463,18 @@ def test_never_worse_is_said_only_where_it_holds() -> None:
         "b": against(0.1, 0.2, 0.3),
         "c": against(0.1, 0.2, 0.3),
     }
-    hard = {"best_constant": constant, "a": against(-0.1, 0.0, 0.3), "b": against(-0.2, -0.1, 0.1),
-            "c": against(-0.4, -0.3, -0.1, locked=150)}  # fmt: skip
+    hard = {
+        "best_constant": constant,
+        "a": against(-0.1, 0.0, 0.3),
+        "b": against(-0.2, -0.1, 0.1),
+        "c": against(-0.4, -0.3, -0.1, locked=150),
+    }
     found = never_worse({"height": [("easy", easy), ("hard", hard)]})
     assert {law: entry["answer"] for law, entry in found.items()} == {
-        "a": "never worse", "b": "not distinguishable where worse", "c": "worse",
-    }  # fmt: skip
+        "a": "never worse",
+        "b": "not distinguishable where worse",
+        "c": "worse",
+    }
     assert found["c"]["lost"] == ["height hard 50/200 (constant 10/200)"]
     assert found["c"]["least_ratio"] == pytest.approx(0.7)
     assert "best_constant" not in found
@@ -469,9 +499,7 @@ def test_offdesign_stands_beside_the_pair_of_that_sea(tmp_path: Path) -> None:
     record, _ = run_law(device, gy.law("constant", cc=0.07, cg=1e-4), waves, Settings())
     by_hand = np.mean(1e-4 * record.states[1000:, 7] ** 2)
     constant = next(entry for entry in content["cases"][0]["laws"] if entry["law"] == "best_constant")
-    outcome = run_case(
-        Case("x", device, low, Settings()), [pair(0.07, 1e-4)], asked(tmp_path, seeds=("100000",))
-    )  # fmt: skip
+    outcome = run_case(Case("x", device, low, Settings()), [pair(0.07, 1e-4)], asked(tmp_path, seeds=("100000",)))
     assert outcome.reference.values["mean_power"][0] == pytest.approx(by_hand, rel=2e-3)
     assert constant["power"].value > 0.0
 
@@ -507,8 +535,13 @@ def test_seas_off_the_design_are_those_that_are_asked_for() -> None:
 
 
 def test_command_refuses_before_the_first_run(tmp_path: Path) -> None:
-    for arguments in (["seas", "--seeds", "100000"], ["nothing"], ["--laws", "unknown"], ["--duration", "50"],
-                      ["--seeds", "unknown=1:4"]):  # fmt: skip
+    for arguments in (
+        ["seas", "--seeds", "100000"],
+        ["nothing"],
+        ["--laws", "unknown"],
+        ["--duration", "50"],
+        ["--seeds", "unknown=1:4"],
+    ):
         result = CliRunner().invoke(app, ["evaluate", *arguments, "--out", str(tmp_path / "out")])
         assert isinstance(result.exception, gy.InputError), arguments
     assert not (tmp_path / "out").exists()

@@ -30,7 +30,7 @@ from gyroctl.waves.estimation import (
     relative_error,
     replay,
     replay_moments,
-)  # fmt: skip
+)
 from gyroctl.waves.estimation.gaussian import PAIRS, bins
 from gyroctl.waves.estimation.learning import DRAWN, Fit, compare, correlate, factorise, fit_bins, learn, whiten
 from gyroctl.waves.estimation.predictor import PredictorState
@@ -186,8 +186,14 @@ def test_what_drives_the_fit_is_the_slope_of_the_likelihood(device: gy.Plant) ->
         if n >= len(history):
             correlate(learner, state, history, n % len(history))
     size, count = learner.steering.shape[0], learner.omega.size
-    fit = Fit(np.zeros(learner.steering.shape), np.zeros(count), np.zeros(count), np.zeros((count, 3)),
-              np.zeros((2, 1, 1)), np.zeros((3, 4)))  # fmt: skip
+    fit = Fit(
+        np.zeros(learner.steering.shape),
+        np.zeros(count),
+        np.zeros(count),
+        np.zeros((count, 3)),
+        np.zeros((2, 1, 1)),
+        np.zeros((3, 4)),
+    )
     factorise(learner, state, learner.doubt)
     whiten(learner, state, fit)
     compare(learner, state, fit)
@@ -260,9 +266,10 @@ def test_learning_is_nearly_as_good_as_knowing(device: gy.Plant) -> None:
     values = moments(device, sea, 500.0)
     error = {}
     for name, predictor in {
-        "known": known(device, sea=sea), "learnt": Predictor.design(device),
+        "known": known(device, sea=sea),
+        "learnt": Predictor.design(device),
         "generic": Predictor.design(device, forgetting=None),
-    }.items():  # fmt: skip
+    }.items():
         error[name] = relative_error(predictor, LEADS, replay_moments(predictor, LEADS, values), values, 200.0)
     assert np.all(error["learnt"] < 1.12 * error["known"] + 0.002)
     assert np.all(error["learnt"][:, 2:4] < 0.85 * error["generic"][:, 2:4])

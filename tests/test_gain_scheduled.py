@@ -66,11 +66,24 @@ def state_at(envelope: float, frequency: float, bandwidth: float) -> ScheduledSt
     square = 1.0
     new_square = square * memory + (1.0 - memory) * envelope**2
     return ScheduledState(
-        U1=envelope / keep, U3=0.0, V1=brisk, V3=0.0, W1=0.0, W3=0.0, speed=frequency,
-        slow_square=((1.0 - bandwidth) * new_square - (1.0 - memory) * envelope**2) / memory, square=square,
-        turning=frequency, weight=1.0,
-        phi_c=0.0, phi_s=0.0, rate_c=0.0, rate_s=0.0, clamped=0.0, begun=1.0,
-    )  # fmt: skip
+        U1=envelope / keep,
+        U3=0.0,
+        V1=brisk,
+        V3=0.0,
+        W1=0.0,
+        W3=0.0,
+        speed=frequency,
+        slow_square=((1.0 - bandwidth) * new_square - (1.0 - memory) * envelope**2) / memory,
+        square=square,
+        turning=frequency,
+        weight=1.0,
+        phi_c=0.0,
+        phi_s=0.0,
+        rate_c=0.0,
+        rate_s=0.0,
+        clamped=0.0,
+        begun=1.0,
+    )
 
 
 def still(frequency: float) -> Measurement:

@@ -31,10 +31,17 @@ ROUGH = Settings(
         phi1_rate=gy.Channel(noise=0.02, delay=2, dropout=0.3),
     ),
     actuators=gy.Actuators(
-        cc_max=0.2, cg_max=0.005, cc_lag=0.15, cg_lag=0.4, cc_rate=0.8, cg_rate=0.01,
-        cc_quantum=0.004, cg_quantum=2e-5, delay=2,
+        cc_max=0.2,
+        cg_max=0.005,
+        cc_lag=0.15,
+        cg_lag=0.4,
+        cc_rate=0.8,
+        cg_rate=0.01,
+        cc_quantum=0.004,
+        cg_quantum=2e-5,
+        delay=2,
     ),
-)  # fmt: skip
+)
 
 
 @pytest.fixture(scope="module")
@@ -305,10 +312,20 @@ def test_delay_lets_commands_act_later() -> None:
 @pytest.mark.parametrize(
     ("field", "value"),
     [
-        ("cc_max", 0.0), ("cc_max", -0.1), ("cg_max", math.nan), ("period", 0.0), ("period", -0.1), ("cc_lag", -1.0),
-        ("cg_rate", -1.0), ("cc_quantum", math.inf), ("delay", -1), ("delay", 0.5), ("cc_max", "0.3"), ("delay", True),
+        ("cc_max", 0.0),
+        ("cc_max", -0.1),
+        ("cg_max", math.nan),
+        ("period", 0.0),
+        ("period", -0.1),
+        ("cc_lag", -1.0),
+        ("cg_rate", -1.0),
+        ("cc_quantum", math.inf),
+        ("delay", -1),
+        ("delay", 0.5),
+        ("cc_max", "0.3"),
+        ("delay", True),
     ],
-)  # fmt: skip
+)
 def test_bad_actuator_is_named(field: str, value: Any) -> None:
     with pytest.raises(gy.InputError) as caught:
         gy.Actuators(**{field: value})

@@ -51,10 +51,7 @@ def test_haskind_needs_the_whole_circle() -> None:
         (lambda h: {"added_mass_inf": h.added_mass_inf * np.array([1.0, 1.02])}, "Kramers-Kronig phi3"),
         (lambda h: {"excitation": 1.02 * h.excitation}, "Haskind phi1"),
         (lambda h: {"coupling": 0.01}, "coupling of phi1 and phi3"),
-        (
-            lambda h: {"added_mass": h.added_mass + 0.5 * (np.abs(h.omega - 4.0) < 0.3)},
-            "Kramers-Kronig constancy phi1",
-        ),
+        (lambda h: {"added_mass": h.added_mass + 0.5 * (np.abs(h.omega - 4.0) < 0.3)}, "Kramers-Kronig constancy phi1"),
         (
             lambda h: {"fits": {"accurate": tuple((p - np.eye(3)[2] * 2.0 * p[2], q) for p, q in h.fits["accurate"])}},
             "fit accurate phi1 passive",

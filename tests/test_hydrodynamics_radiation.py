@@ -30,8 +30,10 @@ def test_spline_is_scipys_with_the_same_end_slopes() -> None:
     x = np.sort(rng.uniform(0.0, 5.0, 12))
     y = rng.normal(size=(3, 12)) + 1j * rng.normal(size=(3, 12))
     fine = np.linspace(x[0], x[-1], 400)
-    ends = [np.array([np.polyval(np.polyder(np.polyfit(x[s], row[s], 2)), x[e]) for row in y])
-            for s, e in ((slice(0, 3), 0), (slice(-3, None), -1))]  # fmt: skip
+    ends = [
+        np.array([np.polyval(np.polyder(np.polyfit(x[s], row[s], 2)), x[e]) for row in y])
+        for s, e in ((slice(0, 3), 0), (slice(-3, None), -1))
+    ]
     oracle = CubicSpline(x, y, axis=-1, bc_type=((1, ends[0]), (1, ends[1])))(fine)
     assert np.allclose(spline(x, y, fine), oracle, atol=1e-9)
 
@@ -156,10 +158,7 @@ def test_certificate_agrees_with_the_closed_form_of_third_order(
 
 
 @settings(max_examples=100, deadline=None)
-@given(
-    g=st.lists(coefficients, min_size=2, max_size=6),
-    poles=st.lists(st.floats(-1.5, 1.5), min_size=6, max_size=6),
-)
+@given(g=st.lists(coefficients, min_size=2, max_size=6), poles=st.lists(st.floats(-1.5, 1.5), min_size=6, max_size=6))
 def test_the_parameters_of_the_fit_are_passive_by_construction(g: list[float], poles: list[float]) -> None:
     n = len(g)
     q = _poles_from(np.array(poles[:n]))
@@ -210,12 +209,7 @@ def lmi_margin(p: np.ndarray, q: np.ndarray) -> float:
     c = (p / powers)[None, :] / np.max(np.abs(p / powers))
     x, t = cp.Variable((n, n), symmetric=True), cp.Variable()
     scaled = cp.Variable(nonneg=True)
-    constraints = [
-        a.T @ x + x @ a << -t * np.eye(n),
-        x >> t * np.eye(n),
-        x @ b == scaled * c.T,
-        cp.trace(x) == 1.0,
-    ]
+    constraints = [a.T @ x + x @ a << -t * np.eye(n), x >> t * np.eye(n), x @ b == scaled * c.T, cp.trace(x) == 1.0]
     problem = cp.Problem(cp.Maximize(t), constraints)
     problem.solve(solver=cp.CLARABEL)
     return float(problem.value) if problem.status in ("optimal", "optimal_inaccurate") else -1.0

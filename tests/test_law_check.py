@@ -49,8 +49,20 @@ def checked(tmp_path: Path, device: gy.Plant, old: str = "", new: str = "", runs
 def test_example_passes_every_check(device: gy.Plant) -> None:
     found = {check.name: check for check in check_law(f"{EXAMPLE}:MyLaw", device, 2)}
     assert [check for check in found.values() if not check.passed] == []
-    for name in ("builds", "information", "period", "answer", "bounds", "pure step", "repeatable", "compiled", "shocks",
-                 "dropout", "step size", "cost"):  # fmt: skip
+    for name in (
+        "builds",
+        "information",
+        "period",
+        "answer",
+        "bounds",
+        "pure step",
+        "repeatable",
+        "compiled",
+        "shocks",
+        "dropout",
+        "step size",
+        "cost",
+    ):
         assert name in found
     assert "to the last bit" in found["compiled"].found
 

@@ -13,15 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gyroctl as gy
-from gyroctl.controllers.rule_based import (
-    Constant,
-    Coupling,
-    LoadAngle,
-    Stabiliser,
-    Threshold,
-    Tracking,
-    best_constant,
-)
+from gyroctl.controllers.rule_based import Constant, Coupling, LoadAngle, Stabiliser, Threshold, Tracking, best_constant
 from gyroctl.controllers.rule_based.shipped import FOLDER, shipped
 from gyroctl.controllers.rule_based.wave_clock import begin, easing, follow, upright
 from gyroctl.harness.protocol import Measurement
@@ -32,18 +24,25 @@ from gyroctl.plant.equations import PHI1_RATE, PHI3_RATE, PSI
 from gyroctl.simulation.metrics import evaluate
 
 LAWS: dict[str, Any] = {
-    "threshold": Threshold(), "load_angle": LoadAngle(), "stabiliser": Stabiliser(), "tracking": Tracking(),
+    "threshold": Threshold(),
+    "load_angle": LoadAngle(),
+    "stabiliser": Stabiliser(),
+    "tracking": Tracking(),
     "coupling": Coupling(),
-}  # fmt: skip
+}
 EASED = ("load_angle", "stabiliser", "tracking", "coupling")
 WP, N, J4 = 3.14, 0.203 / 0.009, 0.3671
 
 measurements = st.builds(
     Measurement,
-    psi=st.floats(-1e3, 1e3), psi_rate=st.floats(-5.0, 10.0), omega_rate=st.floats(-20.0, 150.0),
-    phi1=st.floats(-1.0, 1.0), phi3=st.floats(-1.0, 1.0),
-    phi1_rate=st.floats(-3.0, 3.0), phi3_rate=st.floats(-3.0, 3.0),
-)  # fmt: skip
+    psi=st.floats(-1e3, 1e3),
+    psi_rate=st.floats(-5.0, 10.0),
+    omega_rate=st.floats(-20.0, 150.0),
+    phi1=st.floats(-1.0, 1.0),
+    phi3=st.floats(-1.0, 1.0),
+    phi1_rate=st.floats(-3.0, 3.0),
+    phi3_rate=st.floats(-3.0, 3.0),
+)
 
 
 def locked(t: float, V: float, delta: float, omega_rate: float = 65.0, wp: float = WP) -> Measurement:
@@ -207,8 +206,12 @@ def test_law_scales_with_the_waves(name: str) -> None:
 @pytest.mark.parametrize("name", EASED)
 def test_load_eases_with_the_swing_of_the_float(name: str) -> None:
     """A sine of amplitude `motion` in phi1 halves the generator, where nothing else asks for it."""
-    quiet = {"load_angle": {"damping": 0.0}, "tracking": {"damping": 0.0}, "coupling": {"droop": 0.0},
-             "stabiliser": {"governor": 0.0, "stabiliser": 0.0}}[name]  # fmt: skip
+    quiet = {
+        "load_angle": {"damping": 0.0},
+        "tracking": {"damping": 0.0},
+        "coupling": {"droop": 0.0},
+        "stabiliser": {"governor": 0.0, "stabiliser": 0.0},
+    }[name]
     law = LAWS[name]._replace(recall=20.0, relative=1e3, **quiet)
     powers = {}
     for amplitude in (0.0, law.motion):
@@ -254,11 +257,14 @@ def test_load_angle_keeps_the_lock_balance_on_the_plant(device: gy.Plant) -> Non
     assert -u3.mean() / V == pytest.approx(0.2, rel=0.06)
 
 
-@pytest.mark.parametrize("make", [
-    lambda: LoadAngle(share=0.0, margin=0.0, damping=0.8, lean=0.0, fast=1e-3),
-    lambda: Tracking(share=0.0, margin=0.0, damping=0.8, lean=0.0, fast=1e-3),
-    lambda: Stabiliser(share=0.0, governor=0.8, stabiliser=0.8, lean=0.0, lead=0.5, behind=0.5),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: LoadAngle(share=0.0, margin=0.0, damping=0.8, lean=0.0, fast=1e-3),
+        lambda: Tracking(share=0.0, margin=0.0, damping=0.8, lean=0.0, fast=1e-3),
+        lambda: Stabiliser(share=0.0, governor=0.8, stabiliser=0.8, lean=0.0, lead=0.5, behind=0.5),
+    ],
+)
 def test_generator_brakes_a_ring_that_is_faster_than_the_waves_only(make: Any) -> None:
     law, V = make(), 0.3
     state = settled(law, V=V, delta=-0.5)
@@ -441,9 +447,13 @@ def means(device: gy.Plant, law: Any, sea: gy.SeaState) -> dict[str, float]:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "gamma", "power", "power_cv"),
-    [("load_angle", 1.0, 2.08, 9.0), ("load_angle", 5.0, 4.68, 9.0), ("load_angle", 50.0, 6.25, 9.0),
-     ("coupling", 5.0, 3.83, 0.35)],
-)  # fmt: skip
+    [
+        ("load_angle", 1.0, 2.08, 9.0),
+        ("load_angle", 5.0, 4.68, 9.0),
+        ("load_angle", 50.0, 6.25, 9.0),
+        ("coupling", 5.0, 3.83, 0.35),
+    ],
+)
 def test_bars_of_one_set_for_all_seas(device: gy.Plant, name: str, gamma: float, power: float, power_cv: float) -> None:
     """Mean power and smoothness, every run locked, motion within its limit.
 

@@ -236,9 +236,14 @@ def test_report_of_a_law_with_maps(device: gy.Plant, tmp_path: Path) -> None:
     written = json.loads((tmp_path / "margins.json").read_text(encoding="utf-8"))
     assert written == content
     assert set(content["figures"]) == {
-        "multipliers.png", "linear_error.png", "nyquist.png", "robustness.png", "lock_map.png", "tongue.png",
+        "multipliers.png",
+        "linear_error.png",
+        "nyquist.png",
+        "robustness.png",
+        "lock_map.png",
+        "tongue.png",
         "heat_maps.png",
-    }  # fmt: skip
+    }
     for name in content["figures"]:
         assert (tmp_path / name).read_bytes().startswith(b"\x89PNG")
     assert content["not_available"] == []

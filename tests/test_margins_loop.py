@@ -122,9 +122,10 @@ def test_every_gain_and_delay_margin_holds_in_the_nonlinear_loop(loop: LoopOrbit
 def test_margins_of_the_coupling_law_hold_as_well(device: gy.Plant) -> None:
     """The law that clips and switches; its loop is stable in the higher waves only."""
     loop = next(
-        found for height in (0.3, 0.35, 0.25, 0.2, 0.4)
+        found
+        for height in (0.3, 0.35, 0.25, 0.2, 0.4)
         if (found := close_loop(device, gy.Regular(height, 3.14), gy.law("coupling"))).status == "stable"
-    )  # fmt: skip
+    )
     for name in ("cc", "cg", "psi", "phi1_rate"):
         found = channel_margins(loop, name)
         for kind, value in (("gain", found.gain[1]), ("delay", found.delay)):
@@ -304,8 +305,9 @@ def test_law_that_is_not_differentiable_says_which_margins_are_missing(device: g
 
 def test_unstable_loop_is_reported_and_has_no_margin(device: gy.Plant) -> None:
     """Small coupling: the horizontal mode grows, whatever the constant law holds."""
-    loop = close_loop(device, WAVE, gy.law("constant", cc=0.02, cg=1e-3), settle=0,
-                      start=gy.lock_orbit(device, WAVE, 0.02, 1e-3))  # fmt: skip
+    loop = close_loop(
+        device, WAVE, gy.law("constant", cc=0.02, cg=1e-3), settle=0, start=gy.lock_orbit(device, WAVE, 0.02, 1e-3)
+    )
     assert loop.status == "unstable" and abs(loop.multipliers[0]) > 1.0
     margins = loop_margins(loop)
     assert margins.status == "unstable" and margins.channels == {} and margins.advice

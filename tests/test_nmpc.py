@@ -54,9 +54,10 @@ def test_translated_function_is_casadis(plant):
 
     x, y = casadi.SX.sym("x", 3), casadi.SX.sym("y", 2)
     value = casadi.vertcat(
-        casadi.sin(x[0]) / (1 + y[0] ** 2), casadi.fmax(x[1], y[1]) - casadi.if_else(x[2] > 0, x[2] * y[0], -3.0),
+        casadi.sin(x[0]) / (1 + y[0] ** 2),
+        casadi.fmax(x[1], y[1]) - casadi.if_else(x[2] > 0, x[2] * y[0], -3.0),
         casadi.sqrt(casadi.fabs(x[2])) + casadi.exp(-x[1]) * casadi.cos(y[1]) + 2 * x[0] ** 3,
-    )  # fmt: skip
+    )
     compiled = translation.compiled("sample", [x, y], [value, casadi.jacobian(value, x)])
     reference = casadi.Function("f", [x, y], [value, casadi.densify(casadi.jacobian(value, x))])
     rng = np.random.default_rng(0)
@@ -350,12 +351,16 @@ class _NotInformed:
 @pytest.mark.parametrize(
     ("field", "value", "part"),
     [
-        ("information", "none", "oracle, forecast or sensors"), ("horizon", 4.05, "multiple"),
+        ("information", "none", "oracle, forecast or sensors"),
+        ("horizon", 4.05, "multiple"),
         ("horizon", -1.0, "positive"),
-        ("iterations", 0, "positive"), ("cc_max", 0.0, "positive"), ("motion", -1.0, "negative"),
-        ("flywheel", math.nan, "positive"), ("lead", math.inf, "negative"),
+        ("iterations", 0, "positive"),
+        ("cc_max", 0.0, "positive"),
+        ("motion", -1.0, "negative"),
+        ("flywheel", math.nan, "positive"),
+        ("lead", math.inf, "negative"),
     ],
-)  # fmt: skip
+)
 def test_bad_parameters(field, value, part):
     with pytest.raises(InputError, match=f"nmpc.{field}.*{part}"):
         Nmpc(**{field: value})

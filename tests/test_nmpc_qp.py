@@ -31,7 +31,7 @@ from gyroctl.controllers.nmpc.solvers.subproblem import (
     evaluate,
     linearise,
     slope,
-)  # fmt: skip
+)
 from gyroctl.harness.start import locked_start
 
 N = 40
@@ -453,7 +453,8 @@ def test_a_state_that_is_no_number_leaves_the_plan() -> None:
     kept = plan.copy()
     for found in (
         rti.iterate(STEP, TANGENT, problem._replace(start=start), plan, 100.0, 3, 10, 1e-6, rti.empty_room(N, M)),
-        rti.iterate_with(OsqpSolver(N, M), STEP, TANGENT, problem._replace(start=start), plan, 100.0, 3,
-                         rti.empty_room(N, M)),
-    ):  # fmt: skip
+        rti.iterate_with(
+            OsqpSolver(N, M), STEP, TANGENT, problem._replace(start=start), plan, 100.0, 3, rti.empty_room(N, M)
+        ),
+    ):
         assert found.status == NOT_FINITE and np.array_equal(plan, kept)

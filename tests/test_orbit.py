@@ -211,8 +211,7 @@ def test_plain_simulation_keeps_lock_below_the_fold_and_loses_it_above(
 
 
 @pytest.mark.parametrize(
-    ("wave", "cc", "cg"),
-    [(WAVE, 0.3, 8e-3), (WAVE, 0.052, 0.02), (gy.Regular(0.01, 3.14), 0.052, 1e-3)],
+    ("wave", "cc", "cg"), [(WAVE, 0.3, 8e-3), (WAVE, 0.052, 0.02), (gy.Regular(0.01, 3.14), 0.052, 1e-3)]
 )
 def test_without_an_orbit_the_status_says_so_and_what_to_do(
     device: gy.Plant, wave: gy.Regular, cc: float, cg: float

@@ -45,8 +45,9 @@ def test_parameter_derivatives_are_those_of_the_map(device: gy.Plant, connection
 
         exact = orbit_map.evaluate(x, np.array([value])).by_parameter[:, 0]
         difference = (8 * (image(h) - image(-h)) - (image(2 * h) - image(-2 * h))) / (12 * h)
-        np.testing.assert_allclose(exact, difference, rtol=1e-5, atol=1e-6 * max(np.max(np.abs(exact)), 1e-4),
-                                   err_msg=name)  # fmt: skip
+        np.testing.assert_allclose(
+            exact, difference, rtol=1e-5, atol=1e-6 * max(np.max(np.abs(exact)), 1e-4), err_msg=name
+        )
 
 
 def test_map_over_a_parameter_is_the_map_of_the_moved_device(device: gy.Plant) -> None:

@@ -81,7 +81,8 @@ def test_source_distribution_does_not_drop_the_laws(built: Path) -> None:
     (sdist,) = built.glob("*.tar.gz")
     with tarfile.open(sdist) as archive:
         names = {name.partition("/")[2] for name in archive.getnames()}
-    assert set(NEEDED) <= names
+    laid = {re.sub(r"^gyroctl/(controllers|studies)/", r"\1/", name) for name in NEEDED}
+    assert laid <= names
     assert {"pyproject.toml", "README.md", "LICENSE", "tests/test_package.py"} <= names
 
 
@@ -100,8 +101,10 @@ def test_wheel_works_without_the_clone(built: Path, tmp_path: Path) -> None:
     )
     done = subprocess.run(
         [sys.executable, "-P", "-c", f"import sys; sys.path.insert(0, sys.argv[1])\n{code}", str(tmp_path)],
-        cwd=tmp_path, capture_output=True, text=True,
-    )  # fmt: skip
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+    )
     assert done.returncode == 0, done.stderr
 
 
@@ -129,7 +132,7 @@ def modules() -> Iterator[ModuleType]:
 
 
 def test_every_public_name_resolves() -> None:
-    assert sorted(gy.__all__) == gy.__dir__()
+    assert sorted(gy.__all__) == sorted(gy.__dir__())
     for name in gy.__all__:
         assert getattr(gy, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
@@ -147,8 +150,11 @@ def test_names_of_the_contract_are_public() -> None:
     for name in ("zhang2017", "law", "SeaState", "Regular", "realise", "simulate", "compare", "lock_orbit"):
         assert name in gy.__all__
     assert {p.name for p in entry_points(group="gyroctl.controllers")} >= {
-        "constant", "best_constant", "load_angle", "coupling",
-    }  # fmt: skip
+        "constant",
+        "best_constant",
+        "load_angle",
+        "coupling",
+    }
     assert {"zhang2017", "realise", "simulate"} <= set(dir(gy))
 
 
@@ -260,7 +266,7 @@ def test_layers_are_declared_for_every_folder_of_the_package() -> None:
     """A folder that is not in the contract of import-linter escapes it silently."""
     (layers,) = (c["layers"] for c in PROJECT["tool"]["importlinter"]["contracts"] if c["type"] == "layers")
     named = {part.strip() for layer in layers for part in layer.split("|")}
-    folders = {f"gyroctl.{p.name}" for p in (ROOT / "gyroctl").iterdir() if (p / "__init__.py").is_file()}
+    folders = {p.name for p in (ROOT / "gyroctl").iterdir() if (p / "__init__.py").is_file()}
     assert folders <= named
 
 

@@ -86,9 +86,18 @@ def test_error_against_the_nonlinear_plant_falls_linearly_to_1e_6(model: Periodi
     assert errors[0] > 1e-4  # the plant is nonlinear: the test can fail
     np.testing.assert_allclose(errors / sizes, errors[0] / sizes[0], rtol=0.25)
     spoilt = PeriodicModel(
-        model.A * (1 + 1e-4), model.B, model.C, model.D, model.states, model.inputs, model.outputs, model.asked,
-        model.orbit, model.controls, model.flow,
-    )  # fmt: skip
+        model.A * (1 + 1e-4),
+        model.B,
+        model.C,
+        model.D,
+        model.states,
+        model.inputs,
+        model.outputs,
+        model.asked,
+        model.orbit,
+        model.controls,
+        model.flow,
+    )
     assert nonlinear_error(spoilt, sizes[-1:], seed=1)[0] > 10 * errors[-1]
 
 
@@ -178,8 +187,10 @@ def test_averaged_poles_are_the_named_modes(orbit: gy.PeriodicOrbit, model: Peri
     poles = model.averaged().poles
     for name, part in (("libration", poles[:2]), ("horizontal", poles[2:])):
         modes = [mode for mode in orbit.modes if mode.name == name]
-        rates = sorted([complex(m.rate, s * m.frequency) for m in modes for s in ((1,) if m.order == 1 else (-1, 1))],
-                       key=lambda p: (p.real, p.imag))  # fmt: skip
+        rates = sorted(
+            [complex(m.rate, s * m.frequency) for m in modes for s in ((1,) if m.order == 1 else (-1, 1))],
+            key=lambda p: (p.real, p.imag),
+        )
         np.testing.assert_allclose(sorted(part, key=lambda p: (round(p.real, 9), p.imag)), rates, rtol=1e-5)
 
 
@@ -253,10 +264,15 @@ def test_hinf_norm_of_a_resonance_by_hand(radius: float, angle: float) -> None:
         return -abs(z / (z * z - 2 * radius * math.cos(angle) * z + radius**2))
 
     peak = max(
-        -minimize_scalar(minus_gain, bounds=(max(0, angle - 0.5), min(np.pi, angle + 0.5)), method="bounded",
-                         options={"xatol": 1e-12}).fun,
-        -minus_gain(0.0), -minus_gain(np.pi),
-    )  # fmt: skip
+        -minimize_scalar(
+            minus_gain,
+            bounds=(max(0, angle - 0.5), min(np.pi, angle + 0.5)),
+            method="bounded",
+            options={"xatol": 1e-12},
+        ).fun,
+        -minus_gain(0.0),
+        -minus_gain(np.pi),
+    )
     assert hinf_of(a, b, c, d)[0] == pytest.approx(peak, rel=1e-6)
 
 

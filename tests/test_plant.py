@@ -93,9 +93,21 @@ def test_slip_decays_at_683_times_cc(device: gy.Plant) -> None:
 
 def test_labels_are_those_of_the_contract(device: gy.Plant) -> None:
     assert device.labels == (
-        "phi1", "phi3", "psi", "omega", "phi1_rate", "phi3_rate", "psi_rate", "omega_rate",
-        "z1_1", "z1_2", "z1_3", "z3_1", "z3_2", "z3_3",
-    )  # fmt: skip
+        "phi1",
+        "phi3",
+        "psi",
+        "omega",
+        "phi1_rate",
+        "phi3_rate",
+        "psi_rate",
+        "omega_rate",
+        "z1_1",
+        "z1_2",
+        "z1_3",
+        "z3_1",
+        "z3_2",
+        "z3_3",
+    )
     assert len(gy.zhang2017(radiation="fine").labels) == 16
 
 
@@ -308,12 +320,14 @@ def test_small_motion_about_rest_is_the_linear_float_of_control(
 
     p = device.parameters
     c, s = math.cos(angle), math.sin(angle)
-    mass = np.array([
-        [p.J1 + p.K * c**2 + p.Jh1, -p.K * c * s, 2 * p.N * p.J3 * c, p.J4 * c],
-        [-p.K * c * s, p.J1 + p.K * s**2 + p.Jh3, -2 * p.N * p.J3 * s, -p.J4 * s],
-        [2 * p.N * p.J3 * c, -2 * p.N * p.J3 * s, p.J2, 0.0],
-        [p.J4 * c, -p.J4 * s, 0.0, p.J4],
-    ])  # fmt: skip
+    mass = np.array(
+        [
+            [p.J1 + p.K * c**2 + p.Jh1, -p.K * c * s, 2 * p.N * p.J3 * c, p.J4 * c],
+            [-p.K * c * s, p.J1 + p.K * s**2 + p.Jh3, -2 * p.N * p.J3 * s, -p.J4 * s],
+            [2 * p.N * p.J3 * c, -2 * p.N * p.J3 * s, p.J2, 0.0],
+            [p.J4 * c, -p.J4 * s, 0.0, p.J4],
+        ]
+    )
     damping = np.zeros((4, 4))
     damping[:2, :2] = np.diag([p.d1, p.d3])
     damping[2:, 2:] = [[p.N**2 * cc, -p.N * cc], [-p.N * cc, cc + cg]]
@@ -499,8 +513,7 @@ def smallest_real_part(p: list[float], q: list[float]) -> float:
 
 
 @given(
-    p=st.lists(st.floats(-3.0, 10.0), min_size=3, max_size=3),
-    q=st.lists(st.floats(0.1, 10.0), min_size=3, max_size=3),
+    p=st.lists(st.floats(-3.0, 10.0), min_size=3, max_size=3), q=st.lists(st.floats(0.1, 10.0), min_size=3, max_size=3)
 )
 @settings(max_examples=300, deadline=None)
 def test_passivity_is_decided_as_by_the_closed_form_of_third_order(p: list[float], q: list[float]) -> None:

@@ -263,9 +263,10 @@ def test_any_python_law_can_be_wrapped_and_begins_anew_at_the_pull(device: gy.Pl
 # --- actuators, metrics, experiments ---------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("motors", "wanted", "given", "count"), [
-    (False, -0.01, 0.0, 1), (True, -0.01, -0.01, 0), (True, -0.05, -0.02, 1), (True, 0.05, 0.03, 1),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("motors", "wanted", "given", "count"),
+    [(False, -0.01, 0.0, 1), (True, -0.01, -0.01, 0), (True, -0.05, -0.02, 1), (True, 0.05, 0.03, 1)],
+)
 def test_lower_limit_is_for_laws_that_motor(motors: bool, wanted: float, given: float, count: int) -> None:
     arrays = gy.Actuators(cg_min=-0.02, cg_max=0.03, cg_quantum=0.004).arrays(motors)
     held, commands = np.zeros(2), np.array([[0.1, wanted]])
@@ -336,19 +337,22 @@ def test_experiment_from_rest(device: gy.Plant) -> None:
     assert ds.attrs["start"] == "rest"
 
 
-@pytest.mark.parametrize(("build", "field"), [
-    (lambda: gy.Settings(start="sleeping"), "run.start"),
-    (lambda: gy.Actuators(cg_min=0.01), "actuators.cg_min"),
-    (lambda: gy.Actuators(cg_min=math.nan), "actuators.cg_min"),
-    (lambda: build_experiment({"run": {"start": "fast"}}), "run.start"),
-    (lambda: gy.law("supervisor", wraps="nothing"), "law"),
-    (lambda: gy.law("supervisor", wraps="supervisor"), "laws.supervisor.wraps"),
-    (lambda: gy.law("supervisor", wraps={"share": 0.3}), "laws.supervisor.wraps"),
-    (lambda: gy.law("supervisor", wraps={"law": "load_angle", "chare": 0.3}), "laws.load_angle.chare"),
-    (lambda: gy.law("supervisor", patience=-1.0), "laws.supervisor"),
-    (lambda: gy.law("supervisor", window=0.0), "laws.supervisor"),
-    (lambda: gy.law("supervisor", hurry=1.0), "laws.supervisor.hurry"),
-])  # fmt: skip
+@pytest.mark.parametrize(
+    ("build", "field"),
+    [
+        (lambda: gy.Settings(start="sleeping"), "run.start"),
+        (lambda: gy.Actuators(cg_min=0.01), "actuators.cg_min"),
+        (lambda: gy.Actuators(cg_min=math.nan), "actuators.cg_min"),
+        (lambda: build_experiment({"run": {"start": "fast"}}), "run.start"),
+        (lambda: gy.law("supervisor", wraps="nothing"), "law"),
+        (lambda: gy.law("supervisor", wraps="supervisor"), "laws.supervisor.wraps"),
+        (lambda: gy.law("supervisor", wraps={"share": 0.3}), "laws.supervisor.wraps"),
+        (lambda: gy.law("supervisor", wraps={"law": "load_angle", "chare": 0.3}), "laws.load_angle.chare"),
+        (lambda: gy.law("supervisor", patience=-1.0), "laws.supervisor"),
+        (lambda: gy.law("supervisor", window=0.0), "laws.supervisor"),
+        (lambda: gy.law("supervisor", hurry=1.0), "laws.supervisor.hurry"),
+    ],
+)
 def test_bad_input_names_the_field(build: Any, field: str) -> None:
     with pytest.raises(gy.InputError) as caught:
         build()

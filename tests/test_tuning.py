@@ -47,8 +47,15 @@ BUDGET = 4 * 2 * 160.0 * 3 + 2 * 2 * 2 * 200.0  # three generations, two confirm
 
 
 def means(**changes: float) -> dict[str, float]:
-    base = {"mean_power": 2.0, "power_cv": 0.3, "locked": 1.0, "phi1_p98": 0.2, "phi3_p98": 0.2, "cycle_slips": 0.0,
-            "short_reserve": 0.0}  # fmt: skip
+    base = {
+        "mean_power": 2.0,
+        "power_cv": 0.3,
+        "locked": 1.0,
+        "phi1_p98": 0.2,
+        "phi3_p98": 0.2,
+        "cycle_slips": 0.0,
+        "short_reserve": 0.0,
+    }
     return {**base, **changes}
 
 
@@ -102,10 +109,16 @@ def test_generation_depends_on_seed_and_number_alone() -> None:
 
 @pytest.mark.parametrize(
     "worse",
-    [{"mean_power": 1.5}, {"locked": 0.98}, {"phi1_p98": 0.4}, {"phi3_p98": 0.4}, {"power_cv": 0.6},
-     {"short_reserve": 0.01}],
+    [
+        {"mean_power": 1.5},
+        {"locked": 0.98},
+        {"phi1_p98": 0.4},
+        {"phi3_p98": 0.4},
+        {"power_cv": 0.6},
+        {"short_reserve": 0.01},
+    ],
     ids=lambda changes: next(iter(changes)),
-)  # fmt: skip
+)
 def test_score_falls_with_everything_that_is_worse(worse: dict[str, float]) -> None:
     goal = Goal(power_cv=0.35)
     assert goal.score(means(**worse), 2.0) < goal.score(means(), 2.0)
@@ -150,8 +163,10 @@ def test_front_keeps_to_the_motion_limit_and_tells_what_ships(tmp_path: Path) ->
     sets = {"mild": {"parameters": {"cg": 1.0}, "result": {"mild": {}}}}
     rows = front_rows(archive, sets, {"mild": 0.34})
     assert [(row.stage, row.front, row.chosen) for row in rows] == [
-        ("search", True, ""), ("confirm", True, "mild"), ("confirm", False, ""),
-    ]  # fmt: skip
+        ("search", True, ""),
+        ("confirm", True, "mild"),
+        ("confirm", False, ""),
+    ]
     write_front(rows, tmp_path / "front.csv")
     text = (tmp_path / "front.csv").read_text().splitlines()
     assert text[0].startswith("sea,stage,mean_power_w") and text[0].endswith(",cg")
@@ -275,10 +290,12 @@ class Plain:
 def test_python_law_is_tuned_on_processes_with_the_same_bits(on: Circumstances, tmp_path: Path) -> None:
     (tmp_path / "plain.py").write_text(PLAIN)
     tables = {
-        "law": f"{tmp_path}/plain.py:Plain", "knobs": {"cg": {"start": 4e-4, "width": 0.5}},
-        "seas": {"mild": {"hs": 0.25, "runs": 1}}, "seeds": {"first": 100128, "count": 1},
+        "law": f"{tmp_path}/plain.py:Plain",
+        "knobs": {"cg": {"start": 4e-4, "width": 0.5}},
+        "seas": {"mild": {"hs": 0.25, "runs": 1}},
+        "seeds": {"first": 100128, "count": 1},
         "search": {"population": 4, "window": 104.0, "confirm": 105.0, "runs": 1},
-    }  # fmt: skip
+    }
     task, budget = build_task(tables), 4 * 104.0 + 2 * 105.0
     one = tune(task, "mild", on, budget, quiet=True)
     assert tune(task, "mild", on, budget, workers=2, quiet=True).sets == one.sets

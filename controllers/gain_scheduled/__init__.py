@@ -9,9 +9,13 @@ __all__ = ["Scheduled", "ScheduledState", "law_of", "read_table", "scheduled_lmi
 
 
 def scheduled_lqr(
-    load: float = 1.0, effort: float = 1.0, cc_min: float = 0.0468, cc_max: float = 0.1724, cg_max: float = 0.02,
+    load: float = 1.0,
+    effort: float = 1.0,
+    cc_min: float = 0.0468,
+    cc_max: float = 0.1724,
+    cg_max: float = 0.02,
     wp: float = 3.14,
-) -> Scheduled:  # fmt: skip
+) -> Scheduled:
     """Law by the table of the periodic LQR.
 
     Parameters
@@ -29,9 +33,13 @@ def scheduled_lqr(
 
 
 def scheduled_lmi(
-    load: float = 1.0, effort: float = 1.0, cc_min: float = 0.05, cc_max: float = 0.12, cg_max: float = 0.02,
+    load: float = 1.0,
+    effort: float = 1.0,
+    cc_min: float = 0.05,
+    cc_max: float = 0.12,
+    cg_max: float = 0.02,
     wp: float = 3.14,
-) -> Scheduled:  # fmt: skip
+) -> Scheduled:
     """Law by the table of the LMI design, one Lyapunov function over the schedule.
 
     Parameters

@@ -133,8 +133,12 @@ def operating_orbit(plant: Plant, node: Node, cc: float, share: float) -> Orbit:
         before = (height, envelope)
         height = max(height + (node.envelope - envelope) / slope, 0.6 * height)
         guess = orbit.x
-    raise InputError("cell", str(node), f"has no locked orbit at a share of {share:.3g} of the lock capacity",
-                     "Lower the share of this cell")  # fmt: skip
+    raise InputError(
+        "cell",
+        str(node),
+        f"has no locked orbit at a share of {share:.3g} of the lock capacity",
+        "Lower the share of this cell",
+    )
 
 
 def build_cell(
@@ -194,14 +198,11 @@ def _operating_point(loop: LoopOrbit, share: float) -> NDArray[np.float64]:
     psi, speed = loop.states[:-1, PSI], states[:, 4]
     ripple = np.linalg.lstsq(
         np.stack([np.ones_like(psi), np.cos(2 * psi), np.sin(2 * psi)], axis=1), speed, rcond=None
-    )[0]  # fmt: skip
+    )[0]
     names = loop.flow.plant.labels
     flywheel = np.mean(loop.states[:-1, names.index("omega_rate")]) / loop.flow.plant.parameters.N
     mean_speed = np.mean(loop.states[:-1, PSI_RATE])
-    return np.array([
-        loop.controls[0, 0], share, mean.real, mean.imag, ripple[1], ripple[2],
-        flywheel / mean_speed,
-    ])  # fmt: skip
+    return np.array([loop.controls[0, 0], share, mean.real, mean.imag, ripple[1], ripple[2], flywheel / mean_speed])
 
 
 def _last(loop: LoopOrbit) -> tuple[float, ...]:

@@ -104,8 +104,12 @@ class Design:
         passed = self.filters.slow * (1.0 - bandwidth) - self.filters.brisk
         if passed <= 0.0:
             limit = 1.0 - self.filters.brisk / self.filters.slow
-            raise InputError("bandwidths", bandwidth, f"must be below 1 - brisk/slow = {limit:.3g}",
-                             "Choose nodes that the filters can tell apart")  # fmt: skip
+            raise InputError(
+                "bandwidths",
+                bandwidth,
+                f"must be below 1 - brisk/slow = {limit:.3g}",
+                "Choose nodes that the filters can tell apart",
+            )
         return bandwidth / passed
 
 
@@ -269,9 +273,11 @@ def _decay_time(multiplier: complex, period: float) -> float:
 
 def _infeasible(node: Node, best: tuple[float, str]) -> InputError:
     return InputError(
-        "cell", str(node), f"cannot have the demanded margins: at best {best[1]}",
+        "cell",
+        str(node),
+        f"cannot have the demanded margins: at best {best[1]}",
         "Demand less, carry less load in this cell, or leave its node out of the schedule",
-    )  # fmt: skip
+    )
 
 
 def cell_entry(designed: Designed) -> dict[str, Any]:
@@ -279,12 +285,17 @@ def cell_entry(designed: Designed) -> dict[str, Any]:
     row, cell, n = designed.row, designed.cell, len(SIGNALS)
     gains = row[len(POINT) :]
     return {
-        **asdict(cell.node), "wave_height": cell.height, "fold_cg": cell.fold, "share_of_fold": cell.share,
+        **asdict(cell.node),
+        "wave_height": cell.height,
+        "fold_cg": cell.fold,
+        "share_of_fold": cell.share,
         "point": dict(zip(POINT, row[: len(POINT)], strict=True)),
-        "cc": dict(zip(SIGNALS, gains[:n], strict=True)), "cg": dict(zip(SIGNALS, gains[n:], strict=True)),
-        "detuning": designed.detuning, "notes": designed.notes,
+        "cc": dict(zip(SIGNALS, gains[:n], strict=True)),
+        "cg": dict(zip(SIGNALS, gains[n:], strict=True)),
+        "detuning": designed.detuning,
+        "notes": designed.notes,
         "margins": {name: _entry(found) for name, found in designed.margins.items()},
-    }  # fmt: skip
+    }
 
 
 def _entry(found: ChannelMargins) -> dict[str, Any]:
@@ -315,10 +326,13 @@ def run(name: str, plant: Plant, design: Design, path: Path, quiet: bool = False
         found, certificate = design_lmi(plant, design, quiet)
         kind = "one Lyapunov function" if _rate(design.wishes) == 0.0 else "Lyapunov function affine in the envelope"
         provenance |= {
-            "method": f"LMI, {kind}", "wishes": asdict(design.wishes), "Q0": certificate.Q0.tolist(),
-            "Q1": certificate.Q1.tolist(), "proven_decay": certificate.decay,
+            "method": f"LMI, {kind}",
+            "wishes": asdict(design.wishes),
+            "Q0": certificate.Q0.tolist(),
+            "Q1": certificate.Q1.tolist(),
+            "proven_decay": certificate.decay,
             "proven_decay_between_nodes": between_nodes(plant, design, found, certificate),
-        }  # fmt: skip
+        }
     write(path, name, design, found, provenance)
 
 

@@ -186,8 +186,12 @@ def solve(
     except cp.error.SolverError:
         problem.solve(solver=cp.SCS, verbose=not quiet)
     if problem.status not in ("optimal", "optimal_inaccurate"):
-        raise InputError("wishes.decay", wishes.decay, f"no Lyapunov function over the schedule: {problem.status}",
-                         "Ask for a slower decay, or bound the rate of the schedule")  # fmt: skip
+        raise InputError(
+            "wishes.decay",
+            wishes.decay,
+            f"no Lyapunov function over the schedule: {problem.status}",
+            "Ask for a slower decay, or bound the rate of the schedule",
+        )
     q0 = np.asarray(Q0.value)
     q1 = np.asarray(Q1.value) if varying else np.zeros((n, n))
     gains = [

@@ -45,8 +45,9 @@ class Demand:
         for channel, found in margins.items():
             low, high = found.gain
             entries = {
-                "gain": (min(high, 1.0 / low if low > 0.0 else math.inf), self.gain), "phase": (found.phase, self.phase)
-            }  # fmt: skip
+                "gain": (min(high, 1.0 / low if low > 0.0 else math.inf), self.gain),
+                "phase": (found.phase, self.phase),
+            }
             if channel != "controls":
                 entries |= {"delay": (found.delay, self.delay), "disk": (found.disk, self.disk)}
             for kind, (value, wanted) in entries.items():

@@ -26,9 +26,17 @@ from typing import Any, Literal, NamedTuple
 from gyroctl.plant.compiled import inlined
 
 SIGNALS = (
-    "envelope", "angle", "speed", "speed_cos2", "speed_sin2", "flywheel",
-    "swing_cos", "swing_sin", "swing_rate_cos", "swing_rate_sin",
-)  # fmt: skip
+    "envelope",
+    "angle",
+    "speed",
+    "speed_cos2",
+    "speed_sin2",
+    "flywheel",
+    "swing_cos",
+    "swing_sin",
+    "swing_rate_cos",
+    "swing_rate_sin",
+)
 """Deviations that are fed back, in the order of the gains."""
 
 POINT = ("cc", "share", "angle_cos", "angle_sin", "speed_cos2", "speed_sin2", "flywheel")
@@ -161,10 +169,15 @@ class Scheduled(NamedTuple):
         deviations = (
             size - envelope,
             (V3 * _mix(self.cells, here, at, 2) - V1 * _mix(self.cells, here, at, 3)) / size,
-            off, off * cos2, off * sin2,
+            off,
+            off * cos2,
+            off * sin2,
             y.omega_rate / self.N - _mix(self.cells, here, at, 6) * frequency,
-            swing * c, swing * s, swing_rate * c, swing_rate * s,
-        )  # fmt: skip
+            swing * c,
+            swing * s,
+            swing_rate * c,
+            swing_rate * s,
+        )
         cc = _mix(self.cells, here, at, 0)
         cg = self.load * _mix(self.cells, here, at, 1) * self.J4 * envelope / self.N
         for n in range(len(SIGNALS)):
@@ -174,10 +187,24 @@ class Scheduled(NamedTuple):
         # the count is rounded so that it carries no derivative: margins are those of the feedback
         count = math.floor(state.clamped + 0.5) + self.counting * outside
         return (min(max(cc, self.cc_min), self.cc_max), min(max(cg, 0.0), self.cg_max)), ScheduledState(
-            U1, U3, V1, V3, W1, W3, speed, slow_square, square, turning, weight,
-            state.phi_c + 2.0 * notch * swing * c, state.phi_s + 2.0 * notch * swing * s,
-            state.rate_c + 2.0 * notch * swing_rate * c, state.rate_s + 2.0 * notch * swing_rate * s, count, 1.0,
-        )  # fmt: skip
+            U1,
+            U3,
+            V1,
+            V3,
+            W1,
+            W3,
+            speed,
+            slow_square,
+            square,
+            turning,
+            weight,
+            state.phi_c + 2.0 * notch * swing * c,
+            state.phi_s + 2.0 * notch * swing * s,
+            state.rate_c + 2.0 * notch * swing_rate * c,
+            state.rate_s + 2.0 * notch * swing_rate * s,
+            count,
+            1.0,
+        )
 
 
 @inlined

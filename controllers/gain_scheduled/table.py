@@ -16,13 +16,26 @@ from gyroctl.writing import write_text
 NODES = ("envelope", "frequency", "bandwidth")
 
 UNITS = {
-    "envelope": "rad/s", "frequency": "rad/s", "bandwidth": "-", "wave_height": "m", "fold_cg": "Nms",
-    "share_of_fold": "-", "point.cc": "Nms", "point.share": "-, of the lock capacity J4 V/N",
-    "point.angle_cos, point.angle_sin": "-", "point.speed_cos2, point.speed_sin2": "rad/s",
-    "point.flywheel": "-, omega'/(N w)", "cc, cg by envelope, speed, flywheel": "Nms/(rad/s)",
-    "cc, cg by angle": "Nms", "cc, cg by swing": "Nms/rad", "cc, cg by swing_rate": "Nms/(rad/s)",
-    "margins.*.gain": "-", "margins.*.phase": "deg", "margins.*.delay": "s", "margins.*.disk": "-",
-}  # fmt: skip
+    "envelope": "rad/s",
+    "frequency": "rad/s",
+    "bandwidth": "-",
+    "wave_height": "m",
+    "fold_cg": "Nms",
+    "share_of_fold": "-",
+    "point.cc": "Nms",
+    "point.share": "-, of the lock capacity J4 V/N",
+    "point.angle_cos, point.angle_sin": "-",
+    "point.speed_cos2, point.speed_sin2": "rad/s",
+    "point.flywheel": "-, omega'/(N w)",
+    "cc, cg by envelope, speed, flywheel": "Nms/(rad/s)",
+    "cc, cg by angle": "Nms",
+    "cc, cg by swing": "Nms/rad",
+    "cc, cg by swing_rate": "Nms/(rad/s)",
+    "margins.*.gain": "-",
+    "margins.*.phase": "deg",
+    "margins.*.delay": "s",
+    "margins.*.disk": "-",
+}
 
 
 def table_file(name: str) -> Path:
@@ -67,9 +80,13 @@ def row_of(cell: Mapping[str, Any]) -> list[float]:
 
 
 def write_table(
-    path: Path, name: str, nodes: Mapping[str, Sequence[float]], filters: Mapping[str, float],
-    provenance: Mapping[str, Any], cells: Sequence[Mapping[str, Any]],
-) -> None:  # fmt: skip
+    path: Path,
+    name: str,
+    nodes: Mapping[str, Sequence[float]],
+    filters: Mapping[str, float],
+    provenance: Mapping[str, Any],
+    cells: Sequence[Mapping[str, Any]],
+) -> None:
     """Write a table file, whole or not at all."""
     lines = [f"# Written by python -m gyroctl.controllers.gain_scheduled.design {name}; do not edit the numbers.", ""]
     for title, entries in (("provenance", provenance), ("units", UNITS), ("filters", filters), ("nodes", nodes)):

@@ -23,14 +23,32 @@ import platformdirs
 from gyroctl.writing import write_text
 
 OPERATIONS = {
-    "OP_ASSIGN": "{0}", "OP_ADD": "{0} + {1}", "OP_SUB": "{0} - {1}", "OP_MUL": "{0} * {1}", "OP_DIV": "{0} / {1}",
-    "OP_NEG": "-{0}", "OP_TWICE": "2.0 * {0}", "OP_SQ": "{0} * {0}", "OP_INV": "1.0 / {0}", "OP_SIN": "math.sin({0})",
-    "OP_COS": "math.cos({0})", "OP_EXP": "math.exp({0})", "OP_LOG": "math.log({0})", "OP_SQRT": "math.sqrt({0})",
-    "OP_TANH": "math.tanh({0})", "OP_FABS": "abs({0})", "OP_FMAX": "max({0}, {1})", "OP_FMIN": "min({0}, {1})",
-    "OP_SIGN": "math.copysign(1.0, {0}) if {0} != 0.0 else 0.0", "OP_LT": "1.0 if {0} < {1} else 0.0",
-    "OP_LE": "1.0 if {0} <= {1} else 0.0", "OP_NOT": "0.0 if {0} else 1.0",
-    "OP_IF_ELSE_ZERO": "{1} if {0} else 0.0", "OP_POW": "{0} ** {1}", "OP_CONSTPOW": "{0} ** {1}",
-}  # fmt: skip
+    "OP_ASSIGN": "{0}",
+    "OP_ADD": "{0} + {1}",
+    "OP_SUB": "{0} - {1}",
+    "OP_MUL": "{0} * {1}",
+    "OP_DIV": "{0} / {1}",
+    "OP_NEG": "-{0}",
+    "OP_TWICE": "2.0 * {0}",
+    "OP_SQ": "{0} * {0}",
+    "OP_INV": "1.0 / {0}",
+    "OP_SIN": "math.sin({0})",
+    "OP_COS": "math.cos({0})",
+    "OP_EXP": "math.exp({0})",
+    "OP_LOG": "math.log({0})",
+    "OP_SQRT": "math.sqrt({0})",
+    "OP_TANH": "math.tanh({0})",
+    "OP_FABS": "abs({0})",
+    "OP_FMAX": "max({0}, {1})",
+    "OP_FMIN": "min({0}, {1})",
+    "OP_SIGN": "math.copysign(1.0, {0}) if {0} != 0.0 else 0.0",
+    "OP_LT": "1.0 if {0} < {1} else 0.0",
+    "OP_LE": "1.0 if {0} <= {1} else 0.0",
+    "OP_NOT": "0.0 if {0} else 1.0",
+    "OP_IF_ELSE_ZERO": "{1} if {0} else 0.0",
+    "OP_POW": "{0} ** {1}",
+    "OP_CONSTPOW": "{0} ** {1}",
+}
 """casadi's operations that equations of motion and costs are made of."""
 
 
@@ -94,10 +112,14 @@ def source(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> str:
     names = {getattr(casadi, key): pattern for key, pattern in OPERATIONS.items()}
     arguments = [f"i{i}" for i in range(len(inputs))] + [f"o{i}" for i in range(len(outputs))]
     lines = [
-        "import math", "", "from numba import cfunc, float64, void", "", "",
+        "import math",
+        "",
+        "from numba import cfunc, float64, void",
+        "",
+        "",
         f"@cfunc(void({', '.join(['float64[::1]'] * len(arguments))}), cache=True, error_model='numpy')",
         f"def {name}({', '.join(arguments)}):",
-    ]  # fmt: skip
+    ]
     for k in range(function.n_instructions()):
         operation, into = function.instruction_id(k), function.instruction_output(k)
         if operation == casadi.OP_CONST:

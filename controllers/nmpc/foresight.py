@@ -47,9 +47,14 @@ class Foresight(NamedTuple):
 
     @classmethod
     def design(
-        cls, plant: Plant, estimator: MomentEstimator, horizon: float, lead: float | None = None, noise: float = 0.0,
+        cls,
+        plant: Plant,
+        estimator: MomentEstimator,
+        horizon: float,
+        lead: float | None = None,
+        noise: float = 0.0,
         waves: Waves | None = None,
-    ) -> Foresight:  # fmt: skip
+    ) -> Foresight:
         """Choose where the moments come from.
 
         Parameters
@@ -77,11 +82,19 @@ class Foresight(NamedTuple):
             predictor = Predictor.design(plant, period, horizon=horizon, estimator=estimator)
             return cls(predictor, None, intervals, period)
         if waves is None:
-            raise InputError("nmpc.seen", None, "a law that may look ahead was told no waves",
-                             "Call law.informed(waves) first; comparison and simulation do")  # fmt: skip
+            raise InputError(
+                "nmpc.seen",
+                None,
+                "a law that may look ahead was told no waves",
+                "Call law.informed(waves) first; comparison and simulation do",
+            )
         if waves.duration < horizon:
-            raise InputError("nmpc.horizon", horizon, f"is longer than the waves that were told, {waves.duration:g} s",
-                             "Give a shorter horizon or longer waves")  # fmt: skip
+            raise InputError(
+                "nmpc.horizon",
+                horizon,
+                f"is longer than the waves that were told, {waves.duration:g} s",
+                "Give a shorter horizon or longer waves",
+            )
         predictor = Predictor.design(plant, period, horizon=horizon)
         return cls(
             predictor, Probe.design(predictor, waves.moments, waves.dt, lead, noise, waves.seed), intervals, period

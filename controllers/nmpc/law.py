@@ -192,8 +192,9 @@ class Nmpc:
     def __post_init__(self) -> None:
         """Refuse what no plan can be made with."""
         if self.information not in ("oracle", "forecast", "sensors"):
-            raise InputError("nmpc.information", self.information, "unknown level",
-                             "Choose oracle, forecast or sensors")  # fmt: skip
+            raise InputError(
+                "nmpc.information", self.information, "unknown level", "Choose oracle, forecast or sensors"
+            )
         if self.solver not in FRESH:
             raise InputError("nmpc.solver", self.solver, "unknown solver", f"Choose one of {', '.join(FRESH)}")
         for name in (
@@ -235,8 +236,12 @@ class Nmpc:
             if not (isinstance(value, int | float) and math.isfinite(value) and value >= 0.0):
                 raise InputError(f"nmpc.{name}", value, "must not be negative", "Leave it out for the default")
         if not math.isclose(self.intervals * self.period, self.horizon, rel_tol=1e-9):
-            raise InputError("nmpc.horizon", self.horizon, f"is no multiple of the period of {self.period:g} s",
-                             f"Give for example {max(self.intervals, 1) * self.period:g} s")  # fmt: skip
+            raise InputError(
+                "nmpc.horizon",
+                self.horizon,
+                f"is no multiple of the period of {self.period:g} s",
+                f"Give for example {max(self.intervals, 1) * self.period:g} s",
+            )
 
     def __getstate__(self) -> dict[str, Any]:
         """Fields alone: compiled tools are found again by whoever receives the law."""
@@ -262,9 +267,19 @@ class Nmpc:
         """Before the first sample."""
         pair = (0.052, 3.5e-4)
         return NmpcState(
-            np.full(self.intervals, pair[0]), FRESH[self.solver], self.power, self.power, *pair, np.zeros(0),
-            self._estimator.init(), self._foresight.init(), 0, 0, self.fallback.init(), Counts(),
-        )  # fmt: skip
+            np.full(self.intervals, pair[0]),
+            FRESH[self.solver],
+            self.power,
+            self.power,
+            *pair,
+            np.zeros(0),
+            self._estimator.init(),
+            self._foresight.init(),
+            0,
+            0,
+            self.fallback.init(),
+            Counts(),
+        )
 
     def step(self, t: float, y: Any, state: NmpcState) -> tuple[tuple[float, float], NmpcState]:
         """Estimate, look ahead, command the power, plan, act."""
@@ -300,9 +315,7 @@ class Nmpc:
         power, mean = regulator.step(speed, state.mean, self.period, state.sample * self.period)
         return state._replace(power=power, mean=mean)
 
-    def _planned(
-        self, moments: NDArray[np.float64], cc: NDArray[np.float64], state: NmpcState, begin: float
-    ) -> Plan:  # fmt: skip
+    def _planned(self, moments: NDArray[np.float64], cc: NDArray[np.float64], state: NmpcState, begin: float) -> Plan:
         """Improve the plan `cc` (n,), which is the last one, shifted by an interval."""
         planner, k, h, cost, rows = self._tools
         now = np.array([state.power, state.cc, self.cc_max, self.period])
@@ -335,7 +348,7 @@ class Nmpc:
             return command, state._replace(plan=plan.cc, memory=plan.memory, cc=command[0], cg=command[1], age=0)
         counts = counts._replace(
             late=counts.late + (plan.status == "late"), failed=counts.failed + (plan.status == "failed")
-        )  # fmt: skip
+        )
         if state.age < PATIENCE:
             rest = np.append(state.plan[1:], state.plan[-1])
             command, fallback = (float(rest[0]), float(cg)), state.fallback
@@ -345,17 +358,23 @@ class Nmpc:
             command, fallback = self.fallback.step(t, y, state.fallback)
             counts = counts._replace(fallbacks=counts.fallbacks + 1)
         state = state._replace(
-            plan=rest, memory=FRESH[self.solver], cc=command[0], cg=command[1], age=state.age + 1, fallback=fallback,
+            plan=rest,
+            memory=FRESH[self.solver],
+            cc=command[0],
+            cg=command[1],
+            age=state.age + 1,
+            fallback=fallback,
             counts=counts,
-        )  # fmt: skip
+        )
         return command, state
 
     @cached_property
     def _tools(self) -> tuple[Any, ...]:
         """Compiled planner, constants, step and cost of the model; rows of the plant's state that it has."""
         orders = orders_of(self.plant)
-        cost = weights(self.plant, self.motion, self.limit1, self.limit3, self.lock, self.floor, self.travel,
-                       self.terminal)._replace(turns=self.turns)  # fmt: skip
+        cost = weights(
+            self.plant, self.motion, self.limit1, self.limit3, self.lock, self.floor, self.travel, self.terminal
+        )._replace(turns=self.turns)
         rows = np.array([row for row in range(len(self.plant.labels)) if row != OMEGA])
         h = np.array([self.period / STEPS])
         return planner_of(orders, self.solver), constants(self.plant), h, np.array(cost), rows

@@ -45,9 +45,20 @@ def _planners(stamp: str) -> dict[str, Callable[..., tuple[float, float]]]:
 
     @entry_point
     def by_descent(
-        step: Any, pullback: Any, start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any, cc: Any,
-        memory: float, iterations: int, other: Any, more: int,
-    ) -> tuple[float, float]:  # fmt: skip
+        step: Any,
+        pullback: Any,
+        start: Any,
+        moments: Any,
+        now: Any,
+        weights: Any,
+        h: Any,
+        k: Any,
+        cc: Any,
+        memory: float,
+        iterations: int,
+        other: Any,
+        more: int,
+    ) -> tuple[float, float]:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         problem = problem_of(start, moments, now, weights, h, k)
         _, cost, memory = descend(step, pullback, problem, cc, memory, iterations)
@@ -55,9 +66,21 @@ def _planners(stamp: str) -> dict[str, Callable[..., tuple[float, float]]]:
 
     @entry_point
     def by_riccati(
-        step: Any, pullback: Any, tangent: Any, start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any,
-        cc: Any, memory: float, iterations: int, other: Any, more: int,
-    ) -> tuple[float, float]:  # fmt: skip
+        step: Any,
+        pullback: Any,
+        tangent: Any,
+        start: Any,
+        moments: Any,
+        now: Any,
+        weights: Any,
+        h: Any,
+        k: Any,
+        cc: Any,
+        memory: float,
+        iterations: int,
+        other: Any,
+        more: int,
+    ) -> tuple[float, float]:
         stamp  # noqa: B018 - as above
         problem = problem_of(start, moments, now, weights, h, k)
         room = empty_room(cc.size, problem.start.size)

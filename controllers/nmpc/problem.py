@@ -62,14 +62,11 @@ class Problem(NamedTuple):
 
 
 def weights(
-    plant: Plant, motion: float, limit1: float, limit3: float, lock: float, floor: float, travel: float,
-    terminal: float,
-) -> Weights:  # fmt: skip
+    plant: Plant, motion: float, limit1: float, limit3: float, lock: float, floor: float, travel: float, terminal: float
+) -> Weights:
     """Weights with the inertias and stiffnesses of a device."""
     k = plant.coefficients
-    return Weights(
-        motion, limit1, limit3, lock, floor, travel, terminal, k.J4, 1.0 / k.i1, 1.0 / k.i3, k.k1, k.k3
-    )  # fmt: skip
+    return Weights(motion, limit1, limit3, lock, floor, travel, terminal, k.J4, 1.0 / k.i1, 1.0 / k.i3, k.k1, k.k3)
 
 
 def stage_cost(x: Any, w: Weights, slope: Any) -> Any:
@@ -158,9 +155,7 @@ def _gradient(stamp: str) -> Any:
             u[0] = cc[i]
             total = 0.0
             for q in range(STEPS * (i + 1) - 1, STEPS * i - 1, -1):
-                pullback(
-                    states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, weight, by_x, by_u
-                )  # fmt: skip
+                pullback(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, weight, by_x, by_u)
                 total += by_u[0]
                 weight[:] = by_x
             slope[i] = total

@@ -8,6 +8,4 @@ from gyroctl.controllers.rule_based.stabiliser import Stabiliser
 from gyroctl.controllers.rule_based.threshold import Threshold
 from gyroctl.controllers.rule_based.tracking import Tracking
 
-__all__ = [
-    "Constant", "Coupling", "LoadAngle", "Stabiliser", "Threshold", "Tracking", "best_constant", "shipped",
-]  # fmt: skip
+__all__ = ["Constant", "Coupling", "LoadAngle", "Stabiliser", "Threshold", "Tracking", "best_constant", "shipped"]

@@ -127,7 +127,15 @@ def observe(rules: Rules, period: float, y: Any, watch: Watch) -> Watch:
             steady = 0.0
     fresh = 1.0 if (changed and mode == PULL) or first else 0.0
     return Watch(
-        mode, since, steady, share, fresh, speed, U1, U3, 1.0,
+        mode,
+        since,
+        steady,
+        share,
+        fresh,
+        speed,
+        U1,
+        U3,
+        1.0,
         watch.starts + (1.0 if changed and mode == START else 0.0),
         watch.pulls + (1.0 if changed and mode == PULL else 0.0),
         watch.catches + (1.0 if caught else 0.0),
@@ -137,7 +145,7 @@ def observe(rules: Rules, period: float, y: Any, watch: Watch) -> Watch:
         watch.time_produce + (period if mode == PRODUCE else 0.0),
         watch.time_unload + (period if mode == UNLOAD else 0.0),
         watch.clipped,
-    )  # fmt: skip
+    )
 
 
 @inlined

@@ -132,11 +132,15 @@ def supervisor(wraps: Any = "load_angle", **rules: float) -> Any:
     return wrap(wraps, Rules(**rules))
 
 
-supervisor.__signature__ = inspect.Signature([  # type: ignore[attr-defined]  # what may be given, for the check of names
-    inspect.Parameter("wraps", inspect.Parameter.KEYWORD_ONLY, default="load_angle"),
-    *(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=value)
-      for name, value in Rules._field_defaults.items()),
-])  # fmt: skip
+supervisor.__signature__ = inspect.Signature(
+    [  # type: ignore[attr-defined]  # what may be given, for the check of names
+        inspect.Parameter("wraps", inspect.Parameter.KEYWORD_ONLY, default="load_angle"),
+        *(
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=value)
+            for name, value in Rules._field_defaults.items()
+        ),
+    ]
+)
 
 
 @lru_cache(maxsize=256)

@@ -36,7 +36,7 @@ def bound(
     effort = Effort(rounds=2, iterations=200, beams=1, width=2, each=1, finalists=1, repairs=1) if quick else Effort()
     content = bound_report(
         gy.zhang2017(variant), gy.SeaState(hs, wp, gamma), _seeds(seeds), duration, named, out, free, effort
-    )  # fmt: skip
+    )
     if not sys.stdout.isatty():
         typer.echo(json.dumps(content, allow_nan=False))
         return

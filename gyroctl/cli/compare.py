@@ -28,9 +28,16 @@ def compare(
     setup = read_experiment(experiment, quick)
     waves = Realisations(setup.sea, setup.run.seeds, setup.run.duration)
     ds = run(
-        setup.plant, setup.laws, waves, setup.settings, workers or None, out / "runs", all_tuning_seeds(),
-        setup.record(), setup.run.motion_limit,
-    )  # fmt: skip
+        setup.plant,
+        setup.laws,
+        waves,
+        setup.settings,
+        workers or None,
+        out / "runs",
+        all_tuning_seeds(),
+        setup.record(),
+        setup.run.motion_limit,
+    )
     write(ds, out)
 
 

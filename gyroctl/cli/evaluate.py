@@ -34,9 +34,16 @@ def evaluate(
     from gyroctl.studies.evaluation import evaluate_tables, request
 
     asked = request(
-        out, laws, seeds or (), duration, workers, allow_tuning_seeds, budget, planner,
+        out,
+        laws,
+        seeds or (),
+        duration,
+        workers,
+        allow_tuning_seeds,
+        budget,
+        planner,
         say=lambda text: typer.echo(text, err=True),
-    )  # fmt: skip
+    )
     for name in evaluate_tables(tables or (), asked):
         typer.echo((out / f"{name}.md").read_text(encoding="utf-8"))
     typer.echo(f"Written to {out}", err=True)

@@ -37,8 +37,12 @@ def simulate(
     if out.is_dir():
         raise gy.InputError("out", str(out), "is a folder", "Give the name of a file, for example run.nc")
     if start == "locked" and not duration > blend:
-        raise gy.InputError("duration", duration, f"is not longer than the blend of {blend:g} s",
-                            "Give a longer --duration, or a shorter --blend")  # fmt: skip
+        raise gy.InputError(
+            "duration",
+            duration,
+            f"is not longer than the blend of {blend:g} s",
+            "Give a longer --duration, or a shorter --blend",
+        )
     setup = gy.Settings(dt=dt, blend=blend, actuators=gy.Actuators(cg_min=-motor), start=start)
     plant = gy.zhang2017(variant)
     waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)

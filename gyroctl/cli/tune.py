@@ -29,7 +29,7 @@ def tune(
         typer.Option(help="Experiment file: plant, sensors, actuators, seeds to keep away.", show_default=False),
     ] = None,
     ship: Annotated[bool, typer.Option("--ship", help="Also write the sets beside the law.")] = False,
-) -> None:  # fmt: skip
+) -> None:
     """Tune laws; a tuning that was stopped goes on where it was, one with a larger budget too."""
     from gyroctl.harness.registry import home, tuned_sets
     from gyroctl.harness.tuned_sets import tuned_file, write_sets
@@ -101,17 +101,34 @@ def _table(task: Task, found: Tuned) -> None:
     title = f"{task.stem}: {first['spent_s']:.3g} s of {first['budget_s']:.3g} s simulated"
     caption = "power in W, 98 % motion of phi1 and phi3 in rad, cycle slips per 1000 waves"
     table = Table(
-        "set", "sea", "power", "CV", "locked", "95 %", "motion", "slips", "goal", title=title, caption=caption,
-        box=SIMPLE_HEAD, padding=(0, 1, 0, 0), title_justify="left", caption_justify="left",
-    )  # fmt: skip
+        "set",
+        "sea",
+        "power",
+        "CV",
+        "locked",
+        "95 %",
+        "motion",
+        "slips",
+        "goal",
+        title=title,
+        caption=caption,
+        box=SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        title_justify="left",
+        caption_justify="left",
+    )
     for name, entry in found.sets.items():
         for sea, result in entry["result"].items():
             low, high = result["locked_ci95"]
             table.add_row(
-                name, sea, f"{result['mean_power']:.2f}", f"{result['power_cv']:.2f}",
-                f"{round(result['locked'] * result['runs'])}/{result['runs']}", f"{low:.2f}-{high:.2f}",
+                name,
+                sea,
+                f"{result['mean_power']:.2f}",
+                f"{result['power_cv']:.2f}",
+                f"{round(result['locked'] * result['runs'])}/{result['runs']}",
+                f"{low:.2f}-{high:.2f}",
                 f"{result['phi1_p98']:.2f} {result['phi3_p98']:.2f}",
                 f"{result['cycle_slips']:.0f}" if "cycle_slips" in result else "-",
                 "met" if entry["met"][sea] else "missed",
-            )  # fmt: skip
+            )
     Console().print(table)

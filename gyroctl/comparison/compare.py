@@ -48,8 +48,14 @@ COUNTERS = ("deadline_misses", "fallbacks", "clamped", "starts", "pulls", "catch
 
 COUNTS = {"saturations": "1", "step_ms_median": "ms", "step_ms_p99": "ms", **dict.fromkeys(COUNTERS, "1")}
 EXAMPLES = {
-    "power": "W", "ring_speed": "rad/s", "phi1": "rad", "phi3": "rad", "cc": "Nms", "cg": "Nms", "load_share": "1",
-}  # fmt: skip
+    "power": "W",
+    "ring_speed": "rad/s",
+    "phi1": "rad",
+    "phi3": "rad",
+    "cc": "Nms",
+    "cg": "Nms",
+    "load_share": "1",
+}
 
 
 @dataclass(frozen=True)
@@ -99,11 +105,17 @@ class Outcome:
 
 
 def compare(
-    plant: Plant, laws: Mapping[str, Law], waves: Realisations | Sequence[WaveRealisation],
-    settings: Settings | None = None, workers: int | None = None, results: Path | None = None,
-    tuning_seeds: Sequence[int] = (), experiment: Mapping[str, Any] | None = None, motion_limit: float = 0.35,
+    plant: Plant,
+    laws: Mapping[str, Law],
+    waves: Realisations | Sequence[WaveRealisation],
+    settings: Settings | None = None,
+    workers: int | None = None,
+    results: Path | None = None,
+    tuning_seeds: Sequence[int] = (),
+    experiment: Mapping[str, Any] | None = None,
+    motion_limit: float = 0.35,
     quiet: bool = False,
-) -> xarray.Dataset:  # fmt: skip
+) -> xarray.Dataset:
     """Compare laws on identical realisations.
 
     Parameters
@@ -149,8 +161,12 @@ def compare(
         raise InputError("laws", {}, "there is nothing to compare", "Give at least one law")
     _check_seeds(waves.seeds, tuning_seeds)
     if not waves.duration > settings.score_from:
-        raise InputError("run.duration", waves.duration, f"is not longer than the blend of {settings.blend:g} s",
-                         "Give a longer duration, or a shorter run.blend")  # fmt: skip
+        raise InputError(
+            "run.duration",
+            waves.duration,
+            f"is not longer than the blend of {settings.blend:g} s",
+            "Give a longer duration, or a shorter run.blend",
+        )
     items = _items(plant, laws, waves, settings)
     outcomes = _execute(items, workers or os.cpu_count() or 1, results, quiet)
     rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in laws}
@@ -166,13 +182,18 @@ def check_fair(rows: Mapping[str, Sequence[Outcome]]) -> None:
         for index, outcome in enumerate(rows[name]):
             if outcome.sha256 != hashes[index]:
                 raise InputError(
-                    f"laws.{name}", outcome.sha256[:12],
+                    f"laws.{name}",
+                    outcome.sha256[:12],
                     f"realisation {index + 1} differs from that of {names[0]} ({hashes[index][:12]})",
                     "Compare runs on identical waves only: run all laws together, or empty the folder of results",
-                )  # fmt: skip
+                )
     if len(set(hashes)) < len(hashes):
-        raise InputError("run.seeds", len(hashes), "several seeds give the same waves, as in a regular sea",
-                         "Give one seed; more of them are no independent runs")  # fmt: skip
+        raise InputError(
+            "run.seeds",
+            len(hashes),
+            "several seeds give the same waves, as in a regular sea",
+            "Give one seed; more of them are no independent runs",
+        )
 
 
 def perform(item: Item) -> Outcome:
@@ -180,13 +201,21 @@ def perform(item: Item) -> Outcome:
     waves = lead_in(realise(item.plant, item.sea, item.seed, item.duration, item.waves_dt), item.settings)
     record, timing = run_law(item.plant, item.law, waves, item.settings, item.name)
     values = evaluate(
-        item.plant, record, waves.moments[1], waves.dt, item.sea.wp, item.settings.score_from, item.available,
+        item.plant,
+        record,
+        waves.moments[1],
+        waves.dt,
+        item.sea.wp,
+        item.settings.score_from,
+        item.available,
         from_rest=item.settings.start == "rest",
-    )  # fmt: skip
+    )
     values |= {
-        "saturations": float(record.saturations), "step_ms_median": timing.median, "step_ms_p99": timing.p99,
+        "saturations": float(record.saturations),
+        "step_ms_median": timing.median,
+        "step_ms_p99": timing.p99,
         **{name: float(timing.counters.get(name, 0)) for name in COUNTERS},
-    }  # fmt: skip
+    }
     return Outcome(waves.sha256, values, _example(item, record, waves) if item.example else {})
 
 
@@ -224,7 +253,7 @@ def _items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings:
         for seed in waves.seeds:
             plain = Item(
                 plant, name, law, waves.sea, seed, waves.duration, waves.dt, settings, available, seed == waves.seeds[0]
-            )  # fmt: skip
+            )
             key = _key(plain, synthesis.sha256(seed, settings.score_from), stamp)
             items.append(Item(**{**plain.__dict__, "key": key}))
     return items
@@ -235,10 +264,18 @@ def _key(item: Item, waves: str, stamp: str) -> str:
     law = _law_content(item.law)
     if not law:
         return ""
-    text = json.dumps([
-        item.plant.coefficients, asdict(item.plant.parameters), waves, item.duration, asdict(item.settings), stamp,
-        repr(item.available), item.example,
-    ])  # fmt: skip
+    text = json.dumps(
+        [
+            item.plant.coefficients,
+            asdict(item.plant.parameters),
+            waves,
+            item.duration,
+            asdict(item.settings),
+            stamp,
+            repr(item.available),
+            item.example,
+        ]
+    )
     return hashlib.sha256(text.encode() + law).hexdigest()
 
 
@@ -322,8 +359,12 @@ def _from_realisations(waves: Sequence[WaveRealisation]) -> Realisations:
     first = waves[0]
     for other in waves:
         if (other.sea, other.duration, other.dt) != (first.sea, first.duration, first.dt):
-            raise InputError("waves", other.sha256[:12], "realisations of different seas, lengths or grids",
-                             "Compare on one sea at a time")  # fmt: skip
+            raise InputError(
+                "waves",
+                other.sha256[:12],
+                "realisations of different seas, lengths or grids",
+                "Compare on one sea at a time",
+            )
     return Realisations(first.sea, tuple(w.seed for w in waves), first.duration, first.dt)
 
 
@@ -334,15 +375,24 @@ def _check_seeds(seeds: Sequence[int], tuning_seeds: Sequence[int]) -> None:
         raise InputError("run.seeds", list(seeds), "a seed repeats", "Give each seed once")
     overlap = sorted(set(seeds) & set(tuning_seeds))
     if overlap:
-        raise InputError("run.seeds", overlap, "these seeds were used for tuning and cannot judge the result",
-                         "Choose others, for example 1 to 64")  # fmt: skip
+        raise InputError(
+            "run.seeds",
+            overlap,
+            "these seeds were used for tuning and cannot judge the result",
+            "Choose others, for example 1 to 64",
+        )
 
 
 def _dataset(
-    plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings: Settings,
-    rows: Mapping[str, Sequence[Outcome]], tuning_seeds: Sequence[int], experiment: Mapping[str, Any] | None,
+    plant: Plant,
+    laws: Mapping[str, Law],
+    waves: Realisations,
+    settings: Settings,
+    rows: Mapping[str, Sequence[Outcome]],
+    tuning_seeds: Sequence[int],
+    experiment: Mapping[str, Any] | None,
     motion_limit: float,
-) -> xarray.Dataset:  # fmt: skip
+) -> xarray.Dataset:
     import xarray as xr
 
     from gyroctl import __version__

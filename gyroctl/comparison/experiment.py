@@ -133,8 +133,9 @@ def read_experiment(path: Path | None, quick: bool = False) -> Experiment:
         try:
             tables = tomllib.loads(path.read_text(encoding="utf-8"))
         except OSError as error:
-            raise InputError("experiment", str(path), f"cannot be read: {error.strerror}",
-                             "Give the path of a TOML file") from None  # fmt: skip
+            raise InputError(
+                "experiment", str(path), f"cannot be read: {error.strerror}", "Give the path of a TOML file"
+            ) from None
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
             raise InputError("experiment", str(path), f"is no TOML: {error}", "Correct the line") from None
     return build_experiment(tables, quick, path.parent if path is not None else Path())
@@ -153,8 +154,12 @@ def build_experiment(tables: Mapping[str, Any], quick: bool = False, folder: Pat
     if quick:
         run = dataclasses.replace(run, seeds=run.seeds[:4], duration=max(600.0, run.blend))
     if run.start == "locked" and not run.duration > run.blend:
-        raise InputError("run.duration", run.duration, f"is not longer than the blend of {run.blend:g} s",
-                         "Give a longer duration, or a shorter run.blend")  # fmt: skip
+        raise InputError(
+            "run.duration",
+            run.duration,
+            f"is not longer than the blend of {run.blend:g} s",
+            "Give a longer duration, or a shorter run.blend",
+        )
     return Experiment(
         sea=sea,
         run=run,
@@ -194,8 +199,9 @@ def _run(table: dict[str, Any]) -> RunTable:
     if "seeds" in table:
         seeds = table["seeds"]
         if not isinstance(seeds, list) or not seeds or not all(type(s) is int and s >= 0 for s in seeds):
-            raise InputError("run.seeds", seeds, "must be a list of whole numbers, zero or positive",
-                             "For example seeds = [1, 2, 3]")  # fmt: skip
+            raise InputError(
+                "run.seeds", seeds, "must be a list of whole numbers, zero or positive", "For example seeds = [1, 2, 3]"
+            )
         table["seeds"] = tuple(seeds)
     return RunTable(**table)
 
@@ -286,8 +292,9 @@ def _known(table: str, entries: Mapping[str, Any], names: Any) -> None:
     for key in entries:
         if key not in names:
             path = f"{table}.{key}" if table else key
-            raise InputError(path, entries[key], "unknown key" if table else "unknown table",
-                             f"Choose one of {', '.join(names)}")  # fmt: skip
+            raise InputError(
+                path, entries[key], "unknown key" if table else "unknown table", f"Choose one of {', '.join(names)}"
+            )
 
 
 def _number(path: str, value: Any) -> float:

@@ -62,11 +62,19 @@ class Actuators:
             number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
             if f.name == "cg_min":
                 if not number or value > 0:
-                    raise InputError("actuators.cg_min", value, "must be a finite number, zero or negative",
-                                     "Give the gain of the generator as a motor, for example -0.02")  # fmt: skip
+                    raise InputError(
+                        "actuators.cg_min",
+                        value,
+                        "must be a finite number, zero or negative",
+                        "Give the gain of the generator as a motor, for example -0.02",
+                    )
             elif not number or value < 0:
-                raise InputError(f"actuators.{f.name}", value, "must be a finite number, zero or positive",
-                                 f"The default is {f.default}")  # fmt: skip
+                raise InputError(
+                    f"actuators.{f.name}",
+                    value,
+                    "must be a finite number, zero or positive",
+                    f"The default is {f.default}",
+                )
         for name in ("cc_max", "cg_max", "period", "cc_gain"):
             if getattr(self, name) == 0:
                 raise InputError(f"actuators.{name}", 0, "must be positive", "Leave it out for the default")
@@ -78,10 +86,14 @@ class Actuators:
         share = [1.0 - math.exp(-self.period / lag) if lag > 0.0 else 1.0 for lag in (self.cc_lag, self.cg_lag)]
         travel = [rate * self.period if rate > 0.0 else math.inf for rate in (self.cc_rate, self.cg_rate)]
         return ActuatorArrays(
-            np.array([self.cc_max, self.cg_max]), np.array([self.cc_quantum, self.cg_quantum]), np.array(travel),
-            np.array(share), int(self.delay), np.array([0.0, float(self.cg_min) if motors else 0.0]),
+            np.array([self.cc_max, self.cg_max]),
+            np.array([self.cc_quantum, self.cg_quantum]),
+            np.array(travel),
+            np.array(share),
+            int(self.delay),
+            np.array([0.0, float(self.cg_min) if motors else 0.0]),
             np.array([float(self.cc_gain), 1.0]),
-        )  # fmt: skip
+        )
 
 
 class ActuatorArrays(NamedTuple):

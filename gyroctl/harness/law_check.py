@@ -86,8 +86,12 @@ def laws_of(file: Path) -> list[str]:
     """
     names = [name for name, value in defined(file).items() if inspect.isclass(value) and _looks_like_a_law(value)]
     if not names:
-        raise InputError("law", str(file), "defines no class with init() and step(t, y, state)",
-                         "Name the function that builds the law, as file.py:Name")  # fmt: skip
+        raise InputError(
+            "law",
+            str(file),
+            "defines no class with init() and step(t, y, state)",
+            "Name the function that builds the law, as file.py:Name",
+        )
     return [f"{file}:{name}" for name in names]
 
 
@@ -111,10 +115,18 @@ def _information(built: Law) -> Check:
     if previews == (built.information in ("forecast", "oracle")):
         return Check("information", True, built.information)
     if previews:
-        return Check("information", False, f"says {built.information!r} but takes the waves by informed()",
-                     'Declare "forecast" or "oracle"')  # fmt: skip
-    return Check("information", False, f"says {built.information!r} but has no informed(waves)",
-                 'Declare "sensors", or write informed(waves) -> law')  # fmt: skip
+        return Check(
+            "information",
+            False,
+            f"says {built.information!r} but takes the waves by informed()",
+            'Declare "forecast" or "oracle"',
+        )
+    return Check(
+        "information",
+        False,
+        f"says {built.information!r} but has no informed(waves)",
+        'Declare "sensors", or write informed(waves) -> law',
+    )
 
 
 def _period(built: Law, settings: Settings) -> Check:
@@ -188,8 +200,12 @@ def _pure(subject: Subject) -> Check:
         changed = not _same(before, _fields(built))
     except (copy.Error, AttributeError, TypeError, ValueError, NotImplementedError):
         return Check(name, True, "same question, same answer (a law that cannot be copied: its fields not compared)")
-    return Check(name, not changed, "changes its own fields" if changed else "same question, same answer",
-                 mend if changed else "")  # fmt: skip
+    return Check(
+        name,
+        not changed,
+        "changes its own fields" if changed else "same question, same answer",
+        mend if changed else "",
+    )
 
 
 def _fields(built: Law) -> list[Any]:
@@ -207,8 +223,12 @@ def _repeats(subject: Subject) -> Check:
     differ = np.flatnonzero(np.any(first != second, axis=1))
     if differ.size:
         t = float(subject.times()[differ[0]])
-        return Check("repeatable", False, f"a second run differs from t = {t:.1f} s on",
-                     "Keep everything in the state; use no random numbers and no clock")  # fmt: skip
+        return Check(
+            "repeatable",
+            False,
+            f"a second run differs from t = {t:.1f} s on",
+            "Keep everything in the state; use no random numbers and no clock",
+        )
     return Check("repeatable", True, f"two runs of {len(first)} samples alike to the last bit")
 
 
@@ -221,8 +241,12 @@ def _compiled(subject: Subject) -> Check:
     differ = np.flatnonzero(np.any(_replay(subject, subject.law) != commands, axis=1))
     if differ.size:
         at = differ[0]
-        return Check(name, False, f"Python and machine code differ from t = {subject.times()[at]:.1f} s on",
-                     "Leave out what numba reads in its own way: integer division and powers, overflow")  # fmt: skip
+        return Check(
+            name,
+            False,
+            f"Python and machine code differ from t = {subject.times()[at]:.1f} s on",
+            "Leave out what numba reads in its own way: integer division and powers, overflow",
+        )
     return Check(name, True, f"as Python to the last bit over {len(commands)} samples")
 
 

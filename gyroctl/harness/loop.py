@@ -48,9 +48,20 @@ class Kernel(NamedTuple):
 
 def _closed_loop(stamp: str) -> Callable[..., int]:
     def closed_loop(
-        entry: Any, p: Any, s: Any, every: int, kernel: Kernel, sensors: SensorArrays, actuators: ActuatorArrays,
-        tick: float, record: Any, commands: Any, controls: Any, held: Any, saturations: Any,
-    ) -> int:  # fmt: skip
+        entry: Any,
+        p: Any,
+        s: Any,
+        every: int,
+        kernel: Kernel,
+        sensors: SensorArrays,
+        actuators: ActuatorArrays,
+        tick: float,
+        record: Any,
+        commands: Any,
+        controls: Any,
+        held: Any,
+        saturations: Any,
+    ) -> int:
         """Run the loop over all rows of `commands`.
 
         Parameters

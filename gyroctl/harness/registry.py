@@ -99,8 +99,12 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
         if isinstance(default, float) and not number:
             raise InputError(f"laws.{name}.{key}", value, "must be a number", f"The default is {default}")
         if key in ("cc", "cg") and number and value < 0.0:
-            raise InputError(f"laws.{name}.{key}", value, "must not be negative: both controls only dissipate",
-                             f"Give {key} >= 0 in Nms")  # fmt: skip
+            raise InputError(
+                f"laws.{name}.{key}",
+                value,
+                "must not be negative: both controls only dissipate",
+                f"Give {key} >= 0 in Nms",
+            )
     try:
         built = factory(**parameters)
     except InputError:
@@ -109,11 +113,13 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
         raise InputError(f"laws.{name}", parameters, f"could not be built: {error}", "Check its parameters") from error
     for member in ("period", "information", "init", "step"):
         if not hasattr(built, member):
-            raise InputError("law", name, f"has no `{member}`",
-                             "A law has period, information, init() and step(t, y, state)")  # fmt: skip
+            raise InputError(
+                "law", name, f"has no `{member}`", "A law has period, information, init() and step(t, y, state)"
+            )
     if built.information not in INFORMATION:
-        raise InputError(f"laws.{name}.information", built.information, "unknown level",
-                         f"Choose one of {', '.join(INFORMATION)}")  # fmt: skip
+        raise InputError(
+            f"laws.{name}.information", built.information, "unknown level", f"Choose one of {', '.join(INFORMATION)}"
+        )
     return cast(Law, built)
 
 
@@ -133,8 +139,12 @@ def _wrapped(name: str, wraps: str | Mapping[str, Any]) -> Law:
     table = {"law": wraps} if isinstance(wraps, str) else dict(wraps)
     inner = table.pop("law", None)
     if not isinstance(inner, str) or inner == name:
-        raise InputError(f"laws.{name}.wraps", inner, "is no law to wrap",
-                         'Give its name, or a table with law = "load_angle" and its parameters')  # fmt: skip
+        raise InputError(
+            f"laws.{name}.wraps",
+            inner,
+            "is no law to wrap",
+            'Give its name, or a table with law = "load_angle" and its parameters',
+        )
     return law(inner, **table)
 
 
@@ -149,8 +159,7 @@ def _tuned_parameters(name: str, tuning: str) -> dict[str, Any]:
 def _point(name: str) -> EntryPoint:
     points = registered()
     if name not in points:
-        raise InputError("law", name, "unknown law",
-                         f'Choose one of {", ".join(points)}, or give "file.py:Name"')  # fmt: skip
+        raise InputError("law", name, "unknown law", f'Choose one of {", ".join(points)}, or give "file.py:Name"')
     return points[name]
 
 
@@ -195,8 +204,12 @@ def _module(name: str, file: Path) -> ModuleType:
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        raise InputError("law", name, f"the file cannot be imported: {type(error).__name__}: {error}",
-                         "Run the file with Python and correct it") from error  # fmt: skip
+        raise InputError(
+            "law",
+            name,
+            f"the file cannot be imported: {type(error).__name__}: {error}",
+            "Run the file with Python and correct it",
+        ) from error
     _loaded[key] = module
     return module
 

@@ -83,9 +83,14 @@ class LawTiming:
 
 
 def run_law(
-    plant: Plant, law: Law, waves: WaveRealisation, settings: Settings, name: str = "law", compiled: bool = True,
+    plant: Plant,
+    law: Law,
+    waves: WaveRealisation,
+    settings: Settings,
+    name: str = "law",
+    compiled: bool = True,
     start: NDArray[np.float64] | None = None,
-) -> tuple[Record, LawTiming]:  # fmt: skip
+) -> tuple[Record, LawTiming]:
     """Run a law on a realisation.
 
     Parameters
@@ -115,9 +120,12 @@ def run_law(
     actuators = settings.actuators
     every = round(law.period / actuators.period)
     if every < 1 or not math.isclose(every * actuators.period, law.period, rel_tol=1e-9):
-        raise InputError(f"laws.{name}.period", law.period,
-                         f"must be a multiple of actuators.period = {actuators.period}",
-                         "Change one of the two")  # fmt: skip
+        raise InputError(
+            f"laws.{name}.period",
+            law.period,
+            f"must be a multiple of actuators.period = {actuators.period}",
+            "Change one of the two",
+        )
     largest = describe(law).get("cc", actuators.cc_max)  # a law that fixes cc, or else all that the actuator can give
     check_step(plant, min(float(largest), actuators.cc_max), settings.dt)
     n, samples = len(plant.labels), math.floor(waves.duration / actuators.period + 1e-9)
@@ -133,9 +141,17 @@ def run_law(
     law = informed(law, waves)
     machine = compile_law(law) if compiled else None
     arguments = (
-        every, kernel, settings.sensors.arrays(samples, waves.seed), actuators.arrays(getattr(law, "motors", False)),
-        actuators.period, states, commands, controls, held, saturations,
-    )  # fmt: skip
+        every,
+        kernel,
+        settings.sensors.arrays(samples, waves.seed),
+        actuators.arrays(getattr(law, "motors", False)),
+        actuators.period,
+        states,
+        commands,
+        controls,
+        held,
+        saturations,
+    )
     if machine is not None:
         state = machine.s.copy()
         bad = compiled_loop(machine.entry, machine.p, state, *arguments)
@@ -159,9 +175,13 @@ def run_law(
 
 
 def simulate(
-    plant: Plant, law: Law, waves: WaveRealisation, settings: Settings | None = None, name: str = "law",
+    plant: Plant,
+    law: Law,
+    waves: WaveRealisation,
+    settings: Settings | None = None,
+    name: str = "law",
     compiled: bool = True,
-) -> xarray.Dataset:  # fmt: skip
+) -> xarray.Dataset:
     """Run a law on a realisation and label the result.
 
     Parameters
@@ -194,11 +214,20 @@ def simulate(
         "Me3": np.interp(time_out, waves.time, acting.moments[1]),
     }
     attributes: dict[str, Any] = {
-        "law": name, "information": law.information, "parameters": describe(law), "seed": waves.seed,
-        "sha256": acting.sha256, "blend": acting.blend, "dt": settings.dt, "plant": plant.name,
-        "wp": waves.sea.wp, "hs": waves.sea.hs, "saturations": record.saturations, "step_ms_median": timing.median,
+        "law": name,
+        "information": law.information,
+        "parameters": describe(law),
+        "seed": waves.seed,
+        "sha256": acting.sha256,
+        "blend": acting.blend,
+        "dt": settings.dt,
+        "plant": plant.name,
+        "wp": waves.sea.wp,
+        "hs": waves.sea.hs,
+        "saturations": record.saturations,
+        "step_ms_median": timing.median,
         "start": settings.start,
-    }  # fmt: skip
+    }
     return trajectory(plant, record, signals, attributes)
 
 

@@ -65,7 +65,8 @@ def _search(plant: Plant, wave: Regular) -> tuple[NDArray[np.float64], tuple[flo
     if unstable is not None:
         return unstable
     raise InputError(
-        "sea.hs", wave.height * math.sqrt(2.0),
+        "sea.hs",
+        wave.height * math.sqrt(2.0),
         "the equivalent regular wave is too small, or too far off the device's frequency, for a locked orbit",
         "Raise Hs, or bring wp nearer to 3.14 rad/s",
-    )  # fmt: skip
+    )

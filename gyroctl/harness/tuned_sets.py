@@ -35,8 +35,9 @@ def read_sets(path: Path) -> dict[str, Any]:
         sets = json.loads(path.read_text(encoding="utf-8"))["sets"]
         return {str(name): dict(entry) for name, entry in sets.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError("tuned", str(path), f"cannot be read: {type(error).__name__}: {error}",
-                         "Write it anew with gyroctl tune") from None  # fmt: skip
+        raise InputError(
+            "tuned", str(path), f"cannot be read: {type(error).__name__}: {error}", "Write it anew with gyroctl tune"
+        ) from None
 
 
 def write_sets(path: Path, law: str, sets: Mapping[str, Any]) -> None:

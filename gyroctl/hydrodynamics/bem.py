@@ -35,8 +35,7 @@ Progress = Callable[[int, int], None]
 
 #: 74 frequencies, closest where the device works. [rad/s]
 OMEGA: Floats = np.round(
-    np.concatenate([np.arange(0.20, 6.0, 0.15), np.arange(6.0, 12.0, 0.25), np.arange(12.0, 16.01, 0.40)]),
-    2,
+    np.concatenate([np.arange(0.20, 6.0, 0.15), np.arange(6.0, 12.0, 0.25), np.arange(12.0, 16.01, 0.40)]), 2
 )
 #: Full circle, so that every heading of the sea is covered. [deg]
 HEADINGS: Floats = np.arange(0.0, 360.0, 15.0)
@@ -168,10 +167,7 @@ def _quiet() -> Iterator[None]:
 def _body(cpt: Any, geometry: Geometry, rest: Statics, panels: Panels) -> Any:
     """Half hull and half lid, mirrored, turning about the two axes through the hinge."""
     around, down, across = panels
-    halves = [
-        mesh.hull(geometry, rest.height, around, down),
-        mesh.lid(geometry, rest.height, around, across),
-    ]
+    halves = [mesh.hull(geometry, rest.height, around, down), mesh.lid(geometry, rest.height, around, across)]
     wetted, lid = (cpt.ReflectionSymmetricMesh(cpt.Mesh(h.vertices, h.faces), plane="yOz") for h in halves)
     hinge = geometry.hinge(rest.height)
     axes = {"phi1": np.array([0.0, 0.0, -1.0]), "phi3": np.array([1.0, 0.0, 0.0])}  # x1 points down

@@ -73,12 +73,7 @@ class Hydrodynamics:
     def __post_init__(self) -> None:
         """Refuse a table that no calculation could have produced."""
         n, m = len(self.omega), len(self.headings)
-        shapes = {
-            "added_mass": (2, n),
-            "damping": (2, n),
-            "added_mass_inf": (2,),
-            "excitation": (2, m, n),
-        }
+        shapes = {"added_mass": (2, n), "damping": (2, n), "added_mass_inf": (2,), "excitation": (2, m, n)}
         for name, shape in shapes.items():
             values = getattr(self, name)
             if values.shape != shape:

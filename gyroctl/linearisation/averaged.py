@@ -76,9 +76,15 @@ class AveragedModel:
         import control
 
         return control.ss(
-            self.A, self.B, self.C, self.D, states=list(self.states), inputs=list(self.inputs),
-            outputs=list(self.outputs), name="averaged",
-        )  # fmt: skip
+            self.A,
+            self.B,
+            self.C,
+            self.D,
+            states=list(self.states),
+            inputs=list(self.inputs),
+            outputs=list(self.outputs),
+            name="averaged",
+        )
 
     def to_scipy(self) -> Any:
         """Return a `scipy.signal.lti` of the same matrices."""
@@ -91,8 +97,15 @@ class AveragedModel:
         from scipy.io import savemat
 
         matrices = {name: getattr(self, name) for name in "ABCD"}
-        savemat(path, {**matrices, **names_for_matlab(self), "valid_frequency": self.valid_frequency,
-                       "valid_angle": self.valid_angle})  # fmt: skip
+        savemat(
+            path,
+            {
+                **matrices,
+                **names_for_matlab(self),
+                "valid_frequency": self.valid_frequency,
+                "valid_angle": self.valid_angle,
+            },
+        )
 
 
 def average(model: PeriodicMatrices) -> AveragedModel:
@@ -115,10 +128,13 @@ def average(model: PeriodicMatrices) -> AveragedModel:
         rates = exponents[pair]
         hold = np.where(np.abs(rates) > 1e-12, rates / np.expm1(rates * h), 1.0 / h)
         back = np.linalg.inv(basis)
-        blocks.append((
-            np.real(basis @ np.diag(rates) @ back), np.real(basis @ (hold[:, None] * entry[pair])),
-            np.real(seen[:, pair] @ back),
-        ))  # fmt: skip
+        blocks.append(
+            (
+                np.real(basis @ np.diag(rates) @ back),
+                np.real(basis @ (hold[:, None] * entry[pair])),
+                np.real(seen[:, pair] @ back),
+            )
+        )
     (a1, b1, c1), (a3, b3, c3) = blocks
     A = np.block([[a1, np.zeros((2, 2))], [np.zeros((2, 2)), a3]])
     B, C = np.vstack([b1, b3]), np.hstack([c1, c3])
@@ -126,17 +142,19 @@ def average(model: PeriodicMatrices) -> AveragedModel:
     D = static + C @ np.linalg.solve(A, B)
     names = tuple(f"{group}_{state}" for group, states in GROUPS.items() for state in states)
     plain = AveragedModel(A, B, C, D, names, model.inputs, model.outputs, np.nan, np.nan, model)
-    shape = np.real(right[0][:, chosen["libration"]] @ np.linalg.solve(
-        mean[np.ix_([model.states.index(s) for s in GROUPS["libration"]], chosen["libration"])], np.array([1.0, 0.0])
-    ))  # fmt: skip
+    shape = np.real(
+        right[0][:, chosen["libration"]]
+        @ np.linalg.solve(
+            mean[np.ix_([model.states.index(s) for s in GROUPS["libration"]], chosen["libration"])],
+            np.array([1.0, 0.0]),
+        )
+    )
     return AveragedModel(
         A, B, C, D, names, model.inputs, model.outputs, _valid_frequency(plain), _valid_angle(model, shape), model
     )
 
 
-def _floquet(
-    model: PeriodicMatrices,
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
+def _floquet(model: PeriodicMatrices) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
     """Exponents (i,) of the slow modes and their periodic right (N, n, i) and left (N, i, n) vectors."""
     values, vectors = np.linalg.eig(model.monodromy)
     duals = np.linalg.inv(vectors)
@@ -152,17 +170,21 @@ def _floquet(
 
 
 def _choose(
-    model: PeriodicMatrices, exponents: NDArray[np.complex128], right: NDArray[np.complex128],
+    model: PeriodicMatrices,
+    exponents: NDArray[np.complex128],
+    right: NDArray[np.complex128],
     left: NDArray[np.complex128],
-) -> dict[str, list[int]]:  # fmt: skip
+) -> dict[str, list[int]]:
     """Two exponents for each group, closed under conjugation, by the part its states take in them."""
     share = np.abs(left.transpose(0, 2, 1) * right).mean(0)
     share = share / share.sum(0)
     pairs = [
-        (i, j) for i in range(exponents.size) for j in range(i + 1, exponents.size)
+        (i, j)
+        for i in range(exponents.size)
+        for j in range(i + 1, exponents.size)
         if abs(exponents[i] - exponents[j].conj()) < 1e-9 * abs(exponents[i])
         or max(abs(exponents[i].imag), abs(exponents[j].imag)) < 1e-12
-    ]  # fmt: skip
+    ]
     chosen: dict[str, list[int]] = {}
     for name, states in (("horizontal", GROUPS["horizontal"]), ("libration", (*GROUPS["libration"], "omega_rate"))):
         rows = [model.states.index(s) for s in states if s in model.states]

@@ -127,9 +127,14 @@ class HeldFlow:
         return np.array(states)
 
     def _hold(
-        self, x: NDArray[np.float64] | NDArray[np.complex128], u: NDArray[np.float64] | NDArray[np.complex128],
-        waves: NDArray[np.float64] | NDArray[np.complex128], sample: int, begin: float, end: float,
-    ) -> NDArray[np.float64] | NDArray[np.complex128]:  # fmt: skip
+        self,
+        x: NDArray[np.float64] | NDArray[np.complex128],
+        u: NDArray[np.float64] | NDArray[np.complex128],
+        waves: NDArray[np.float64] | NDArray[np.complex128],
+        sample: int,
+        begin: float,
+        end: float,
+    ) -> NDArray[np.float64] | NDArray[np.complex128]:
         if end <= begin:
             return x
         y = np.concatenate([x, np.zeros(len(LEDGER), x.dtype)])
@@ -137,9 +142,18 @@ class HeldFlow:
         start = PADDING * self.forcing.dt + (sample % self.samples + begin) * self.period
         work, moments = np.empty((5, y.size), y.dtype), np.empty(6, waves.dtype)
         hold_into(
-            y, work, moments, np.empty(TAPS), self.plant.coefficients, u.astype(y.dtype)[:, None], start,
-            (end - begin) * self.period, steps, waves, self.forcing.dt,
-        )  # fmt: skip
+            y,
+            work,
+            moments,
+            np.empty(TAPS),
+            self.plant.coefficients,
+            u.astype(y.dtype)[:, None],
+            start,
+            (end - begin) * self.period,
+            steps,
+            waves,
+            self.forcing.dt,
+        )
         return y[: x.size]
 
 

@@ -47,9 +47,16 @@ class LiftedModel:
         import control
 
         return control.ss(
-            self.A, self.B, self.C, self.D, self.period, states=list(self.states), inputs=list(self.inputs),
-            outputs=list(self.outputs), name="lifted",
-        )  # fmt: skip
+            self.A,
+            self.B,
+            self.C,
+            self.D,
+            self.period,
+            states=list(self.states),
+            inputs=list(self.inputs),
+            outputs=list(self.outputs),
+            name="lifted",
+        )
 
     def to_scipy(self) -> Any:
         """Return a `scipy.signal.dlti` of the same matrices."""
@@ -69,10 +76,15 @@ def lift(model: PeriodicMatrices) -> LiftedModel:
     """Lift a periodic model over one wave period, from sample 0."""
     a, b, c, d = lift_matrices(model.A, model.B, model.C, model.D)
     return LiftedModel(
-        a, b, c, d, model.states,
+        a,
+        b,
+        c,
+        d,
+        model.states,
         tuple(f"{name}[{k}]" for k in range(model.samples) for name in model.inputs),
-        tuple(f"{name}[{k}]" for k in range(model.samples) for name in model.outputs), model.wave_period,
-    )  # fmt: skip
+        tuple(f"{name}[{k}]" for k in range(model.samples) for name in model.outputs),
+        model.wave_period,
+    )
 
 
 def lift_matrices(

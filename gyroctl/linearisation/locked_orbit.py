@@ -56,10 +56,19 @@ class PeriodicOrbit(Orbit):
         return linearise(self, outputs, period)
 
 
+PeriodicOrbit.__doc__ = f"{PeriodicOrbit.__doc__}\n\n{(Orbit.__doc__ or '').partition('.')[2].lstrip()}"  # its fields
+
+
 def lock_orbit(
-    plant: Plant, wave: RegularWave, cc: float, cg: float, sense: int = 1, dt: float = 0.01,
-    guess: NDArray[np.float64] | None = None, nearest: bool = True,
-) -> PeriodicOrbit:  # fmt: skip
+    plant: Plant,
+    wave: RegularWave,
+    cc: float,
+    cg: float,
+    sense: int = 1,
+    dt: float = 0.01,
+    guess: NDArray[np.float64] | None = None,
+    nearest: bool = True,
+) -> PeriodicOrbit:
     """Find the locked orbit.
 
     Parameters

@@ -34,9 +34,13 @@ class PeriodicModel(PeriodicMatrices):
         i = _places("inputs", self.inputs, inputs)
         o = _places("outputs", self.outputs, outputs)
         return replace(
-            self, B=self.B[:, :, i], C=self.C[:, o], D=self.D[:, o][:, :, i],
-            inputs=tuple(self.inputs[j] for j in i), outputs=tuple(self.outputs[j] for j in o),
-        )  # fmt: skip
+            self,
+            B=self.B[:, :, i],
+            C=self.C[:, o],
+            D=self.D[:, o][:, :, i],
+            inputs=tuple(self.inputs[j] for j in i),
+            outputs=tuple(self.outputs[j] for j in o),
+        )
 
     def continuous(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """A(t) (N, n, n) and B(t) (N, n, 4) of the continuous-time model x' = A(t) x + B(t) u at the samples."""
@@ -65,8 +69,18 @@ class PeriodicModel(PeriodicMatrices):
         from scipy.io import savemat
 
         content = {name: np.moveaxis(getattr(self, name), 0, -1) for name in "ABCD"}
-        savemat(path, {**content, **names_for_matlab(self), "period": self.period, "wave_period": self.wave_period,
-                       "orbit": self.orbit, "controls": self.controls, "note": self.note})  # fmt: skip
+        savemat(
+            path,
+            {
+                **content,
+                **names_for_matlab(self),
+                "period": self.period,
+                "wave_period": self.wave_period,
+                "orbit": self.orbit,
+                "controls": self.controls,
+                "note": self.note,
+            },
+        )
 
 
 def linearise(
@@ -107,11 +121,18 @@ def linearise(
     maps = [flow.jacobian(x, orbit.cc, orbit.cg, k) for k, x in enumerate(states[:-1])]
     measured = [_measure(flow, x, (orbit.cc, orbit.cg), outputs) for x in states[:-1]]
     return PeriodicModel(
-        np.array([a for a, _ in maps]), np.array([b for _, b in maps]),
-        np.array([c for c, _ in measured]), np.array([d for _, d in measured]),
-        tuple(orbit.plant.labels[row] for row in flow.free), INPUTS, tuple(outputs), period, states,
-        np.array([orbit.cc, orbit.cg]), flow,
-    )  # fmt: skip
+        np.array([a for a, _ in maps]),
+        np.array([b for _, b in maps]),
+        np.array([c for c, _ in measured]),
+        np.array([d for _, d in measured]),
+        tuple(orbit.plant.labels[row] for row in flow.free),
+        INPUTS,
+        tuple(outputs),
+        period,
+        states,
+        np.array([orbit.cc, orbit.cg]),
+        flow,
+    )
 
 
 def _measure(

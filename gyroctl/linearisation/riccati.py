@@ -91,8 +91,9 @@ def periodic_lqr(A: Matrices, B: Matrices, Q: Matrices, R: Matrices) -> Periodic
     try:
         X = solve_discrete_are(a, b, c.T @ weight @ c, block_diag(*R) + d.T @ weight @ d, s=c.T @ weight @ d)
     except (LinAlgError, ValueError) as error:
-        raise InputError("B", B.shape, f"no stabilising regulator: {error}",
-                         "Choose inputs that reach every growing mode, and R > 0") from error  # fmt: skip
+        raise InputError(
+            "B", B.shape, f"no stabilising regulator: {error}", "Choose inputs that reach every growing mode, and R > 0"
+        ) from error
     for _ in range(POLISH):
         start = X
         costs, gains = [X] * samples, [np.zeros((m, n))] * samples

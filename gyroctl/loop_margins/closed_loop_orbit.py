@@ -147,8 +147,14 @@ def close_loop(
         advice = f"Gain, phase, delay and disk margins need the law's derivative: {error}. The nonlinear ones remain"
         return _failed("not differentiable", advice, flow, law, begin.sense)
     if closed is None:
-        return _failed("not periodic", "The loop does not settle on one solution per wave, so that it has no "
-                       "multipliers: judge it by simulation, or try another wave", flow, law, begin.sense)  # fmt: skip
+        return _failed(
+            "not periodic",
+            "The loop does not settle on one solution per wave, so that it has no "
+            "multipliers: judge it by simulation, or try another wave",
+            flow,
+            law,
+            begin.sense,
+        )
     return closed
 
 
@@ -201,13 +207,20 @@ def _newton(flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, sense:
             multipliers = multipliers[np.argsort(-np.abs(multipliers))]
             stable = bool(np.abs(multipliers[0]) < 1.0)
             return LoopOrbit(
-                "stable" if stable else "unstable", "" if stable else "The loop itself is unstable: no margin", flow,
-                law, sense, np.array(states), tuple(law_states), np.array(controls),
-                np.array([a for a, _ in plant_maps]), np.array([b for _, b in plant_maps]),
+                "stable" if stable else "unstable",
+                "" if stable else "The loop itself is unstable: no margin",
+                flow,
+                law,
+                sense,
+                np.array(states),
+                tuple(law_states),
+                np.array(controls),
+                np.array([a for a, _ in plant_maps]),
+                np.array([b for _, b in plant_maps]),
                 np.array([y for y, _ in law_maps]),
                 np.array([s for _, s in law_maps]).reshape(flow.samples, 2 + ns, ns),
                 multipliers,
-            )  # fmt: skip
+            )
         shrink = min(1.0, 0.3 / max(abs(float(step[list(flow.free).index(PSI)])), 1e-300))
         x = x + shrink * flow.embedding @ step[:n]
         state = _like(law_states[0], np.array(law_states[0], float) + shrink * step[n:])
@@ -215,9 +228,12 @@ def _newton(flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, sense:
 
 
 def _compose(
-    a: NDArray[np.float64], b: NDArray[np.float64], by_y: NDArray[np.float64], by_s: NDArray[np.float64],
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    by_y: NDArray[np.float64],
+    by_s: NDArray[np.float64],
     sensing: NDArray[np.float64],
-) -> NDArray[np.float64]:  # fmt: skip
+) -> NDArray[np.float64]:
     """Closed loop over one sample, of plant and law's state."""
     measured = by_y @ sensing
     return np.block([[a + b @ measured[:2], b @ by_s[:2]], [measured[2:], by_s[2:]]])
@@ -250,6 +266,17 @@ def _reference(plant: Plant, wave: RegularWave) -> Orbit:
 def _failed(status: LoopStatus, advice: str, flow: HeldFlow, law: Any, sense: int) -> LoopOrbit:
     nothing = np.zeros((0, 0, 0))
     return LoopOrbit(
-        status, advice, flow, law, sense, np.zeros((1, 0)), (), np.zeros((0, 2)), nothing, nothing, nothing, nothing,
+        status,
+        advice,
+        flow,
+        law,
+        sense,
+        np.zeros((1, 0)),
+        (),
+        np.zeros((0, 2)),
+        nothing,
+        nothing,
+        nothing,
+        nothing,
         np.zeros(0, complex),
-    )  # fmt: skip
+    )

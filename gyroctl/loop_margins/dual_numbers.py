@@ -121,8 +121,10 @@ def _unary(function: Callable[[float], float], slope: Callable[[float], float]) 
 exp = _unary(math.exp, math.exp)
 log = _unary(math.log, lambda v: 1.0 / v)
 _UNARY = {
-    "exp": exp, "log": log,
-    "sin": _unary(math.sin, math.cos), "cos": _unary(math.cos, lambda v: -math.sin(v)),
+    "exp": exp,
+    "log": log,
+    "sin": _unary(math.sin, math.cos),
+    "cos": _unary(math.cos, lambda v: -math.sin(v)),
     "tan": _unary(math.tan, lambda v: 1.0 + math.tan(v) ** 2),
     "tanh": _unary(math.tanh, lambda v: 1.0 - math.tanh(v) ** 2),
     "sqrt": _unary(math.sqrt, lambda v: 0.5 / math.sqrt(v) if v > 0.0 else 0.0),
@@ -130,8 +132,9 @@ _UNARY = {
     "acos": _unary(math.acos, lambda v: -1.0 / math.sqrt(1.0 - v * v)),
     "atan": _unary(math.atan, lambda v: 1.0 / (1.0 + v * v)),
     "fabs": _unary(abs, lambda v: math.copysign(1.0, v)),
-    "floor": _unary(math.floor, lambda v: 0.0), "ceil": _unary(math.ceil, lambda v: 0.0),
-}  # fmt: skip
+    "floor": _unary(math.floor, lambda v: 0.0),
+    "ceil": _unary(math.ceil, lambda v: 0.0),
+}
 
 
 for _name, _function in _UNARY.items():  # where a law writes np.cos(x), numpy asks x for its method `cos`
@@ -158,12 +161,20 @@ def _to_float(number: Any = 0.0) -> Any:
     return number if isinstance(number, Dual) else builtins.float(number)
 
 
-_MATH = SimpleNamespace(**{
-    **vars(math), **_UNARY, "atan2": _atan2, "hypot": _hypot, "remainder": _remainder,
-    "fmod": lambda x, y: Dual(math.fmod(x.value, y), x.gradient) if isinstance(x, Dual) else math.fmod(x, y),
-    "pow": lambda x, y: x**y, "isfinite": lambda x: math.isfinite(_value(x)), "isnan": lambda x: math.isnan(_value(x)),
-    "copysign": lambda x, y: abs(x) if math.copysign(1.0, _value(y)) > 0.0 else -abs(x),
-})  # fmt: skip
+_MATH = SimpleNamespace(
+    **{
+        **vars(math),
+        **_UNARY,
+        "atan2": _atan2,
+        "hypot": _hypot,
+        "remainder": _remainder,
+        "fmod": lambda x, y: Dual(math.fmod(x.value, y), x.gradient) if isinstance(x, Dual) else math.fmod(x, y),
+        "pow": lambda x, y: x**y,
+        "isfinite": lambda x: math.isfinite(_value(x)),
+        "isnan": lambda x: math.isnan(_value(x)),
+        "copysign": lambda x, y: abs(x) if math.copysign(1.0, _value(y)) > 0.0 else -abs(x),
+    }
+)
 _REPLACED: dict[str, Any] = {"math": _MATH, "float": _to_float}
 
 

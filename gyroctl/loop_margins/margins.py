@@ -185,9 +185,14 @@ def channel_margins(loop: LoopOrbit, channel: str) -> ChannelMargins:
     alpha = opened.disk()
     bounds = ((2.0 - alpha) / (2.0 + alpha), (2.0 + alpha) / (2.0 - alpha)) if alpha < 2.0 - 1e-6 else (0.0, np.inf)
     return ChannelMargins(
-        names, opened.gain_margin(), opened.phase_margin(), delay, alpha, bounds,
+        names,
+        opened.gain_margin(),
+        opened.phase_margin(),
+        delay,
+        alpha,
+        bounds,
         float(np.degrees(2.0 * np.arctan(0.5 * alpha))),
-    )  # fmt: skip
+    )
 
 
 def members(channel: str) -> tuple[str, ...]:
@@ -204,8 +209,12 @@ def open_loop(loop: LoopOrbit, channels: tuple[str, ...]) -> OpenedLoop:
         For an unknown signal, or controls and sensors mixed.
     """
     if not channels or not (set(channels) <= set(CONTROLS) or set(channels) <= set(SENSORS)):
-        raise InputError("channels", channels, "must be controls or sensors, not both",
-                         f"Choose from {', '.join(CONTROLS)} or from {', '.join(SENSORS)}")  # fmt: skip
+        raise InputError(
+            "channels",
+            channels,
+            "must be controls or sensors, not both",
+            f"Choose from {', '.join(CONTROLS)} or from {', '.join(SENSORS)}",
+        )
     a, b, c = zip(*(_open_sample(loop, channels, k) for k in range(loop.flow.samples)), strict=True)
     return OpenedLoop(channels, np.array(a), np.array(b), np.array(c))
 

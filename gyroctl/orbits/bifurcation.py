@@ -84,9 +84,12 @@ class BifurcationCurve:
 
 
 def curve(
-    point: SpecialPoint, second: str, limits: tuple[float, float], options: Palc | None = None,
+    point: SpecialPoint,
+    second: str,
+    limits: tuple[float, float],
+    options: Palc | None = None,
     first_limits: tuple[float, float] | None = None,
-) -> BifurcationCurve:  # fmt: skip
+) -> BifurcationCurve:
     """Follow a special point in its own parameter and a second one, both ways.
 
     Parameters
@@ -118,10 +121,16 @@ def curve(
     augmented = Augmented(scaled, point.kind)
     start = begin(augmented.near(y), y, options)
     if start is None:
-        raise InputError("point", point.value, "the augmented system does not converge from this point",
-                         "Refine the branch with smaller steps")  # fmt: skip
-    box = {x.size: (low / scaled.value_scale[0], high / scaled.value_scale[0]),
-           y.size - 1: (limits[0] / scaled.value_scale[1], limits[1] / scaled.value_scale[1])}  # fmt: skip
+        raise InputError(
+            "point",
+            point.value,
+            "the augmented system does not converge from this point",
+            "Refine the branch with smaller steps",
+        )
+    box = {
+        x.size: (low / scaled.value_scale[0], high / scaled.value_scale[0]),
+        y.size - 1: (limits[0] / scaled.value_scale[1], limits[1] / scaled.value_scale[1]),
+    }
     if angle:
         box[x.size + 1] = (RESONANCE, np.pi - RESONANCE)
     ways, ends = [], []
@@ -198,12 +207,12 @@ def _two_parameters(point: SpecialPoint, second: str, limits: tuple[float, float
     moved = point.scaled.orbit_map.over((point.parameter, second))
     value = moved.value(second)
     if not limits[0] <= value <= limits[1] or not limits[0] < limits[1]:
-        raise InputError("limits", limits, f"must enclose the point's {second} = {value:.6g}",
-                         "Give (low, high) around it")  # fmt: skip
+        raise InputError(
+            "limits", limits, f"must enclose the point's {second} = {value:.6g}", "Give (low, high) around it"
+        )
     if limits[0] < moved.least(second):
         raise InputError("limits", limits, f"{second} cannot be below {moved.least(second):g}", "Raise the lower limit")
-    return ScaledMap(moved, point.scaled.state_scale,
-                     np.array([point.scaled.value_scale[0], limits[1] - limits[0]]))  # fmt: skip
+    return ScaledMap(moved, point.scaled.state_scale, np.array([point.scaled.value_scale[0], limits[1] - limits[0]]))
 
 
 def _core(y: Vector, scaled: ScaledMap, kind: Kind) -> Vector:
@@ -266,6 +275,16 @@ def _tell(augmented: Augmented, chain: list[Point], ends: tuple[str, str]) -> Bi
     first, second, frequency_, power_, error, others_ = np.array(rows).T
     first_name, second_name = scaled.orbit_map.parameters
     return BifurcationCurve(
-        kind, (first_name, second_name), first, second, frequency_, power_, error, others_, ends, np.array(states),
-        tuple(chain), scaled,
-    )  # fmt: skip
+        kind,
+        (first_name, second_name),
+        first,
+        second,
+        frequency_,
+        power_,
+        error,
+        others_,
+        ends,
+        np.array(states),
+        tuple(chain),
+        scaled,
+    )

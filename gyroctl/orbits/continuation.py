@@ -154,9 +154,7 @@ class Branch:
         return tuple(point for point in self.points if point.kind == "fold")
 
 
-def continue_orbit(
-    orbit: Orbit, parameter: str, limits: tuple[float, float], options: Palc | None = None
-) -> Branch:
+def continue_orbit(orbit: Orbit, parameter: str, limits: tuple[float, float], options: Palc | None = None) -> Branch:
     """Follow an orbit in a parameter, both ways, through folds, to the limits.
 
     Parameters
@@ -208,16 +206,25 @@ def scaled_map(
     for name, (low, high) in zip(parameters, limits, strict=True):
         value = plain.value(name)
         if not (np.isfinite(low) and np.isfinite(high) and low <= value <= high and low < high):
-            raise InputError("limits", (low, high), f"must enclose the orbit's {name} = {value:.6g}",
-                             "Give (low, high) around it, or start from another orbit")  # fmt: skip
+            raise InputError(
+                "limits",
+                (low, high),
+                f"must enclose the orbit's {name} = {value:.6g}",
+                "Give (low, high) around it, or start from another orbit",
+            )
         if low < plain.least(name):
-            raise InputError("limits", (low, high), f"{name} cannot be below {plain.least(name):g}",
-                             "Raise the lower limit")  # fmt: skip
+            raise InputError(
+                "limits", (low, high), f"{name} cannot be below {plain.least(name):g}", "Raise the lower limit"
+            )
         if name == "wp":
             band = orbit.plant.excitation.omega
             if low < band[0] or high > band[-1]:
-                raise InputError("limits", (low, high), "the excitation is not known at these frequencies",
-                                 f"Stay in the tabulated band, {band[0]:g} to {band[-1]:g} rad/s")  # fmt: skip
+                raise InputError(
+                    "limits",
+                    (low, high),
+                    "the excitation is not known at these frequencies",
+                    f"Stay in the tabulated band, {band[0]:g} to {band[-1]:g} rad/s",
+                )
     # the size of each state over the period: at phase zero one of them may be small by chance
     scale = np.maximum(np.max(np.abs(orbit.states(8)), axis=0)[free_rows(orbit.plant)], 1e-6)
     scale[PSI] = 1.0
@@ -290,8 +297,10 @@ def _pairing(point: Point) -> float:
 def _special(scaled: ScaledMap, a: Point, b: Point, options: Palc, depth: int = 0) -> list[SpecialPoint]:
     flipped: Kind = "symmetry breaking" if scaled.orbit_map.symmetric else "period doubling"
     tests: tuple[tuple[Kind, Callable[[Point], float]], ...] = (
-        ("fold", _turning), (flipped, _flipping), ("Neimark-Sacker", _pairing),
-    )  # fmt: skip
+        ("fold", _turning),
+        (flipped, _flipping),
+        ("Neimark-Sacker", _pairing),
+    )
     system = scaled.system()
     found = []
     explained = 0
@@ -342,6 +351,14 @@ def _branch(scaled: ScaledMap, chain: list[Point], points: tuple[SpecialPoint, .
         power.append(scaled.orbit_map.evaluate(x, at, derivative=False).power)
     spectrum = np.array(multipliers)
     return Branch(
-        scaled.orbit_map.parameters[0], np.array(values), np.array(states), spectrum,
-        np.all(np.abs(spectrum) < 1.0, axis=1), np.array(power), points, closed, tuple(chain), scaled,
-    )  # fmt: skip
+        scaled.orbit_map.parameters[0],
+        np.array(values),
+        np.array(states),
+        spectrum,
+        np.all(np.abs(spectrum) < 1.0, axis=1),
+        np.array(power),
+        points,
+        closed,
+        tuple(chain),
+        scaled,
+    )

@@ -66,15 +66,23 @@ class LockMap:
 
         Interpolated linearly between slices; NaN outside them.
         """
-        table = np.array([np.interp(share * self.largest_cg(at), *_lower_part(branch))
-                          for at, branch in zip(self.cc, self.slices, strict=True)])  # fmt: skip
+        table = np.array(
+            [
+                np.interp(share * self.largest_cg(at), *_lower_part(branch))
+                for at, branch in zip(self.cc, self.slices, strict=True)
+            ]
+        )
         return np.stack([np.interp(cc, self.cc, column, np.nan, np.nan) for column in table.T], axis=1)
 
 
 def lock_map(
-    plant: Plant, wave: RegularWave, cc: tuple[float, float] = (0.01, 0.3), sense: int = 1,
-    options: Palc | None = None, progress: Report | None = None,
-) -> LockMap:  # fmt: skip
+    plant: Plant,
+    wave: RegularWave,
+    cc: tuple[float, float] = (0.01, 0.3),
+    sense: int = 1,
+    options: Palc | None = None,
+    progress: Report | None = None,
+) -> LockMap:
     """Fold and Neimark-Sacker curves over (cc, cg) up to the fold.
 
     Parameters
@@ -144,9 +152,15 @@ def lock_map(
 
 
 def tongue(
-    plant: Plant, wave: RegularWave, cc: float, cg: float, wp: tuple[float, float] = (2.0, 4.5),
-    highest: float = 1.0, sense: int = 1, options: Palc | None = None,
-) -> BifurcationCurve:  # fmt: skip
+    plant: Plant,
+    wave: RegularWave,
+    cc: float,
+    cg: float,
+    wp: tuple[float, float] = (2.0, 4.5),
+    highest: float = 1.0,
+    sense: int = 1,
+    options: Palc | None = None,
+) -> BifurcationCurve:
     """Least height (first) with an orbit over the frequency (second): the lock tongue.
 
     Parameters
@@ -174,9 +188,14 @@ def tongue(
 
 
 def critical_damping(
-    plant: Plant, wave: RegularWave, cg: float, cc: tuple[float, float] = (0.01, 0.3), largest: float = 20.0,
-    sense: int = 1, options: Palc | None = None,
-) -> BifurcationCurve:  # fmt: skip
+    plant: Plant,
+    wave: RegularWave,
+    cg: float,
+    cc: tuple[float, float] = (0.01, 0.3),
+    largest: float = 20.0,
+    sense: int = 1,
+    options: Palc | None = None,
+) -> BifurcationCurve:
     """Hinge damping d1 (first) that the lock needs over the coupling (second): a Neimark-Sacker curve.
 
     Parameters

@@ -87,13 +87,23 @@ def segment_jacobians(orbit: Orbit, segments: int, halves: int = 1) -> NDArray[n
     gear = k.N if plant.parameters.connection == "rigid" else None
     for i in range(segments):
         starts = complex_steps(state, gear)
-        ends = np.stack([
-            hold_one(
-                np.concatenate([starts[row], np.zeros(len(LEDGER))]), k, complex(orbit.cc), complex(orbit.cg),
-                PADDING * forcing.dt + i * hold, hold, steps, waves, forcing.dt,
-            )[:n]
-            for row in free
-        ], axis=1)  # fmt: skip
+        ends = np.stack(
+            [
+                hold_one(
+                    np.concatenate([starts[row], np.zeros(len(LEDGER))]),
+                    k,
+                    complex(orbit.cc),
+                    complex(orbit.cg),
+                    PADDING * forcing.dt + i * hold,
+                    hold,
+                    steps,
+                    waves,
+                    forcing.dt,
+                )[:n]
+                for row in free
+            ],
+            axis=1,
+        )
         blocks.append(ends.imag[free] / STEP)
         state = ends[:, 0].real.copy()
     if halves == 1:
@@ -120,10 +130,15 @@ def find_modes(orbit: Orbit) -> tuple[Mode, ...]:
         multiplier = half**2
         modes.append(
             Mode(
-                names[i], multiplier if multiplier.imag >= 0.0 else multiplier.conjugate(), 1 if single[i] else 2,
-                float(np.log(abs(half))) / (0.5 * orbit.period), frequency, float(groups[names[i]][i]), shapes[i],
+                names[i],
+                multiplier if multiplier.imag >= 0.0 else multiplier.conjugate(),
+                1 if single[i] else 2,
+                float(np.log(abs(half))) / (0.5 * orbit.period),
+                frequency,
+                float(groups[names[i]][i]),
+                shapes[i],
             )
-        )  # fmt: skip
+        )
     return tuple(sorted(modes, key=lambda mode: -mode.rate))
 
 
@@ -184,8 +199,9 @@ def _group_shares(orbit: Orbit, shares: NDArray[np.float64]) -> dict[str, NDArra
         "slip": (OMEGA_RATE,),
         "radiation": tuple(range(RADIATION, orbit.x.size)),
     }
-    return {name: sum((shares[free.index(r)] for r in own if r in free), np.zeros(len(free)))
-            for name, own in rows.items()}  # fmt: skip
+    return {
+        name: sum((shares[free.index(r)] for r in own if r in free), np.zeros(len(free))) for name, own in rows.items()
+    }
 
 
 def _assign(shares: dict[int, dict[str, float]], single: NDArray[np.bool_]) -> dict[int, str]:

@@ -26,9 +26,14 @@ HIGHEST = 5.0
 
 
 def find_orbit(
-    plant: Plant, wave: RegularWave, cc: float, cg: float, sense: int = 1, dt: float = 0.01,
+    plant: Plant,
+    wave: RegularWave,
+    cc: float,
+    cg: float,
+    sense: int = 1,
+    dt: float = 0.01,
     guess: NDArray[np.float64] | None = None,
-) -> Orbit:  # fmt: skip
+) -> Orbit:
     """Find the locked orbit as `search_orbit`; where there is none, its advice names the nearest height with one."""
     orbit = search_orbit(plant, wave, cc, cg, sense, dt, guess)
     if orbit.status != "no orbit":

@@ -100,9 +100,16 @@ class Orbit:
 
 
 def describe(
-    plant: Plant, x: NDArray[np.float64], residual: float, cc: float, cg: float, wave: Wave, forcing: Forcing,
-    sense: int, dt: float,
-) -> Orbit:  # fmt: skip
+    plant: Plant,
+    x: NDArray[np.float64],
+    residual: float,
+    cc: float,
+    cg: float,
+    wave: Wave,
+    forcing: Forcing,
+    sense: int,
+    dt: float,
+) -> Orbit:
     """Return the orbit through the fixed point `x` (n,) of the half map, with everything that is told of it."""
     free, n = free_rows(plant), x.size
     _, half = flow_jacobian(plant, x, cc, cg, forcing, 0.5, dt)
@@ -123,10 +130,24 @@ def describe(
     stable = bool(np.abs(multipliers[0]) < 1.0)
     advice = "" if stable else _advice(multipliers[0])
     return Orbit(
-        x, forcing.period, multipliers, error, residual, power, float(np.angle(mean)),
-        plant.parameters.N * cg / (plant.parameters.J4 * abs(mean)), "stable" if stable else "unstable", advice,
-        plant, cc, cg, sense, dt, wave, halves,
-    )  # fmt: skip
+        x,
+        forcing.period,
+        multipliers,
+        error,
+        residual,
+        power,
+        float(np.angle(mean)),
+        plant.parameters.N * cg / (plant.parameters.J4 * abs(mean)),
+        "stable" if stable else "unstable",
+        advice,
+        plant,
+        cc,
+        cg,
+        sense,
+        dt,
+        wave,
+        halves,
+    )
 
 
 def _advice(multiplier: complex) -> str:

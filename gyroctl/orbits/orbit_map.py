@@ -231,11 +231,21 @@ class OrbitMap:
         columns = np.stack([run(starts[row])[:n].imag / STEP for row in free], axis=1)
         slopes = [
             parameter_column(
-                self.plant, k, name, state, (cc, cg), forcing.wp, waves, self._change(name, values, halves),
-                forcing.dt, offset, hold, steps,
+                self.plant,
+                k,
+                name,
+                state,
+                (cc, cg),
+                forcing.wp,
+                waves,
+                self._change(name, values, halves),
+                forcing.dt,
+                offset,
+                hold,
+                steps,
             )
             for name in self.parameters
-        ]  # fmt: skip
+        ]
         by_parameter = np.stack(slopes, axis=1) if slopes else np.empty((n, 0))
         return Evaluation(image, sign[free, None] * columns[free], sign[free, None] * by_parameter[free], power)
 

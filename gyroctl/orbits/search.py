@@ -24,9 +24,14 @@ TOO_HEAVY = "the load asks for more than the wave can pull"
 
 
 def search_orbit(
-    plant: Plant, wave: RegularWave, cc: float, cg: float, sense: int = 1, dt: float = 0.01,
+    plant: Plant,
+    wave: RegularWave,
+    cc: float,
+    cg: float,
+    sense: int = 1,
+    dt: float = 0.01,
     guess: NDArray[np.float64] | None = None,
-) -> Orbit:  # fmt: skip
+) -> Orbit:
     """Find the locked orbit; parameters, result and errors as of `gyroctl.lock_orbit`, but no look for a nearest one."""
     if not wave.height > 0.0:
         raise InputError("height", wave.height, "must be positive", "Give the wave height in metres, for example 0.2")
@@ -40,16 +45,26 @@ def search_orbit(
     he = plant.excitation(np.array([wave.wp]), wave.heading)[:, 0]
     if not np.any(he):
         low, high = plant.excitation.omega[[0, -1]]
-        raise InputError("wp", wave.wp, "the excitation is not known at this frequency",
-                         f"Give a frequency in the tabulated band, {low:g} to {high:g} rad/s")  # fmt: skip
+        raise InputError(
+            "wp",
+            wave.wp,
+            "the excitation is not known at this frequency",
+            f"Give a frequency in the tabulated band, {low:g} to {high:g} rad/s",
+        )
     at = Wave(float(wave.height), float(wave.wp), float(wave.heading))
     return _search(plant, at, Forcing(0.5 * at.height * he, at.wp), float(cc), float(cg), sense, dt, guess)
 
 
 def _search(
-    plant: Plant, wave: Wave, forcing: Forcing, cc: float, cg: float, sense: int, dt: float,
+    plant: Plant,
+    wave: Wave,
+    forcing: Forcing,
+    cc: float,
+    cg: float,
+    sense: int,
+    dt: float,
     guess: NDArray[np.float64] | None,
-) -> Orbit:  # fmt: skip
+) -> Orbit:
     guesses = [guess] if guess is not None else harmonic_balance(plant, forcing, cc, cg, sense)
     found: list[Orbit] = []
     for first in guesses:
@@ -70,9 +85,24 @@ def _search(
     nothing = np.full(len(plant.labels), np.nan)
     unknown = np.full(free_rows(plant).size, np.nan, complex)
     return Orbit(
-        nothing, forcing.period, unknown, np.nan, np.nan, np.nan, np.nan, estimated_share(plant, forcing, cg, sense),
-        "no orbit", f"Lower cg or raise the wave height: {TOO_HEAVY}", plant, cc, cg, sense, dt, wave, unknown,
-    )  # fmt: skip
+        nothing,
+        forcing.period,
+        unknown,
+        np.nan,
+        np.nan,
+        np.nan,
+        np.nan,
+        estimated_share(plant, forcing, cg, sense),
+        "no orbit",
+        f"Lower cg or raise the wave height: {TOO_HEAVY}",
+        plant,
+        cc,
+        cg,
+        sense,
+        dt,
+        wave,
+        unknown,
+    )
 
 
 def _newton(

@@ -37,18 +37,28 @@ def with_gear(k: Coefficients, change: Any, J13: float, rigid: bool) -> Coeffici
     total = J2 + N**2 * k.J4
     pull = column + N * k.J4
     return k._replace(
-        N=N, Gpp=1.0 / total, Gpo=N / total, Goo=N**2 / total, ap=pull / total, ao=N * pull / total,
+        N=N,
+        Gpp=1.0 / total,
+        Gpo=N / total,
+        Goo=N**2 / total,
+        ap=pull / total,
+        ao=N * pull / total,
         kappa=k.K - pull**2 / total,
-    )  # fmt: skip
+    )
 
 
 def in_other_time(k: Coefficients, alpha: Any) -> Coefficients:
     """Constants with the unit of time changed, tau = alpha t."""
     return k._replace(
-        k1=k.k1 / alpha**2, k3=k.k3 / alpha**2, d1=k.d1 / alpha, d3=k.d3 / alpha,
-        p1=_slower_numerator(k.p1, len(k.q1), alpha), q1=tuple(q / alpha ** (j + 1) for j, q in enumerate(k.q1)),
-        p3=_slower_numerator(k.p3, len(k.q3), alpha), q3=tuple(q / alpha ** (j + 1) for j, q in enumerate(k.q3)),
-    )  # fmt: skip
+        k1=k.k1 / alpha**2,
+        k3=k.k3 / alpha**2,
+        d1=k.d1 / alpha,
+        d3=k.d3 / alpha,
+        p1=_slower_numerator(k.p1, len(k.q1), alpha),
+        q1=tuple(q / alpha ** (j + 1) for j, q in enumerate(k.q1)),
+        p3=_slower_numerator(k.p3, len(k.q3), alpha),
+        q3=tuple(q / alpha ** (j + 1) for j, q in enumerate(k.q3)),
+    )
 
 
 def _slower_numerator(p: tuple[float, ...], n: int, alpha: Any) -> tuple[Any, ...]:
@@ -66,9 +76,19 @@ def time_scales(k: Coefficients, alpha: complex) -> NDArray[np.complex128]:
 
 
 def parameter_column(
-    plant: Plant, k: Coefficients, name: str, x: NDArray[np.float64], controls: tuple[float, float], wp: float,
-    waves: NDArray[np.float64], change: NDArray[np.float64], waves_dt: float, offset: float, hold: float, steps: int,
-) -> NDArray[np.float64]:  # fmt: skip
+    plant: Plant,
+    k: Coefficients,
+    name: str,
+    x: NDArray[np.float64],
+    controls: tuple[float, float],
+    wp: float,
+    waves: NDArray[np.float64],
+    change: NDArray[np.float64],
+    waves_dt: float,
+    offset: float,
+    hold: float,
+    steps: int,
+) -> NDArray[np.float64]:
     """Derivative of the end state (n,) with respect to the parameter `name`.
 
     Parameters
@@ -112,9 +132,18 @@ def parameter_column(
         y[7] += eps * x[6]  # the flywheel stays geared to the ring
     work = np.empty((5, y.size), complex)
     hold_into(
-        y, work, np.empty(6, complex), np.empty(TAPS), complex_coefficients(k),
-        np.array([[cc], [cg]]), offset, hold, steps, moments, waves_dt,
-    )  # fmt: skip
+        y,
+        work,
+        np.empty(6, complex),
+        np.empty(TAPS),
+        complex_coefficients(k),
+        np.array([[cc], [cg]]),
+        offset,
+        hold,
+        steps,
+        moments,
+        waves_dt,
+    )
     return np.asarray((y[: x.size] / scales).imag / STEP)
 
 

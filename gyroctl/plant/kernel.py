@@ -71,9 +71,21 @@ def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: 
 
 @inlined
 def advance(
-    y: Any, x: Any, slope: Any, moments: Any, weight: Any, L: int, k: Coefficients, cc: Any, cg: Any,
-    start: float, hold: float, steps: int, waves: Any, waves_dt: float,
-) -> None:  # fmt: skip
+    y: Any,
+    x: Any,
+    slope: Any,
+    moments: Any,
+    weight: Any,
+    L: int,
+    k: Coefficients,
+    cc: Any,
+    cg: Any,
+    start: float,
+    hold: float,
+    steps: int,
+    waves: Any,
+    waves_dt: float,
+) -> None:
     """Advance L runs by `hold` seconds in `steps` equal Runge-Kutta steps with constant `cc`, `cg`.
 
     Parameters
@@ -128,15 +140,23 @@ def _hold_into(stamp: str) -> Any:
     """Build the compiled kernel for one run; `stamp` ties its cache to the sources."""
 
     def hold_into(
-        y: NDArray[Any], work: NDArray[Any], moments: NDArray[np.float64], weight: NDArray[np.float64],
-        k: Coefficients, controls: NDArray[Any], start: float, hold: float, steps: int, waves: NDArray[np.float64],
+        y: NDArray[Any],
+        work: NDArray[Any],
+        moments: NDArray[np.float64],
+        weight: NDArray[np.float64],
+        k: Coefficients,
+        controls: NDArray[Any],
+        start: float,
+        hold: float,
+        steps: int,
+        waves: NDArray[np.float64],
         waves_dt: float,
-    ) -> None:  # fmt: skip
+    ) -> None:
         """Advance one run in place. `work` (5, rows), `controls` (2, 1); float or complex alike."""
         assert stamp
         advance(
             y, work[0], work[1:], moments, weight, 1, k, controls[0], controls[1], start, hold, steps, waves, waves_dt
-        )  # fmt: skip
+        )
 
     return entry_point(hold_into)
 
@@ -145,9 +165,16 @@ hold_into = _hold_into(source_stamp(SOURCES))
 
 
 def hold_one(
-    y: NDArray[Any], k: Coefficients, cc: Any, cg: Any, start: float, hold: float, steps: int,
-    waves: NDArray[np.float64], waves_dt: float,
-) -> NDArray[Any]:  # fmt: skip
+    y: NDArray[Any],
+    k: Coefficients,
+    cc: Any,
+    cg: Any,
+    start: float,
+    hold: float,
+    steps: int,
+    waves: NDArray[np.float64],
+    waves_dt: float,
+) -> NDArray[Any]:
     """Return state and ledger (rows,) after one held interval, see `advance`; float or complex."""
     out = y.copy()
     controls = np.array([[cc], [cg]], y.dtype)
@@ -160,10 +187,21 @@ def _run_lanes(stamp: str) -> Any:
     """Build the compiled ensemble kernel; `stamp` ties its cache to the sources."""
 
     def run_lanes(
-        y: NDArray[np.float64], k: Coefficients, cc: NDArray[np.float64], cg: NDArray[np.float64], hold: float,
-        steps: int, intervals: int, waves: NDArray[np.float64], waves_dt: float, psi: NDArray[np.float64],
-        speed: NDArray[np.float64], peak: NDArray[np.float64], mark: int, marked: NDArray[np.float64],
-    ) -> None:  # fmt: skip
+        y: NDArray[np.float64],
+        k: Coefficients,
+        cc: NDArray[np.float64],
+        cg: NDArray[np.float64],
+        hold: float,
+        steps: int,
+        intervals: int,
+        waves: NDArray[np.float64],
+        waves_dt: float,
+        psi: NDArray[np.float64],
+        speed: NDArray[np.float64],
+        peak: NDArray[np.float64],
+        mark: int,
+        marked: NDArray[np.float64],
+    ) -> None:
         """Run LANES runs with constant controls; see `gyroctl.simulation.ensemble` for the meaning of the outputs."""
         assert stamp
         x, slope = np.empty(y.size), np.empty((4, y.size))
@@ -177,9 +215,7 @@ def _run_lanes(stamp: str) -> Any:
             for row in range(2):
                 for l in range(LANES):
                     peak[row, i, l] = y[row * LANES + l]
-            advance(
-                y, x, slope, moments, weight, LANES, k, cc, cg, i * hold, hold, steps, waves, waves_dt,
-            )  # fmt: skip
+            advance(y, x, slope, moments, weight, LANES, k, cc, cg, i * hold, hold, steps, waves, waves_dt)
         for l in range(LANES):
             psi[intervals, l] = y[PSI * LANES + l]
             speed[intervals, l] = y[OMEGA_RATE * LANES + l]

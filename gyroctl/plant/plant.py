@@ -70,8 +70,12 @@ class Plant:
         """Refuse what is no pair of radiation functions."""
         pair = self.radiation
         if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(r, Radiation) for r in pair)):
-            raise InputError("plant.radiation", pair, "must be a pair of Radiation, for phi1 and phi3",
-                             "Leave it out, choose accurate, paper or fine, or give two Radiation")  # fmt: skip
+            raise InputError(
+                "plant.radiation",
+                pair,
+                "must be a pair of Radiation, for phi1 and phi3",
+                "Leave it out, choose accurate, paper or fine, or give two Radiation",
+            )
 
     def __getstate__(self) -> dict[str, Any]:
         """Fields alone: the same plant has the same bytes, whatever has been asked of it before."""
@@ -94,8 +98,12 @@ class Plant:
         inner = {f.name for f in dataclasses.fields(self.parameters)}
         for name in changes:
             if name not in own | inner:
-                raise InputError(f"plant.{name}", changes[name], "unknown parameter",
-                                 f"Choose one of {', '.join(sorted(own | inner))}")  # fmt: skip
+                raise InputError(
+                    f"plant.{name}",
+                    changes[name],
+                    "unknown parameter",
+                    f"Choose one of {', '.join(sorted(own | inner))}",
+                )
         parameters = changes.get("parameters", self.parameters)
         parameters = dataclasses.replace(parameters, **{n: v for n, v in changes.items() if n in inner})
         outer = {n: v for n, v in changes.items() if n in own}
@@ -182,8 +190,12 @@ class Plant:
     def _evaluate(self, x: ArrayLike, u: Any, moments: Any) -> NDArray[Any]:
         state = np.asarray(x)
         if state.ndim not in (1, 2) or state.shape[0] != len(self.labels):
-            raise InputError("x", state.shape, f"the state has {len(self.labels)} rows",
-                             "Give an array of shape (n,) or (n, batch) in the order of plant.labels")  # fmt: skip
+            raise InputError(
+                "x",
+                state.shape,
+                f"the state has {len(self.labels)} rows",
+                "Give an array of shape (n,) or (n, batch) in the order of plant.labels",
+            )
         kind = np.result_type(state, *map(np.asarray, u), *map(np.asarray, moments), float)
         dx = np.empty((state.shape[0] + len(LEDGER), *state.shape[1:]), kind)
         equations.derivative(state, dx, 1, 0, self.coefficients, u[0], u[1], moments[0], moments[1])
@@ -202,12 +214,29 @@ def coefficients(parameters: Parameters, radiation: tuple[Radiation, Radiation])
     column = np.array([2.0 * N * J3, J4])  # inertia between (psi, omega) and the direction (cos psi, -sin psi)
     reaction = G @ column
     return Coefficients(
-        N=N, K=K, J3=J3, J4=J4, i1=1.0 / (p.J1 + p.Jh1), i3=1.0 / (p.J1 + p.Jh3),
-        Gpp=float(G[0, 0]), Gpo=float(G[0, 1]), Goo=float(G[1, 1]), ap=float(reaction[0]), ao=float(reaction[1]),
-        kappa=float(K - column @ reaction), k1=float(p.k1), k3=float(p.k3), d1=float(p.d1), d3=float(p.d3),
-        C2=p.lever_inertia if p.lever_gyroscopic else 0.0, reaction=1.0 if p.generator_reaction else 0.0,
-        p1=radiation[0].p, q1=radiation[0].q, p3=radiation[1].p, q3=radiation[1].q,
-    )  # fmt: skip
+        N=N,
+        K=K,
+        J3=J3,
+        J4=J4,
+        i1=1.0 / (p.J1 + p.Jh1),
+        i3=1.0 / (p.J1 + p.Jh3),
+        Gpp=float(G[0, 0]),
+        Gpo=float(G[0, 1]),
+        Goo=float(G[1, 1]),
+        ap=float(reaction[0]),
+        ao=float(reaction[1]),
+        kappa=float(K - column @ reaction),
+        k1=float(p.k1),
+        k3=float(p.k3),
+        d1=float(p.d1),
+        d3=float(p.d3),
+        C2=p.lever_inertia if p.lever_gyroscopic else 0.0,
+        reaction=1.0 if p.generator_reaction else 0.0,
+        p1=radiation[0].p,
+        q1=radiation[0].q,
+        p3=radiation[1].p,
+        q3=radiation[1].q,
+    )
 
 
 def stored_energy(k: Coefficients, x: NDArray[Any]) -> Any:

@@ -36,14 +36,26 @@ class Radiation:
         object.__setattr__(self, "p", tuple(float(value) for value in self.p))
         object.__setattr__(self, "q", tuple(float(value) for value in self.q))
         if not 1 <= len(self.p) <= len(self.q) or not all(map(math.isfinite, self.p + self.q)):
-            raise InputError("radiation.p", self.p, "numerator order must be below the denominator's",
-                             "Give finite coefficients, len(p) <= len(q)")  # fmt: skip
+            raise InputError(
+                "radiation.p",
+                self.p,
+                "numerator order must be below the denominator's",
+                "Give finite coefficients, len(p) <= len(q)",
+            )
         if np.max(np.roots([1.0, *self.q]).real) >= 0.0:
-            raise InputError("radiation.q", self.q, "the denominator has a root that is not in the left half plane",
-                             "Refit with stable poles")  # fmt: skip
+            raise InputError(
+                "radiation.q",
+                self.q,
+                "the denominator has a root that is not in the left half plane",
+                "Refit with stable poles",
+            )
         if not self.is_passive():
-            raise InputError("radiation.p", self.p, "the function is not passive: Re H(iw) < 0 at some frequency",
-                             "Refit with the passivity constraint, see hydrodynamics.fit_radiation")  # fmt: skip
+            raise InputError(
+                "radiation.p",
+                self.p,
+                "the function is not passive: Re H(iw) < 0 at some frequency",
+                "Refit with the passivity constraint, see hydrodynamics.fit_radiation",
+            )
 
     def response(self, omega: ArrayLike) -> NDArray[np.complex128]:
         """H(i omega) [Nms/rad] at angular frequencies `omega` [rad/s], of the same shape."""

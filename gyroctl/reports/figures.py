@@ -168,10 +168,7 @@ def motion(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
                 col=column,
             )
         figure.add_vline(
-            x=evaluation.motion_limit,
-            line={"color": WARNING, "width": 1.5, "dash": "dash"},
-            row=1,
-            col=column,
+            x=evaluation.motion_limit, line={"color": WARNING, "width": 1.5, "dash": "dash"}, row=1, col=column
         )
         figure.add_annotation(
             x=evaluation.motion_limit,

@@ -101,9 +101,18 @@ def _pareto(axes: Axes, ds: xr.Dataset, evaluation: Evaluation) -> None:
             x.value, y.value, xerr=_arms(x), yerr=_arms(y), color=LIGHT["axis"], linewidth=1.2, capsize=2.5, zorder=2
         )
         points = axes.scatter(
-            x.value, y.value, c=[law.lock.value], cmap=scale, vmin=0, vmax=1, s=85, marker=styles[law.name].marker,
-            edgecolors="white", linewidths=1.0, zorder=3,
-        )  # fmt: skip
+            x.value,
+            y.value,
+            c=[law.lock.value],
+            cmap=scale,
+            vmin=0,
+            vmax=1,
+            s=85,
+            marker=styles[law.name].marker,
+            edgecolors="white",
+            linewidths=1.0,
+            zorder=3,
+        )
         axes.annotate(
             law.name,
             (x.value, y.value),

@@ -17,22 +17,38 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 FONT = "-apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, system-ui, sans-serif"
-HUES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#8C6BB1", "#A0522D",
-        "#C2185B", "#999933", "#5C6BC0")  # fmt: skip
-SYMBOLS = ("circle", "square", "diamond", "triangle-up", "cross", "pentagon", "star", "hexagon",
-           "triangle-down", "x", "hourglass")  # fmt: skip
+HUES = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#E69F00",
+    "#56B4E9",
+    "#8C6BB1",
+    "#A0522D",
+    "#C2185B",
+    "#999933",
+    "#5C6BC0",
+)
+SYMBOLS = (
+    "circle",
+    "square",
+    "diamond",
+    "triangle-up",
+    "cross",
+    "pentagon",
+    "star",
+    "hexagon",
+    "triangle-down",
+    "x",
+    "hourglass",
+)
 MARKERS = ("o", "s", "D", "^", "P", "p", "*", "h", "v", "X", "8")
 DASHES = ("solid", "solid", "solid", "solid", "dash", "dash", "dash", "dash", "dot", "dot", "dot")
 REFERENCE_GREY = "#7A828C"
 WARNING = "#CF3F35"
 
-FLOWS = {
-    "generator": "#0072B2",
-    "slip": "#E69F00",
-    "hinge": "#CC79A7",
-    "radiated": "#8FB8D0",
-    "stored": "#9AA1A9",
-}
+FLOWS = {"generator": "#0072B2", "slip": "#E69F00", "hinge": "#CC79A7", "radiated": "#8FB8D0", "stored": "#9AA1A9"}
 """Where the energy goes: the useful share in the strong colour."""
 
 LOCK_SCALE = ((0.0, "#B5472F"), (0.5, "#E3B873"), (0.8, "#8FB3B0"), (1.0, "#12626E"))

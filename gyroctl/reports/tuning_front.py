@@ -70,10 +70,16 @@ def _panel(ax: Axes, rows: Sequence[FrontRow], limit: float | None) -> None:
     ax.scatter(*xy(lost), s=7, color=WARNING, alpha=0.25, linewidths=0, label="run, a lock lost")
     ax.scatter(*xy(held), s=7, color=REFERENCE_GREY, alpha=0.5, linewidths=0, label="run, all locked")
     ax.plot(*xy(front), color=REFERENCE_GREY, lw=1.0, ls=":", label="front of the search (few runs)")
-    ax.scatter(*xy(confirmed), s=34, facecolors="white", edgecolors=HUES[0], linewidths=1.4, zorder=3,
-               label="confirmed on all seeds")  # fmt: skip
-    ax.scatter(*xy([row for row in confirmed if row.chosen]), s=110, marker="*", color=HUES[1], zorder=4,
-               label="ships")  # fmt: skip
+    ax.scatter(
+        *xy(confirmed),
+        s=34,
+        facecolors="white",
+        edgecolors=HUES[0],
+        linewidths=1.4,
+        zorder=3,
+        label="confirmed on all seeds",
+    )
+    ax.scatter(*xy([row for row in confirmed if row.chosen]), s=110, marker="*", color=HUES[1], zorder=4, label="ships")
     shown = [row for row in rows if row.locked >= 0.5] or rows
     ax.set_xlim(0.0, 1.08 * max(sorted(row.power_cv for row in shown)[int(0.95 * (len(shown) - 1))], limit or 0.0))
     ax.set_ylim(0.0, 1.1 * max(row.mean_power for row in shown))

@@ -25,7 +25,7 @@ from gyroctl.waves import Regular
 Quantity = Literal["cg", "height", "wp"]
 Ending = Literal[
     "fold", "Neimark-Sacker", "period doubling", "none in range", "lost in a slow ramp", "end of the table"
-]  # fmt: skip
+]
 
 ACCURACY = 1e-4
 """Of the end of the orbit, relative. [-]"""

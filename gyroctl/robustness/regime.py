@@ -126,8 +126,12 @@ def settle(orbit: Orbit, wave: Regular, law: Law | None = None, actuators: Actua
     lag = _lag(first, run)
     watched = lag[-round(WATCHED * first.period / actuators.period) :]
     if not (np.all(np.isfinite(lag)) and np.ptp(watched) < math.pi and np.ptp(lag) < 2.0 * math.pi):
-        raise InputError("law", type(law).__name__, "does not keep the lock in this regular wave, so it has no margins",
-                         "Choose another law, a higher wave or less load")  # fmt: skip
+        raise InputError(
+            "law",
+            type(law).__name__,
+            "does not keep the lock in this regular wave, so it has no margins",
+            "Choose another law, a higher wave or less load",
+        )
     n, span = orbit.x.size, watched.size
     power = float(run.record[-1, n + 4] - run.record[-1 - span, n + 4]) / (span * actuators.period)
     x = run.record[-1, :n].copy()
@@ -135,9 +139,19 @@ def settle(orbit: Orbit, wave: Regular, law: Law | None = None, actuators: Actua
     turns = orbit.sense * 2.0 * math.pi * math.floor(phase / (2.0 * math.pi))
     x[PSI] -= turns
     return Regime(
-        orbit.plant, wave, law, x, phase % (2.0 * math.pi), run.law_state, run.held, float(np.mean(watched)), power,
-        orbit.sense, actuators, machine,
-    )  # fmt: skip
+        orbit.plant,
+        wave,
+        law,
+        x,
+        phase % (2.0 * math.pi),
+        run.law_state,
+        run.held,
+        float(np.mean(watched)),
+        power,
+        orbit.sense,
+        actuators,
+        machine,
+    )
 
 
 class Run(NamedTuple):
@@ -176,9 +190,17 @@ def simulate(
     commands, controls, held = np.zeros((samples, 2)), np.zeros((samples, 2)), np.array(regime.held)
     kernel = Kernel(regime.plant.coefficients, np.ascontiguousarray(moments.T).ravel(), WAVES_DT, STEP)
     arguments = (
-        max(round(regime.law.period / tick), 1), kernel, _ideal(samples), regime.actuators.arrays(), tick, record,
-        commands, controls, held, np.zeros(1, np.int64),
-    )  # fmt: skip
+        max(round(regime.law.period / tick), 1),
+        kernel,
+        _ideal(samples),
+        regime.actuators.arrays(),
+        tick,
+        record,
+        commands,
+        controls,
+        held,
+        np.zeros(1, np.int64),
+    )
     state: Any
     if regime.machine is not None and law is None:
         state = regime.law_state.copy()

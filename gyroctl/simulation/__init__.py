@@ -5,13 +5,4 @@ from gyroctl.simulation.lock import cycle_slips, loss_time, wave_phasor
 from gyroctl.simulation.metrics import Record, evaluate
 from gyroctl.simulation.trajectory import trajectory
 
-__all__ = [
-    "EnsembleRun",
-    "Record",
-    "cycle_slips",
-    "evaluate",
-    "loss_time",
-    "run_ensemble",
-    "trajectory",
-    "wave_phasor",
-]
+__all__ = ["EnsembleRun", "Record", "cycle_slips", "evaluate", "loss_time", "run_ensemble", "trajectory", "wave_phasor"]

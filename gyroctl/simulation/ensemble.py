@@ -71,10 +71,20 @@ _Done = tuple[_Job, NDArray[np.float64]]
 
 
 def run_ensemble(
-    plant: Plant, sea: Sea, pairs: Sequence[tuple[float, float]], seeds: Sequence[int], start: NDArray[np.float64],
-    duration: float = 2000.0, blend: float = 100.0, dt: float = 0.01, period: float = 0.1, workers: int = 2,
-    sense: int = 1, title: str = "ensemble", quiet: bool = False,
-) -> EnsembleRun:  # fmt: skip
+    plant: Plant,
+    sea: Sea,
+    pairs: Sequence[tuple[float, float]],
+    seeds: Sequence[int],
+    start: NDArray[np.float64],
+    duration: float = 2000.0,
+    blend: float = 100.0,
+    dt: float = 0.01,
+    period: float = 0.1,
+    workers: int = 2,
+    sense: int = 1,
+    title: str = "ensemble",
+    quiet: bool = False,
+) -> EnsembleRun:
     """Simulate every constant pair on every realisation.
 
     Parameters
@@ -132,8 +142,9 @@ def check_pairs(plant: Plant, pairs: Sequence[tuple[float, float]], dt: float) -
     for cc, cg in pairs:
         for name, value in (("cc", cc), ("cg", cg)):
             if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(name, value, "must be zero or positive: both controls only dissipate",
-                                 f"Give {name} >= 0 in Nms")  # fmt: skip
+                raise InputError(
+                    name, value, "must be zero or positive: both controls only dissipate", f"Give {name} >= 0 in Nms"
+                )
         check_step(plant, cc, dt)
 
 
@@ -144,9 +155,11 @@ def check_step(plant: Plant, cc: float, dt: float) -> None:
     rate = float(slip_rate(plant.coefficients, cc))
     if dt * rate > UNSTABLE:
         raise InputError(
-            "run.dt", dt, f"the step is unstable for the slip: h * {rate:.0f}/s = {dt * rate:.2f} > {UNSTABLE}",
+            "run.dt",
+            dt,
+            f"the step is unstable for the slip: h * {rate:.0f}/s = {dt * rate:.2f} > {UNSTABLE}",
             f"Give dt <= {UNSTABLE / rate:.4f} s, or a smaller cc (now {cc})",
-        )  # fmt: skip
+        )
 
 
 def _jobs(
@@ -166,9 +179,18 @@ def _jobs(
 
 
 def _run_job(
-    plant: Plant, synthesis: Synthesis, wp: float, job: _Job, pairs: Sequence[tuple[float, float]],
-    seeds: Sequence[int], start: NDArray[np.float64], duration: float, blend: float, period: float, sense: int,
-) -> NDArray[np.float64]:  # fmt: skip
+    plant: Plant,
+    synthesis: Synthesis,
+    wp: float,
+    job: _Job,
+    pairs: Sequence[tuple[float, float]],
+    seeds: Sequence[int],
+    start: NDArray[np.float64],
+    duration: float,
+    blend: float,
+    period: float,
+    sense: int,
+) -> NDArray[np.float64]:
     k, n = plant.coefficients, len(plant.labels)
     intervals, first = round(duration / period), round(blend / period)
     used = len(job.runs)
@@ -193,16 +215,18 @@ def _run_job(
     edge = 0.5 * (power[0] ** 2 + power[-1] ** 2)
     second = (np.sum(power**2, axis=0) - edge) / (intervals - first)
     with np.errstate(invalid="ignore", divide="ignore"):
-        out = np.stack([
-            loss_time(psi, period, wp, sense),
-            mean,
-            np.sqrt(np.maximum(second - mean**2, 0.0)) / mean,
-            np.quantile(np.abs(motion[0, first:]), 0.98, axis=0),
-            np.quantile(np.abs(motion[1, first:]), 0.98, axis=0),
-            np.abs(energy[0] - energy[1:].sum(axis=0) - stored) / np.abs(energy[0]),
-            energy[LEDGER.index("slip")] / scored,
-            energy[LEDGER.index("wave_input")] / scored,
-        ])  # fmt: skip
+        out = np.stack(
+            [
+                loss_time(psi, period, wp, sense),
+                mean,
+                np.sqrt(np.maximum(second - mean**2, 0.0)) / mean,
+                np.quantile(np.abs(motion[0, first:]), 0.98, axis=0),
+                np.quantile(np.abs(motion[1, first:]), 0.98, axis=0),
+                np.abs(energy[0] - energy[1:].sum(axis=0) - stored) / np.abs(energy[0]),
+                energy[LEDGER.index("slip")] / scored,
+                energy[LEDGER.index("wave_input")] / scored,
+            ]
+        )
     return out[:, :used]
 
 

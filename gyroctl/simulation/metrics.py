@@ -15,12 +15,29 @@ MODEL_LIMIT = 0.3
 """Float motion beyond which the equations, linear in phi, are outside their range. [rad]"""
 
 UNITS = {
-    "mean_power": "W", "power_cv": "1", "p98_over_mean": "1", "power_cv_1s": "1", "locked": "1", "loss_time": "s",
-    "cycle_slips": "1 per 1000 waves", "phi1_p98": "rad", "phi3_p98": "rad", "outside_model": "1",
-    "wave_input_w": "W", "radiated_w": "W", "hinge_w": "W", "slip_loss_w": "W", "stored_w": "W",
-    "ledger_residual": "1", "capture_width_ratio": "1",
-    "availability": "1", "motor_energy": "J", "net_energy": "J", "lock_begins": "s", "payback_time": "s",
-}  # fmt: skip
+    "mean_power": "W",
+    "power_cv": "1",
+    "p98_over_mean": "1",
+    "power_cv_1s": "1",
+    "locked": "1",
+    "loss_time": "s",
+    "cycle_slips": "1 per 1000 waves",
+    "phi1_p98": "rad",
+    "phi3_p98": "rad",
+    "outside_model": "1",
+    "wave_input_w": "W",
+    "radiated_w": "W",
+    "hinge_w": "W",
+    "slip_loss_w": "W",
+    "stored_w": "W",
+    "ledger_residual": "1",
+    "capture_width_ratio": "1",
+    "availability": "1",
+    "motor_energy": "J",
+    "net_energy": "J",
+    "lock_begins": "s",
+    "payback_time": "s",
+}
 
 
 @dataclass(frozen=True)
@@ -47,9 +64,16 @@ class Record:
 
 
 def evaluate(
-    plant: Plant, record: Record, moment: NDArray[np.float64], moment_dt: float, wp: float, score_from: float,
-    available: float, sense: int = 1, from_rest: bool = False,
-) -> dict[str, float]:  # fmt: skip
+    plant: Plant,
+    record: Record,
+    moment: NDArray[np.float64],
+    moment_dt: float,
+    wp: float,
+    score_from: float,
+    available: float,
+    sense: int = 1,
+    from_rest: bool = False,
+) -> dict[str, float]:
     """Metrics of a run.
 
     Parameters

@@ -63,8 +63,11 @@ def trajectory(plant: Plant, record: Record, signals: dict[str, Any], attributes
     for i, label in enumerate(LEDGER):
         energy = record.states[:, len(plant.labels) + i]
         data[f"energy_{label}"] = ("time", energy, {"units": "J", "long_name": f"energy: {label.replace('_', ' ')}"})
-    units = {"elevation": ("m", "water surface at the float"), "Me1": ("Nm", "wave moment on phi1"),
-             "Me3": ("Nm", "wave moment on phi3")}  # fmt: skip
+    units = {
+        "elevation": ("m", "water surface at the float"),
+        "Me1": ("Nm", "wave moment on phi1"),
+        "Me3": ("Nm", "wave moment on phi3"),
+    }
     for label, values in signals.items():
         data[label] = ("time", values, {"units": units[label][0], "long_name": units[label][1]})
     plain = {

@@ -70,9 +70,16 @@ class BestPair(NamedTuple):
 
 
 def best_pair(
-    plant: Plant, sea: Sea, budget: float, seeds: Sequence[int], goal: Goal | None = None,
-    settings: Settings | None = None, workers: int = 1, title: str = "constant pair", quiet: bool = False,
-) -> BestPair:  # fmt: skip
+    plant: Plant,
+    sea: Sea,
+    budget: float,
+    seeds: Sequence[int],
+    goal: Goal | None = None,
+    settings: Settings | None = None,
+    workers: int = 1,
+    title: str = "constant pair",
+    quiet: bool = False,
+) -> BestPair:
     """Find the constant pair of most power within a goal.
 
     Parameters
@@ -109,8 +116,13 @@ def best_pair(
     def run(pairs: Sequence[Pair], count: int, duration: float, dt: float, stage: str) -> list[Means]:
         nonlocal spent
         found = scan(plant, sea, pairs, seeds[:count], duration, settings.blend, dt, workers, title, quiet)
-        values = {"mean_power": found.mean_power, "power_cv": found.power_cv, "locked": found.locked.astype(float),
-                  "phi1_p98": found.phi1_p98, "phi3_p98": found.phi3_p98}  # fmt: skip
+        values = {
+            "mean_power": found.mean_power,
+            "power_cv": found.power_cv,
+            "locked": found.locked.astype(float),
+            "phi1_p98": found.phi1_p98,
+            "phi3_p98": found.phi3_p98,
+        }
         table = {name: np.nan_to_num(value, nan=10.0).mean(axis=1) for name, value in values.items()}
         rows = [{name: float(value[i]) for name, value in table.items()} for i in range(len(pairs))]
         for row in rows:
@@ -174,6 +186,5 @@ def _count(budget: float, stage: int, pairs: int, duration: float, seeds: int) -
     count = int(SHARES[stage] * budget / (pairs * duration))
     if count < FEWEST:
         least = FEWEST * pairs * duration / SHARES[stage]
-        raise InputError("budget", budget, f"is too small for the grid of {pairs} pairs",
-                         f"Give {least:g} s or more")  # fmt: skip
+        raise InputError("budget", budget, f"is too small for the grid of {pairs} pairs", f"Give {least:g} s or more")
     return min(count, seeds)

@@ -65,13 +65,23 @@ def front_rows(archive: Sequence[Any], sets: Mapping[str, Any], motion: Mapping[
             front[within] = nondominated(values[within])
             for i, seen in enumerate(points):
                 names = [
-                    name for name, entry in sets.items()
+                    name
+                    for name, entry in sets.items()
                     if stage == "confirm" and sea in entry["result"] and entry["parameters"] == seen.parameters
-                ]  # fmt: skip
-                rows.append(FrontRow(
-                    sea, stage, means[i]["mean_power"], means[i]["power_cv"], means[i]["locked"], float(swing[i]),
-                    bool(front[i]), " ".join(names), seen.parameters,
-                ))  # fmt: skip
+                ]
+                rows.append(
+                    FrontRow(
+                        sea,
+                        stage,
+                        means[i]["mean_power"],
+                        means[i]["power_cv"],
+                        means[i]["locked"],
+                        float(swing[i]),
+                        bool(front[i]),
+                        " ".join(names),
+                        seen.parameters,
+                    )
+                )
     return rows
 
 

@@ -44,12 +44,13 @@ def record(
     """One set as it ships."""
     return {
         "parameters": best.parameters,
-        "goal": {name: {key: value for key, value in asdict(goals[name]).items() if np.isfinite(value)}
-                 for name in seas},
+        "goal": {
+            name: {key: value for key, value in asdict(goals[name]).items() if np.isfinite(value)} for name in seas
+        },
         "met": {name: goals[name].met(best.means[name]) for name in seas},
         "result": {name: result(best.means[name], task.seeds.count) for name in seas},
         "found": dict(found),
-    }  # fmt: skip
+    }
 
 
 def result(means: Means, runs: int) -> dict[str, Any]:

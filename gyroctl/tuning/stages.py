@@ -67,8 +67,9 @@ class Stages(NamedTuple):
                 seed = span[(number * sea.runs + i) % len(span)]
                 jobs += [self._job(point, sea, seed, self.task.search.window, self.task.search.dt) for point in points]
         rows = iter(self._run(f"search {number}", jobs))
-        tables = {name: np.array([[next(rows) for _ in points] for _ in range(sea.runs)])
-                  for name, sea in self.seas.items()}  # fmt: skip
+        tables = {
+            name: np.array([[next(rows) for _ in points] for _ in range(sea.runs)]) for name, sea in self.seas.items()
+        }
         return [{name: _means(table[:, i]) for name, table in tables.items()} for i in range(len(points))]
 
     def confirm(self, point: dict[str, float]) -> Seen:

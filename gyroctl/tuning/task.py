@@ -195,8 +195,12 @@ class Task:
         if which == EVERY_SEA:
             return dict(self.seas)
         if which not in self.seas:
-            raise InputError("--for", which, f"is no sea of the task of {self.law}",
-                             f"Choose one of {', '.join((EVERY_SEA, *self.seas))}")  # fmt: skip
+            raise InputError(
+                "--for",
+                which,
+                f"is no sea of the task of {self.law}",
+                f"Choose one of {', '.join((EVERY_SEA, *self.seas))}",
+            )
         one = self.seas[which]
         return {which: dataclasses.replace(one, weight=1.0, runs=self.search.runs)}
 
@@ -224,13 +228,18 @@ def read_task(name: str) -> Task:
         folder, stem = home(PAIRS.get(name, name))
         path = task_file(folder, stem)
         if not path.is_file():
-            raise InputError("law", name, f"ships no task for its tuning: there is no {path.name} in {path.parent}",
-                             "Write one, see docs/tuning.md, and give its path")  # fmt: skip
+            raise InputError(
+                "law",
+                name,
+                f"ships no task for its tuning: there is no {path.name} in {path.parent}",
+                "Write one, see docs/tuning.md, and give its path",
+            )
     try:
         tables = tomllib.loads(path.read_text(encoding="utf-8"))
     except OSError as error:
-        raise InputError("task", str(path), f"cannot be read: {error.strerror}",
-                         "Give the path of a TOML file") from None  # fmt: skip
+        raise InputError(
+            "task", str(path), f"cannot be read: {error.strerror}", "Give the path of a TOML file"
+        ) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError("task", str(path), f"is no TOML: {error}", "Correct the line") from None
     return build_task(tables, stem, path.parent)
@@ -255,13 +264,24 @@ def build_task(tables: Mapping[str, Any], stem: str = "law", folder: Path = Path
         raise InputError("search.confirm_share", search.confirm_share, "must be between 0 and 1", "The default is 0.3")
     knobs = tuple(_knob(name, entry) for name, entry in _table(tables, "knobs").items())
     if method == "evolution" and not knobs:
-        raise InputError("knobs", {}, "there is nothing to tune",
-                         "Write [knobs] and below it for example cc = {start = 0.05, width = 0.3}")  # fmt: skip
+        raise InputError(
+            "knobs",
+            {},
+            "there is nothing to tune",
+            "Write [knobs] and below it for example cc = {start = 0.05, width = 0.3}",
+        )
     fixed = {name: _number(f"fixed.{name}", value) for name, value in _table(tables, "fixed").items()}
     return Task(
-        law=law, stem=stem, method=method, fixed=fixed, knobs=knobs, seas=seas, goals=_goals(tables, seas),
-        search=search, seeds=_numbers(Seeds, "seeds", _table(tables, "seeds")),
-    )  # fmt: skip
+        law=law,
+        stem=stem,
+        method=method,
+        fixed=fixed,
+        knobs=knobs,
+        seas=seas,
+        goals=_goals(tables, seas),
+        search=search,
+        seeds=_numbers(Seeds, "seeds", _table(tables, "seeds")),
+    )
 
 
 def _seas(table: Mapping[str, Any]) -> dict[str, TuningSea]:
@@ -344,8 +364,12 @@ def _numbers(kind: Any, path: str, table: Mapping[str, Any]) -> Any:
         value = _number(f"{path}.{f.name}", table[f.name])
         whole = isinstance(f.default, int)
         if value < 0.0 or (value == 0.0 and f.name not in ("seed", "first")) or (whole and value != int(value)):
-            raise InputError(f"{path}.{f.name}", table[f.name], "must be a positive whole number" if whole else
-                             "must be positive", f"The default is {f.default}")  # fmt: skip
+            raise InputError(
+                f"{path}.{f.name}",
+                table[f.name],
+                "must be a positive whole number" if whole else "must be positive",
+                f"The default is {f.default}",
+            )
         values[f.name] = int(value) if whole else value
     return kind(**values)
 

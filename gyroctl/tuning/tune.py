@@ -72,9 +72,15 @@ class Start(NamedTuple):
 
 
 def tune(
-    task: Task, which: str, on: Circumstances, budget: float = BUDGET, folder: Path | None = None, workers: int = 1,
-    quiet: bool = False, start: Start | None = None,
-) -> Tuned:  # fmt: skip
+    task: Task,
+    which: str,
+    on: Circumstances,
+    budget: float = BUDGET,
+    folder: Path | None = None,
+    workers: int = 1,
+    quiet: bool = False,
+    start: Start | None = None,
+) -> Tuned:
     """Tune a law for all seas of its task, or for one of them.
 
     Parameters
@@ -122,13 +128,15 @@ def tune(
         points = shortlist(work, plan, means, archive)
         confirmed = [work.confirm(parameters) for parameters in points]
     found = {
-        **provenance(task, on), "start_from": start.name if start else "task",
-        "spent_before_s": start.spent if start else 0.0, "budget_s": budget,
+        **provenance(task, on),
+        "start_from": start.name if start else "task",
+        "spent_before_s": start.spent if start else 0.0,
+        "budget_s": budget,
         "spent_s": plan.generations * plan.generation + len(points) * plan.confirmation,
         "spent_searching_s": plan.generations * plan.generation,
         "spent_confirming_s": len(points) * plan.confirmation,
         "search": {**asdict(task.search), "generations": plan.generations, "points_confirmed": len(points)},
-    }  # fmt: skip
+    }
     sets = {}
     for name, goals in task.goals.items():
         best = chosen(confirmed, goals, seas)
@@ -141,9 +149,12 @@ def check_seeds(task: Task, on: Circumstances) -> None:
     span = task.seeds.span
     overlap = sorted(set(span) & (set(EVALUATION) | on.evaluation))
     if overlap:
-        raise InputError("seeds", f"{span[0]} to {span[-1]}",
-                         f"seeds {overlap[0]} to {overlap[-1]} judge laws and must not tune them",
-                         f"Give seeds.first = {EVALUATION[-1] + 1} or more, and none of the experiment")  # fmt: skip
+        raise InputError(
+            "seeds",
+            f"{span[0]} to {span[-1]}",
+            f"seeds {overlap[0]} to {overlap[-1]} judge laws and must not tune them",
+            f"Give seeds.first = {EVALUATION[-1] + 1} or more, and none of the experiment",
+        )
 
 
 def planned(task: Task, seas: Mapping[str, TuningSea], budget: float) -> Plan:
@@ -157,9 +168,11 @@ def planned(task: Task, seas: Mapping[str, TuningSea], budget: float) -> Plan:
     if generations < 1:
         least = points * confirmation + generation
         raise InputError(
-            "budget", budget, f"is too small: {points} confirmations and one generation take {least:g} s",
+            "budget",
+            budget,
+            f"is too small: {points} confirmations and one generation take {least:g} s",
             "Give more, or shorten search.window, search.confirm, search.population or seeds.count in the task",
-        )  # fmt: skip
+        )
     return Plan(generations, points, generation, confirmation)
 
 
@@ -186,8 +199,17 @@ def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: in
     names = list(task.seas) if which == tuning_task.EVERY_SEA else list(task.served(which))
     for name in names:
         goals = task.goals[""][name]
-        found = best_pair(on.plant, task.seas[name].sea, budget, task.seeds.span, goals, on.settings, workers,
-                          f"constant pair for {name}", quiet)  # fmt: skip
+        found = best_pair(
+            on.plant,
+            task.seas[name].sea,
+            budget,
+            task.seeds.span,
+            goals,
+            on.settings,
+            workers,
+            f"constant pair for {name}",
+            quiet,
+        )
         archive += [Seen({"cc": cc, "cg": cg}, {name: means}, stage) for (cc, cg), means, stage in found.seen]
         best = Seen({"cc": found.cc, "cg": found.cg}, {name: found.means}, "confirm")
         circumstances = {**provenance(task, on), "budget_s": budget, "spent_s": found.spent}
@@ -200,8 +222,16 @@ def _key(task: Task, which: str, on: Circumstances) -> str:
     engine = (evolution, goal, tuning_stages, tuning_bench, tuning_task, loop, sensing, actuation, metrics, lock)
     stamp = source_stamp((*SOURCES, *(str(part.__file__) for part in engine)))
     built = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
-    text = json.dumps([
-        repr(task), which, plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), stamp, content(built),
-        repr(describe(built)),
-    ])  # fmt: skip
+    text = json.dumps(
+        [
+            repr(task),
+            which,
+            plant_hash(on.plant),
+            on.plant.excitation.sha256,
+            asdict(on.settings),
+            stamp,
+            content(built),
+            repr(describe(built)),
+        ]
+    )
     return hashlib.sha256(text.encode()).hexdigest()[:12]

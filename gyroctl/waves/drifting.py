@@ -60,8 +60,12 @@ class DriftingSea:
         over = finite("sea.over", self.over, "Give the length of the drift in seconds, for example 2000")
         least = 100.0 * abs(end - first.wp) / SPACING  # 100 s a stage: twenty waves, so that a fade turns no phase
         if over < least or over <= 0.0:
-            raise InputError("sea.over", self.over, "is too short for waves that only drift",
-                             f"Give at least {max(least, 1.0):.4g} s")  # fmt: skip
+            raise InputError(
+                "sea.over",
+                self.over,
+                "is too short for waves that only drift",
+                f"Give at least {max(least, 1.0):.4g} s",
+            )
         fields = {"hs": first.hs, "wp": first.wp, "wp_end": end, "gamma": first.gamma, "over": over}
         for name, value in {**fields, "heading": heading_angle(self.heading)}.items():
             object.__setattr__(self, name, value)

@@ -31,9 +31,13 @@ class Habit(NamedTuple):
 
 
 HABITS = (
-    Habit(), Habit(cc_max=0.3), Habit(horizon=40), Habit(horizon=40, cc_max=0.3), Habit(cc_first=0.1),
+    Habit(),
+    Habit(cc_max=0.3),
+    Habit(horizon=40),
+    Habit(horizon=40, cc_max=0.3),
+    Habit(cc_first=0.1),
     Habit(horizon=60, cc_first=0.0, cc_max=0.2),
-)  # fmt: skip
+)
 """Habits that end in different local optima."""
 
 
@@ -86,9 +90,14 @@ def receding(plant: Plant, w: Window, power: float, habit: Habit = HABITS[0]) ->
 
 
 def beam(
-    plant: Plant, w: Window, power: float, habits: Sequence[Habit] = HABITS, width: int = 5, piece: int = 100,
+    plant: Plant,
+    w: Window,
+    power: float,
+    habits: Sequence[Habit] = HABITS,
+    width: int = 5,
+    piece: int = 100,
     tick: Callable[[], None] | None = None,
-) -> list[Plan]:  # fmt: skip
+) -> list[Plan]:
     """Beam search over the local optima of receding horizons: plans of a window, the best first.
 
     After each piece every track that was kept goes on with every habit, and of all the best are kept. One unlucky

@@ -53,8 +53,9 @@ def float_alone(plant: Plant) -> Float:
 
     k = plant.coefficients
     if k.reaction:
-        raise InputError("plant", plant.name, "the doubled generator reaction makes energy of its own",
-                         "Use the corrected device")  # fmt: skip
+        raise InputError(
+            "plant", plant.name, "the doubled generator reaction makes energy of its own", "Use the corrected device"
+        )
     parts: list[tuple[Any, ...]] = []
     for inverse, stiffness, d, p, q in ((k.i1, k.k1, k.d1, k.p1, k.q1), (k.i3, k.k3, k.d3, k.p3, k.q3)):
         n = len(q)
@@ -127,9 +128,14 @@ def absorbed(plant: Plant, record: Record) -> float:
 
 
 def momentum_cap(
-    plant: Plant, waves: WaveRealisation, start: NDArray[np.float64], duration: float, most: float,
-    limit: float | None = None, every: int | None = None,
-) -> float:  # fmt: skip
+    plant: Plant,
+    waves: WaveRealisation,
+    start: NDArray[np.float64],
+    duration: float,
+    most: float,
+    limit: float | None = None,
+    every: int | None = None,
+) -> float:
     """Most mean power that anything inside the float with an angular momentum of at most `most` can take from it.
 
     Parameters

@@ -83,15 +83,17 @@ class Cut:
         values = evaluate(self.plant, record, waves.moments[1], waves.dt, waves.sea.wp, 0.0, np.nan)
         speed = record.states[:, OMEGA_RATE]
         gained = 0.5 * self.plant.parameters.J4 * (speed[-1] ** 2 - speed[0] ** 2) / self.duration
-        values |= {"flywheel_w": float(gained), "harvest_w": float(values["mean_power"] + gained),
-                   "flywheel_max": float(speed.max())}  # fmt: skip
+        values |= {
+            "flywheel_w": float(gained),
+            "harvest_w": float(values["mean_power"] + gained),
+            "flywheel_max": float(speed.max()),
+        }
         return values
 
 
 def cut(
-    plant: Plant, sea: SeaState, seed: int, duration: float, ahead: float = 2.0 * TAIL,
-    settings: Settings | None = None,
-) -> Cut:  # fmt: skip
+    plant: Plant, sea: SeaState, seed: int, duration: float, ahead: float = 2.0 * TAIL, settings: Settings | None = None
+) -> Cut:
     """Cut a window out of a realisation: the first `duration` after the lead-in.
 
     Parameters
@@ -116,23 +118,39 @@ def cut(
         constant pair does not keep the lock in the lead-in.
     """
     if not 2.0 * WINDOW <= duration <= 1000.0:
-        raise InputError("duration", duration, "a window is from 20 to 1000 s long",
-                         "Give seconds, for example 200; several windows need several seeds")  # fmt: skip
+        raise InputError(
+            "duration",
+            duration,
+            "a window is from 20 to 1000 s long",
+            "Give seconds, for example 200; several windows need several seeds",
+        )
     settings = dataclasses.replace(settings or Settings(), blend=LEAD)
     whole = lead_in(realise(plant, sea, seed, LEAD + duration + ahead), settings)
     for cc, cg in CAUTIOUS:
         record, _ = run_law(plant, law("constant", cc=cc, cg=cg), whole, settings)
         first = round(LEAD / record.period)
-        values = evaluate(plant, Record(record.states[: first + 1], record.commands[:first], record.controls[:first],
-                                        record.period, 0), whole.moments[1], whole.dt, sea.wp, 0.0, np.nan)  # fmt: skip
+        values = evaluate(
+            plant,
+            Record(record.states[: first + 1], record.commands[:first], record.controls[:first], record.period, 0),
+            whole.moments[1],
+            whole.dt,
+            sea.wp,
+            0.0,
+            np.nan,
+        )
         if values["locked"]:
             break
     else:
-        raise InputError("hs", sea.hs, f"no constant pair keeps the lock through the lead-in of seed {seed}",
-                         "Choose another seed, or a higher Hs")  # fmt: skip
+        raise InputError(
+            "hs",
+            sea.hs,
+            f"no constant pair keeps the lock through the lead-in of seed {seed}",
+            "Choose another seed, or a higher Hs",
+        )
     at = round(LEAD / whole.dt)
     grid = whole.grid._replace(duration=duration + ahead, n=whole.grid.n - at)
-    waves = dataclasses.replace(whole, grid=grid, moments=np.ascontiguousarray(whole.moments[:, at:]),
-                                elevation=whole.elevation[at:])  # fmt: skip
+    waves = dataclasses.replace(
+        whole, grid=grid, moments=np.ascontiguousarray(whole.moments[:, at:]), elevation=whole.elevation[at:]
+    )
     start = record.states[first, : len(plant.labels)].copy()
     return Cut(plant, waves, start, duration, whole.sha256, settings)

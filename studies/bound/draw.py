@@ -43,14 +43,23 @@ def picture(windows: Sequence[Window], sea: SeaState, duration: float) -> Figure
     place = np.arange(len(windows))
     left, right = axes
     for i, window in enumerate(windows):
-        left.plot([i - 0.3, i + 0.3], [window.cap_w] * 2, color=PAPER_COLOUR, lw=2.0,
-                  label="cap of the float, slip included" if i == 0 else None)  # fmt: skip
+        left.plot(
+            [i - 0.3, i + 0.3],
+            [window.cap_w] * 2,
+            color=PAPER_COLOUR,
+            lw=2.0,
+            label="cap of the float, slip included" if i == 0 else None,
+        )
     for name in first.bounds:
         marker, colour = BOUND_MARKS[name]
         values = [window.bounds[name].values["harvest_w"] for window in windows]
         left.plot(place, values, marker, color=colour, ms=9, label=f"best found, {name} power")
-        right.plot(*_curve(plant, first.bounds[name].record), color=colour, label=f"best found, {name} power",
-                   ls="-" if name == "smooth" else "--")  # fmt: skip
+        right.plot(
+            *_curve(plant, first.bounds[name].record),
+            color=colour,
+            label=f"best found, {name} power",
+            ls="-" if name == "smooth" else "--",
+        )
     for name, style in styles.items():
         values = [window.cut.worth(window.laws[name])["harvest_w"] for window in windows]
         left.plot(place, values, style.marker, color=style.colour, label=name)

@@ -100,10 +100,19 @@ def reduced(x: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def window(
-    plant: Plant, start: NDArray[np.float64], moments: NDArray[np.float64], dt: float, intervals: int,
-    weights: Weights, period: float = 0.1, at: float = 0.0, substeps: int = SUBSTEPS, cc_max: float = 0.3,
-    power_max: float = 80.0, closing: float = 5e-4,
-) -> Window:  # fmt: skip
+    plant: Plant,
+    start: NDArray[np.float64],
+    moments: NDArray[np.float64],
+    dt: float,
+    intervals: int,
+    weights: Weights,
+    period: float = 0.1,
+    at: float = 0.0,
+    substeps: int = SUBSTEPS,
+    cc_max: float = 0.3,
+    power_max: float = 80.0,
+    closing: float = 5e-4,
+) -> Window:
     """Set up a window.
 
     Parameters
@@ -134,8 +143,9 @@ def window(
     h = period / substeps
     flat = np.ascontiguousarray(moments.T).ravel()
     sampled = _sample(flat, at / dt, h / dt, intervals * substeps + 1)
-    return Window(reduced(start), sampled, substeps, period, np.array([h]), constants(plant), weights, closing,
-                  cc_max, power_max)  # fmt: skip
+    return Window(
+        reduced(start), sampled, substeps, period, np.array([h]), constants(plant), weights, closing, cc_max, power_max
+    )
 
 
 @entry_point
@@ -161,9 +171,21 @@ def follow(step: Any, w: Window, first: int, start: Any, cc: Any, power: Any, st
 
 @entry_point
 def shoot(
-    step: Any, pullback: Any, w: Window, cc: Any, power: Any, nodes: Any, piece: int, scale: Any, multipliers: Any,
-    rho: float, states: Any, by_cc: Any, by_power: Any, by_nodes: Any,
-) -> tuple[float, float]:  # fmt: skip
+    step: Any,
+    pullback: Any,
+    w: Window,
+    cc: Any,
+    power: Any,
+    nodes: Any,
+    piece: int,
+    scale: Any,
+    multipliers: Any,
+    rho: float,
+    states: Any,
+    by_cc: Any,
+    by_power: Any,
+    by_nodes: Any,
+) -> tuple[float, float]:
     """Augmented Lagrangian of a plan and its gradient.
 
     Parameters
@@ -222,9 +244,7 @@ def shoot(
             u[0], u[1] = cc[i], power[i]
             by_cc[i], by_power[i] = 0.0, -w.period
             for q in range(s * (i + 1) - 1, s * i - 1, -1):
-                pullback(
-                    states[q - s * a], u, w.moments[2 * q : 2 * q + 4], w.h, w.k, weight, by_x, by_u
-                )  # fmt: skip
+                pullback(states[q - s * a], u, w.moments[2 * q : 2 * q + 4], w.h, w.k, weight, by_x, by_u)
                 by_cc[i] += by_u[0]
                 by_power[i] += by_u[1]
                 weight[:] = by_x
@@ -234,9 +254,15 @@ def shoot(
 
 
 def optimise(
-    plant: Plant, w: Window, start: Plan, smooth: bool = True, rounds: int = 6, iterations: int = 200,
-    rho: float = 30.0, tick: Callable[[], None] | None = None,
-) -> Plan:  # fmt: skip
+    plant: Plant,
+    w: Window,
+    start: Plan,
+    smooth: bool = True,
+    rounds: int = 6,
+    iterations: int = 200,
+    rho: float = 30.0,
+    tick: Callable[[], None] | None = None,
+) -> Plan:
     """Improve a plan of a window.
 
     Parameters
@@ -280,28 +306,35 @@ def optimise(
     def value(z: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
         nonlocal cost
         cc, power, nodes = unpack(z)
-        cost, total = shoot(step, pullback, w, cc, power, nodes, PIECE, scale, multipliers, weight, states, by_cc,
-                            by_power, by_nodes)  # fmt: skip
+        cost, total = shoot(
+            step, pullback, w, cc, power, nodes, PIECE, scale, multipliers, weight, states, by_cc, by_power, by_nodes
+        )
         if not np.isfinite(total):  # the line search comes nearer again
             return 1e9, np.zeros(z.size)
         of_power = np.array([by_power.sum()]) if smooth else by_power
         return total, np.concatenate([by_cc * CC_SCALE, of_power * POWER_SCALE, (by_nodes[1:] * scale).ravel()])
 
     origin = start.states[PIECE:n:PIECE].copy()  # unknowns are the deviations from the start
-    z = np.concatenate([
-        np.clip(start.cc, 0.0, w.cc_max) / CC_SCALE,
-        (np.array([start.power.mean()]) if smooth else start.power) / POWER_SCALE,
-        np.zeros((pieces - 1) * m),
-    ])  # fmt: skip
+    z = np.concatenate(
+        [
+            np.clip(start.cc, 0.0, w.cc_max) / CC_SCALE,
+            (np.array([start.power.mean()]) if smooth else start.power) / POWER_SCALE,
+            np.zeros((pieces - 1) * m),
+        ]
+    )
     top = np.concatenate([np.full(n, w.cc_max / CC_SCALE), np.full(powers, w.power_max / POWER_SCALE)])
     free = np.full((pieces - 1) * m, np.inf)
     bounds = Bounds(np.concatenate([np.zeros(n + powers), -free]), np.concatenate([top, free]))
     weight, done = rho, 0
     for _ in range(rounds):
         found = minimize(
-            value, z, jac=True, method="L-BFGS-B", bounds=bounds,
+            value,
+            z,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=bounds,
             options={"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": 20, "ftol": 1e-9, "gtol": 1e-5},
-        )  # fmt: skip
+        )
         z, done = found.x, done + int(found.nit)
         gaps = _gaps(step, w, *unpack(z), states) / scale
         multipliers[1:] += weight * gaps

@@ -26,10 +26,18 @@ from gyroctl.writing import plain, write_json
 NAMES = ("smooth", "free")
 """Of the two bounds: constant generator power, and one that is free in each interval."""
 
+
 def bound_report(
-    plant: Plant, sea: SeaState, seeds: Sequence[int], duration: float, laws: Mapping[str, Law], out: Path,
-    free: bool = False, effort: Effort | None = None, quiet: bool = False,
-) -> dict[str, Any]:  # fmt: skip
+    plant: Plant,
+    sea: SeaState,
+    seeds: Sequence[int],
+    duration: float,
+    laws: Mapping[str, Law],
+    out: Path,
+    free: bool = False,
+    effort: Effort | None = None,
+    quiet: bool = False,
+) -> dict[str, Any]:
     """Find the bound of each window and what part of it the laws reach.
 
     Parameters
@@ -81,10 +89,18 @@ def bound_report(
             progress.advance()
     content: dict[str, Any] = {
         "gyroctl_version": gyroctl.__version__,
-        "request": {"gamma": sea.gamma, "hs": sea.hs, "wp": sea.wp, "seeds": list(seeds), "duration_s": duration,
-                    "device": plant.name, "motion_limit_rad": MOTION, "laws": list(laws)},
+        "request": {
+            "gamma": sea.gamma,
+            "hs": sea.hs,
+            "wp": sea.wp,
+            "seeds": list(seeds),
+            "duration_s": duration,
+            "device": plant.name,
+            "motion_limit_rad": MOTION,
+            "laws": list(laws),
+        },
         "windows": [window.record() for window in windows],
-    }  # fmt: skip
+    }
     content["summary"] = summary(content["windows"])
     content["meaning"] = MEANING
     content["seconds"] = round(time.monotonic() - begin, 1)
@@ -112,22 +128,26 @@ def summary(windows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         return float(np.mean(values))
 
     bounds = {
-        name: {key: mean([w["bounds"][name][key] for w in windows])
-               for key in ("harvest_w", "power_cv", "phi1_p98", "absorbed_w")}
+        name: {
+            key: mean([w["bounds"][name][key] for w in windows])
+            for key in ("harvest_w", "power_cv", "phi1_p98", "absorbed_w")
+        }
         for name in windows[0]["bounds"]
-    }  # fmt: skip
+    }
     laws = {}
     for name in windows[0]["laws"]:
         runs = [w["laws"][name] for w in windows]
         harvest = mean([run["harvest_w"] for run in runs])
         laws[name] = {
-            "harvest_w": harvest, "power_cv": mean([run["power_cv"] for run in runs]),
+            "harvest_w": harvest,
+            "power_cv": mean([run["power_cv"] for run in runs]),
             "phi1_p98": mean([run["phi1_p98"] for run in runs]),
             "locked": sum(run["locked"] for run in runs),
-            "within_motion_limit": sum(run["within_motion_limit"] for run in runs), "runs": len(runs),
+            "within_motion_limit": sum(run["within_motion_limit"] for run in runs),
+            "runs": len(runs),
             "fraction": {bound: harvest / bounds[bound]["harvest_w"] for bound in bounds},
             "fraction_lowest": {bound: min(run["fraction"][bound] for run in runs) for bound in bounds},
-        }  # fmt: skip
+        }
     return {"cap_w": mean([w["cap_w"] for w in windows]), "bounds": bounds, "laws": laws}
 
 
@@ -136,15 +156,21 @@ def table(content: Mapping[str, Any]) -> list[str]:
     whole = content["summary"]
     lines = [f"{'':24} {'harvest':>9} {'CV':>6} {'98 % phi1':>10} {'of bound':>9} {'lowest':>7}  lock, motion"]
     for name, bound in whole["bounds"].items():
-        lines.append(f"{'best found, ' + name:24} {bound['harvest_w']:7.2f} W {bound['power_cv']:6.3f} "
-                     f"{bound['phi1_p98']:6.2f} rad")  # fmt: skip
+        lines.append(
+            f"{'best found, ' + name:24} {bound['harvest_w']:7.2f} W {bound['power_cv']:6.3f} "
+            f"{bound['phi1_p98']:6.2f} rad"
+        )
     for name, law in whole["laws"].items():
-        lines.append(f"{name[:24]:24} {law['harvest_w']:7.2f} W {law['power_cv']:6.3f} {law['phi1_p98']:6.2f} rad "
-                     f"{100 * law['fraction']['smooth']:7.1f} % {100 * law['fraction_lowest']['smooth']:5.1f} %  "
-                     f"{law['locked']}/{law['runs']}, {law['within_motion_limit']}/{law['runs']}")  # fmt: skip
+        lines.append(
+            f"{name[:24]:24} {law['harvest_w']:7.2f} W {law['power_cv']:6.3f} {law['phi1_p98']:6.2f} rad "
+            f"{100 * law['fraction']['smooth']:7.1f} % {100 * law['fraction_lowest']['smooth']:5.1f} %  "
+            f"{law['locked']}/{law['runs']}, {law['within_motion_limit']}/{law['runs']}"
+        )
     smooth = whole["bounds"]["smooth"]
-    lines.append(f"Cap on what can be taken from the float: {whole['cap_w']:.2f} W; the best found takes "
-                 f"{smooth['absorbed_w']:.2f} W, slip included.")  # fmt: skip
+    lines.append(
+        f"Cap on what can be taken from the float: {whole['cap_w']:.2f} W; the best found takes "
+        f"{smooth['absorbed_w']:.2f} W, slip included."
+    )
     return lines
 
 

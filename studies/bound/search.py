@@ -102,9 +102,11 @@ class Found:
 
 
 def best_found(
-    cut: Cut, runs: Mapping[str, Record] | None = None, effort: Effort | None = None,
+    cut: Cut,
+    runs: Mapping[str, Record] | None = None,
+    effort: Effort | None = None,
     tick: Callable[[], None] | None = None,
-) -> Found:  # fmt: skip
+) -> Found:
     """Search a window with constant generator power.
 
     Parameters
@@ -148,9 +150,12 @@ def best_found(
 
 
 def loosened(
-    cut: Cut, smooth: Found, runs: Mapping[str, Record] | None = None, effort: Effort | None = None,
+    cut: Cut,
+    smooth: Found,
+    runs: Mapping[str, Record] | None = None,
+    effort: Effort | None = None,
     tick: Callable[[], None] | None = None,
-) -> Found:  # fmt: skip
+) -> Found:
     """Improve on the best of constant power with a generator power that is free in each interval; else as there."""
     effort, count = effort or Effort(), tick or (lambda: None)
     rough = _window(cut, 2, MOTION - 0.02)
@@ -188,8 +193,12 @@ def _best(cut: Cut, found: list[Found], runs: Mapping[str, Record], smooth: bool
             found = [*found, own]
     kept = [one for one in found if math.isfinite(_score(one))]
     if not kept:
-        raise InputError("seeds", cut.waves.seed, "nothing found keeps the lock and the motion limit in this window",
-                         "Choose another seed, or a lower Hs")  # fmt: skip
+        raise InputError(
+            "seeds",
+            cut.waves.seed,
+            "nothing found keeps the lock and the motion limit in this window",
+            "Choose another seed, or a lower Hs",
+        )
     return max(kept, key=_score)
 
 
@@ -227,8 +236,9 @@ def _follow(cut: Cut, w: Window, plan: Plan) -> Record:
         cg = min(plan.power[i] / max(y[OMEGA_RATE] ** 2, 1.0), actuators.cg_max)
         controls[i] = cc, cg
         # twice the steps that the slip asks for: the coupling switches hard here
-        y = hold_one(y, k, cc, cg, i * period, period, 2 * steps_for(period, cut.settings.dt, slip_rate(k, cc)), flat,
-                     waves.dt)  # fmt: skip
+        y = hold_one(
+            y, k, cc, cg, i * period, period, 2 * steps_for(period, cut.settings.dt, slip_rate(k, cc)), flat, waves.dt
+        )
         states[i + 1] = y
     return Record(states, controls, controls, period, 0)
 
@@ -237,10 +247,17 @@ def _window(cut: Cut, substeps: int, limit: float) -> Window:
     actuators = cut.settings.actuators
     speed = cut.plant.parameters.N * cut.waves.sea.wp
     return window(
-        cut.plant, cut.start, cut.waves.moments, cut.waves.dt, round((cut.duration + TAIL) / actuators.period),
-        weights(cut.plant, PENALTY, limit, limit, 0.0, 1.0, 0.0, TERMINAL), actuators.period, substeps=substeps,
-        cc_max=actuators.cc_max, power_max=0.7 * actuators.cg_max * speed**2,
-    )  # fmt: skip
+        cut.plant,
+        cut.start,
+        cut.waves.moments,
+        cut.waves.dt,
+        round((cut.duration + TAIL) / actuators.period),
+        weights(cut.plant, PENALTY, limit, limit, 0.0, 1.0, 0.0, TERMINAL),
+        actuators.period,
+        substeps=substeps,
+        cc_max=actuators.cc_max,
+        power_max=0.7 * actuators.cg_max * speed**2,
+    )
 
 
 def _plan_of(w: Window, record: Record) -> Plan:

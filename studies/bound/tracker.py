@@ -20,9 +20,21 @@ def _compiled(stamp: str) -> Callable[..., float]:
 
     @entry_point
     def strayed(
-        step: Any, pullback: Any, w: Window, first: int, start: Any, cc: Any, power: Any, wanted: Any, sizes: Any,
-        final: float, price: float, planned: Any, states: Any, by_cc: Any,
-    ) -> float:  # fmt: skip
+        step: Any,
+        pullback: Any,
+        w: Window,
+        first: int,
+        start: Any,
+        cc: Any,
+        power: Any,
+        wanted: Any,
+        sizes: Any,
+        final: float,
+        price: float,
+        planned: Any,
+        states: Any,
+        by_cc: Any,
+    ) -> float:
         """Deviation from the wanted states (n + 1, m), squared and summed; its gradient goes into `by_cc` (n,)."""
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         m, s, n = start.size, w.substeps, cc.size
@@ -86,14 +98,30 @@ class Tracker:
 
         def value(z: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
             cost = _strayed(
-                self.step, self.pullback, self.w, i, x, z * CC_SCALE, power, wanted, self.sizes, 10.0, 0.5, planned,
-                states, by_cc,
-            )  # fmt: skip
+                self.step,
+                self.pullback,
+                self.w,
+                i,
+                x,
+                z * CC_SCALE,
+                power,
+                wanted,
+                self.sizes,
+                10.0,
+                0.5,
+                planned,
+                states,
+                by_cc,
+            )
             return (cost, by_cc * CC_SCALE) if np.isfinite(cost) else (1e9, np.zeros(z.size))
 
         found = minimize(
-            value, self.cc[part] / CC_SCALE, jac=True, method="L-BFGS-B", bounds=Bounds(0.0, self.w.cc_max / CC_SCALE),
+            value,
+            self.cc[part] / CC_SCALE,
+            jac=True,
+            method="L-BFGS-B",
+            bounds=Bounds(0.0, self.w.cc_max / CC_SCALE),
             options={"maxiter": iterations, "maxfun": 2 * iterations, "maxcor": 10},
-        )  # fmt: skip
+        )
         self.cc[part] = found.x * CC_SCALE
         return self.cc[part]

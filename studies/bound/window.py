@@ -11,8 +11,19 @@ from gyroctl.studies.bound.cap import absorbed
 from gyroctl.studies.bound.cut import Cut
 from gyroctl.studies.bound.search import MOTION, Found
 
-SHOWN = ("harvest_w", "mean_power", "flywheel_w", "stored_w", "power_cv", "phi1_p98", "phi3_p98", "slip_loss_w",
-         "wave_input_w", "cycle_slips", "flywheel_max")  # fmt: skip
+SHOWN = (
+    "harvest_w",
+    "mean_power",
+    "flywheel_w",
+    "stored_w",
+    "power_cv",
+    "phi1_p98",
+    "phi3_p98",
+    "slip_loss_w",
+    "wave_input_w",
+    "cycle_slips",
+    "flywheel_max",
+)
 
 
 @dataclass(frozen=True)
@@ -43,23 +54,32 @@ class Window:
         """Numbers for JSON."""
         plant = self.cut.plant
         content: dict[str, Any] = {
-            "seed": self.cut.waves.seed, "sha256": self.cut.sha256, "cap_w": self.cap_w,
-            "momentum_max_nms": self.momentum, "bounds": {}, "laws": {},
-        }  # fmt: skip
+            "seed": self.cut.waves.seed,
+            "sha256": self.cut.sha256,
+            "cap_w": self.cap_w,
+            "momentum_max_nms": self.momentum,
+            "bounds": {},
+            "laws": {},
+        }
         for name, found in self.bounds.items():
             content["bounds"][name] = {
-                **_shown(found.values), "absorbed_w": absorbed(plant, found.record), "planned_w": found.planned_w,
+                **_shown(found.values),
+                "absorbed_w": absorbed(plant, found.record),
+                "planned_w": found.planned_w,
                 "origin": found.origin,
                 "starts": {start: {"before_w": pair[0], "after_w": pair[1]} for start, pair in found.starts.items()},
-            }  # fmt: skip
+            }
         for name, run in self.laws.items():
             values = self.cut.worth(run)
             content["laws"][name] = {
-                **_shown(values), "absorbed_w": absorbed(plant, run), "locked": bool(values["locked"]),
+                **_shown(values),
+                "absorbed_w": absorbed(plant, run),
+                "locked": bool(values["locked"]),
                 "within_motion_limit": max(values["phi1_p98"], values["phi3_p98"]) <= MOTION,
-                "fraction": {bound: values["harvest_w"] / found.values["harvest_w"]
-                             for bound, found in self.bounds.items()},
-            }  # fmt: skip
+                "fraction": {
+                    bound: values["harvest_w"] / found.values["harvest_w"] for bound, found in self.bounds.items()
+                },
+            }
         return content
 
 

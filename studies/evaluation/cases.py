@@ -134,15 +134,23 @@ def check_waves(runs: Iterable[Runs]) -> None:
     for law in runs:
         for seed, sha256 in zip(law.seeds.tolist(), law.hashes, strict=True):
             if met.setdefault(seed, sha256) != sha256:
-                raise InputError(f"laws.{law.entrant.label}", sha256[:12], f"met other waves under seed {seed}",
-                                 "Empty the folder of finished runs")  # fmt: skip
+                raise InputError(
+                    f"laws.{law.entrant.label}",
+                    sha256[:12],
+                    f"met other waves under seed {seed}",
+                    "Empty the folder of finished runs",
+                )
 
 
 def check_design(built: Law, truth: Plant) -> None:
     """Refuse a law that holds the very device that is simulated."""
     if any(model is truth for model in designs(built)):
-        raise InputError("laws", type(built).__name__, "plans with the device itself, not with a model of it",
-                         "Give the law a design model of its own")  # fmt: skip
+        raise InputError(
+            "laws",
+            type(built).__name__,
+            "plans with the device itself, not with a model of it",
+            "Give the law a design model of its own",
+        )
 
 
 def designs(built: Any) -> list[Plant]:
@@ -159,9 +167,13 @@ def designs(built: Any) -> list[Plant]:
 
 
 def _run_group(
-    case: Case, group: Sequence[Entrant], seeds: tuple[int, ...], ask: Request, runs: dict[str, Runs],
+    case: Case,
+    group: Sequence[Entrant],
+    seeds: tuple[int, ...],
+    ask: Request,
+    runs: dict[str, Runs],
     failed: dict[str, str],
-) -> None:  # fmt: skip
+) -> None:
     laws: dict[str, Law] = {}
     for entrant in group:
         try:
@@ -191,11 +203,17 @@ def _run_group(
             built = laws[entrant.label]
             runs[entrant.label] = Runs(
                 entrant, kind(built), built.information, np.asarray(seeds, np.int64), hashes, values
-            )  # fmt: skip
+            )
 
 
 def _compare(case: Case, laws: Mapping[str, Law], seeds: tuple[int, ...], ask: Request) -> xarray.Dataset:
     return compare(
-        case.truth, laws, Realisations(case.sea, seeds, ask.duration), case.settings, ask.workers, ask.out / RUNS,
-        ask.tuned_on, quiet=ask.quiet,
-    )  # fmt: skip
+        case.truth,
+        laws,
+        Realisations(case.sea, seeds, ask.duration),
+        case.settings,
+        ask.workers,
+        ask.out / RUNS,
+        ask.tuned_on,
+        quiet=ask.quiet,
+    )

@@ -28,10 +28,13 @@ def draw_seas(tables: Mapping[float, Sequence[Row]], asked: Mapping[str, Any]) -
     names = list(dict.fromkeys(row.law for table in tables.values() for row in table))
     styles = _styles(names)
     figure, axes = sheet(
-        1, len(tables), (5.2 * len(tables), 5.6), "All laws in all seas",
+        1,
+        len(tables),
+        (5.2 * len(tables), 5.6),
+        "All laws in all seas",
         f"{note(asked)}; hollow: motion beyond {MOTION:g} rad or lock in less than {100 * LOCKED:g} % of the runs; "
         "shaded: what the bars ask for",
-    )  # fmt: skip
+    )
     for axis, (gamma, table) in zip(axes, tables.items(), strict=True):
         shown = [row for row in table if math.isfinite(row.cv.value)]
         corners = [(bar, _asked(bar, table)) for bar in BARS if bar.gamma == gamma and not bar.one_set]
@@ -66,9 +69,7 @@ def draw_information(levels: Sequence[tuple[str, Row]], asked: Mapping[str, Any]
     return figure
 
 
-def draw_offdesign(
-    groups: Mapping[str, Sequence[tuple[str, Mapping[str, Row]]]], asked: Mapping[str, Any]
-) -> Figure:  # fmt: skip
+def draw_offdesign(groups: Mapping[str, Sequence[tuple[str, Mapping[str, Row]]]], asked: Mapping[str, Any]) -> Figure:
     """Power over the best constant pair of each sea above, lock below; one column a group of seas."""
     names = list(dict.fromkeys(law for group in groups.values() for _, table in group for law in table))
     styles = _styles(names)
@@ -86,13 +87,26 @@ def draw_offdesign(
             kept = [row for row in rows if row is not None]
             spread = x[at] + 0.04 * (names.index(law) - 0.5 * len(names))
             above.errorbar(
-                spread, [row.ratio.value for row in kept], yerr=_arms([row.ratio for row in kept]), color=style.colour,
-                marker=style.marker, ms=5, lw=0.9, elinewidth=0.8, label=law,
-            )  # fmt: skip
+                spread,
+                [row.ratio.value for row in kept],
+                yerr=_arms([row.ratio for row in kept]),
+                color=style.colour,
+                marker=style.marker,
+                ms=5,
+                lw=0.9,
+                elinewidth=0.8,
+                label=law,
+            )
             below.errorbar(
-                spread, [row.lock.value for row in kept], yerr=_arms([row.lock for row in kept]), color=style.colour,
-                marker=style.marker, ms=5, lw=0.9, elinewidth=0.8,
-            )  # fmt: skip
+                spread,
+                [row.lock.value for row in kept],
+                yerr=_arms([row.lock for row in kept]),
+                color=style.colour,
+                marker=style.marker,
+                ms=5,
+                lw=0.9,
+                elinewidth=0.8,
+            )
         above.axhline(1.0, color=INK, lw=0.9)
         above.set_ylim(bottom=0.0)
         below.set_ylim(-0.03, 1.03)
@@ -107,15 +121,18 @@ def draw_offdesign(
 
 def draw_robustness(
     tables: Mapping[str, Mapping[str, Row]], kept: Mapping[str, Mapping[str, Estimate]], asked: Mapping[str, Any]
-) -> Figure:  # fmt: skip
+) -> Figure:
     """Lock probability and kept power over cases and laws, as two maps with numbers."""
     from matplotlib.colors import LinearSegmentedColormap
 
     laws, cases = list(dict.fromkeys(law for table in tables.values() for law in table)), list(tables)
     figure, axes = sheet(
-        1, 2, (3.6 + 1.5 * len(laws), 2.2 + 0.38 * len(cases)), "Laws on devices that differ from their design",
+        1,
+        2,
+        (3.6 + 1.5 * len(laws), 2.2 + 0.38 * len(cases)),
+        "Laws on devices that differ from their design",
         note(asked),
-    )  # fmt: skip
+    )
     lock = [[table[law].lock.value if law in table else np.nan for law in laws] for table in tables.values()]
     power = [[kept[name][law].value if law in kept[name] else np.nan for law in laws] for name in cases]
     scale = LinearSegmentedColormap.from_list("lock", LOCK_SCALE)
@@ -156,9 +173,19 @@ def _kept(row: Row) -> bool:
 
 def _point(axis: Axes, x: Estimate, y: Estimate, style: LawStyle, kept: bool, name: str) -> None:
     axis.errorbar(
-        x.value, y.value, xerr=_arms([x]), yerr=_arms([y]), color=style.colour, marker=style.marker, ms=7,
-        mfc=style.colour if kept else OPEN, mew=1.4, lw=0, elinewidth=1.0, label=name,
-    )  # fmt: skip
+        x.value,
+        y.value,
+        xerr=_arms([x]),
+        yerr=_arms([y]),
+        color=style.colour,
+        marker=style.marker,
+        ms=7,
+        mfc=style.colour if kept else OPEN,
+        mew=1.4,
+        lw=0,
+        elinewidth=1.0,
+        label=name,
+    )
 
 
 def _arms(estimates: Sequence[Estimate]) -> Any:
@@ -177,9 +204,14 @@ def _legend(figure: Figure, axes: Iterable[Axes]) -> None:
 
 
 def _map(
-    axis: Axes, values: Any, columns: Sequence[str], lines: Sequence[str], scale: Any, span: tuple[float, float],
+    axis: Axes,
+    values: Any,
+    columns: Sequence[str],
+    lines: Sequence[str],
+    scale: Any,
+    span: tuple[float, float],
     title: str,
-) -> None:  # fmt: skip
+) -> None:
     axis.imshow(values, cmap=scale, vmin=span[0], vmax=span[1], aspect="auto")
     for i, line in enumerate(values):
         for j, value in enumerate(line):

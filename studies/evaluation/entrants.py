@@ -111,8 +111,12 @@ def _one(text: str) -> Entrant:
     for item in inside[:-1].split(","):
         key, equals, value = item.partition("=")
         if not equals or not key.strip() or not value.strip():
-            raise InputError("laws", text, f"{item.strip() or 'nothing'} is no parameter with its value",
-                             "Write key=value between the brackets")  # fmt: skip
+            raise InputError(
+                "laws",
+                text,
+                f"{item.strip() or 'nothing'} is no parameter with its value",
+                "Write key=value between the brackets",
+            )
         parameters[key.strip()] = _value(value.strip())
     tuning = str(parameters.pop("tuning", ALL))
     return Entrant(text, name, parameters, tuning)

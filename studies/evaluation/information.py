@@ -97,7 +97,12 @@ def _words(difference: Estimate, p_holm: float) -> str:
 def _line(name: str, row: Row) -> tuple[str, ...]:
     missing = limits_missed(row)
     return (
-        name, with_interval(row.power), with_interval(row.ratio), number(row.cv.value, 2), f"{row.locked}/{row.runs}",
-        f"{row.lock.low:.3f}–{row.lock.high:.3f}", f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",  # noqa: RUF001
+        name,
+        with_interval(row.power),
+        with_interval(row.ratio),
+        number(row.cv.value, 2),
+        f"{row.locked}/{row.runs}",
+        f"{row.lock.low:.3f}–{row.lock.high:.3f}",
+        f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",
         f"not kept: {', '.join(missing)}" if missing else "kept",
-    )  # fmt: skip
+    )

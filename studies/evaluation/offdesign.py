@@ -67,10 +67,15 @@ def found_pair(plant: Plant, sea: Sea, ask: Request) -> dict[str, Any]:
     a pair that avoids motion would be a weak yardstick, so the search is made again without that limit.
     """
     content = {
-        "coefficients": plain(plant.coefficients), "excitation": plant.excitation.sha256, "kind": type(sea).__name__,
-        "sea": asdict(sea), "settings": plain(ask.settings), "budget": ask.budget, "seeds": list(TUNING_SEEDS),
+        "coefficients": plain(plant.coefficients),
+        "excitation": plant.excitation.sha256,
+        "kind": type(sea).__name__,
+        "sea": asdict(sea),
+        "settings": plain(ask.settings),
+        "budget": ask.budget,
+        "seeds": list(TUNING_SEEDS),
         "goal": {**plain(Goal()), "motion_may_be_waived": True},
-    }  # fmt: skip
+    }
     key = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
     path = ask.out / PAIRS / f"{key}.json"
     try:
@@ -82,17 +87,23 @@ def found_pair(plant: Plant, sea: Sea, ask: Request) -> dict[str, Any]:
     waived = not best.met and max(best.means["phi1_p98"], best.means["phi3_p98"]) > goal.motion
     if waived:
         best = _best(plant, sea, ask, replace(goal, motion=math.inf))
-    found = {"cc": best.cc, "cg": best.cg, "means": best.means, "met": best.met, "motion_waived": waived,
-             "spent_s": best.spent, **content}  # fmt: skip
+    found = {
+        "cc": best.cc,
+        "cg": best.cg,
+        "means": best.means,
+        "met": best.met,
+        "motion_waived": waived,
+        "spent_s": best.spent,
+        **content,
+    }
     write_json(path, found)
     return dict(plain(found))
 
 
 def _best(plant: Plant, sea: Sea, ask: Request, goal: Goal) -> BestPair:
     return best_pair(
-        plant, sea, ask.budget, TUNING_SEEDS, goal, ask.settings, ask.workers or os.cpu_count() or 1,
-        quiet=ask.quiet,
-    )  # fmt: skip
+        plant, sea, ask.budget, TUNING_SEEDS, goal, ask.settings, ask.workers or os.cpu_count() or 1, quiet=ask.quiet
+    )
 
 
 def offdesign_table(
@@ -128,22 +139,33 @@ def offdesign_table(
         failed |= {f"{title}, {law}": why for law, why in outcome.failed.items()}
         table = {row.law: row for row in rows(outcome)}
         groups.setdefault(off.group, []).append((off.name, table))
-        cases.append({
-            "group": off.group, "name": off.name, "kind": type(off.sea).__name__, "sea": asdict(off.sea), "pair": best,
-            "laws": [_record(row) for row in table.values()],
-        })  # fmt: skip
+        cases.append(
+            {
+                "group": off.group,
+                "name": off.name,
+                "kind": type(off.sea).__name__,
+                "sea": asdict(off.sea),
+                "pair": best,
+                "laws": [_record(row) for row in table.values()],
+            }
+        )
         parts.append(_section(title, best, table))
     summary = never_worse(groups)
     content = {"cases": cases, "never_worse": summary, "failed": failed}
     head = "## Never worse than the best constant pair?\n\n" + markdown_table(
         ("law", "answer", "least ratio", "worse in", "lock lost in"),
         [
-            (law, s["answer"], f"{number(s['least_ratio'])} ({s['least_ratio_at']})", "; ".join(s["worse"]) or "none",
-             "; ".join(s["lost"]) or "none")
+            (
+                law,
+                s["answer"],
+                f"{number(s['least_ratio'])} ({s['least_ratio_at']})",
+                "; ".join(s["worse"]) or "none",
+                "; ".join(s["lost"]) or "none",
+            )
             for law, s in summary.items()
         ],
         2,
-    )  # fmt: skip
+    )
     return content, "\n\n".join([head, *parts]), draw_offdesign(groups, ask.record())
 
 
@@ -169,8 +191,10 @@ def never_worse(groups: dict[str, list[tuple[str, dict[str, Row]]]]) -> dict[str
                     entry["surely_worse"] += [at] if word == "worse" else []
                 if row.locked < row.runs:
                     reference = table[REFERENCE]
-                    entry["lost"].append(f"{at} {row.runs - row.locked}/{row.runs} (constant "
-                                         f"{reference.runs - reference.locked}/{reference.runs})")  # fmt: skip
+                    entry["lost"].append(
+                        f"{at} {row.runs - row.locked}/{row.runs} (constant "
+                        f"{reference.runs - reference.locked}/{reference.runs})"
+                    )
     for entry in found.values():
         if entry["surely_worse"]:
             entry["answer"] = "worse"
@@ -180,8 +204,14 @@ def never_worse(groups: dict[str, list[tuple[str, dict[str, Row]]]]) -> dict[str
 
 
 def _unjudged() -> dict[str, Any]:
-    return {"answer": "never worse", "least_ratio": float("inf"), "least_ratio_at": "", "worse": [], "surely_worse": [],
-            "lost": []}  # fmt: skip
+    return {
+        "answer": "never worse",
+        "least_ratio": float("inf"),
+        "least_ratio_at": "",
+        "worse": [],
+        "surely_worse": [],
+        "lost": [],
+    }
 
 
 def sea_verdict(row: Row) -> str:
@@ -196,20 +226,41 @@ def _with_pair(ask: Request, best: dict[str, Any]) -> list[Entrant]:
 
 
 def _record(row: Row) -> dict[str, Any]:
-    return {**{f: getattr(row, f) for f in row.__dataclass_fields__}, "verdict": sea_verdict(row),
-            "limits_missed": limits_missed(row)}  # fmt: skip
+    return {
+        **{f: getattr(row, f) for f in row.__dataclass_fields__},
+        "verdict": sea_verdict(row),
+        "limits_missed": limits_missed(row),
+    }
 
 
 def _section(title: str, best: dict[str, Any], table: dict[str, Row]) -> str:
     lines = [
-        (row.law, with_interval(row.power), with_interval(row.ratio), with_interval(row.difference),
-         "" if row.law == REFERENCE else sea_verdict(row), number(row.cv.value, 2), f"{row.locked}/{row.runs}",
-         f"{row.lock.low:.3f}–{row.lock.high:.3f}", f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",  # noqa: RUF001
-         number(row.cycle_slips, 2))
+        (
+            row.law,
+            with_interval(row.power),
+            with_interval(row.ratio),
+            with_interval(row.difference),
+            "" if row.law == REFERENCE else sea_verdict(row),
+            number(row.cv.value, 2),
+            f"{row.locked}/{row.runs}",
+            f"{row.lock.low:.3f}–{row.lock.high:.3f}",
+            f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",
+            number(row.cycle_slips, 2),
+        )
         for row in sorted(table.values(), key=lambda row: -row.power.value)
-    ]  # fmt: skip
-    headings = ("law", "power [W]", "of best constant", "less best constant [W]", "verdict", "CV", "locked", "P(lock)",
-                "φ1, φ3 98 % [rad]", "slips /1000")  # fmt: skip
+    ]
+    headings = (
+        "law",
+        "power [W]",
+        "of best constant",
+        "less best constant [W]",
+        "verdict",
+        "CV",
+        "locked",
+        "P(lock)",
+        "φ1, φ3 98 % [rad]",
+        "slips /1000",
+    )
     words = f"Best constant pair of this sea: cc {best['cc']:.3g}, cg {best['cg']:.3g} Nms"
     if best.get("motion_waived"):
         words += ". No pair keeps the motion limit here; this is the best without it"

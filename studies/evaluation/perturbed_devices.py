@@ -25,9 +25,14 @@ NOISE = 0.05
 """Sensor noise as a part of the channel's rms. [1]"""
 
 TYPICAL_RMS = {
-    "psi": math.pi / math.sqrt(3.0), "psi_rate": 3.1, "omega_rate": 69.0, "phi1": 0.12, "phi3": 0.096,
-    "phi1_rate": 0.27, "phi3_rate": 0.34,
-}  # fmt: skip
+    "psi": math.pi / math.sqrt(3.0),
+    "psi_rate": 3.1,
+    "omega_rate": 69.0,
+    "phi1": 0.12,
+    "phi3": 0.096,
+    "phi1_rate": 0.27,
+    "phi3_rate": 0.34,
+}
 """Of each channel, in lock at gamma 5: means of the best constant pair, load_angle and coupling on seed 100000. The
 angle of the ring is uniform within a turn. [rad, rad/s]"""
 

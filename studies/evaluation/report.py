@@ -73,9 +73,13 @@ def _one(name: str, ask: Request) -> dict[str, Any]:
         ask.out.mkdir(parents=True, exist_ok=True)
         save(figure, ask.out / f"{name}.png")
     content = {
-        "table": name, "title": TITLES[name], "gyroctl_version": gyroctl.__version__, "request": ask.record(), **found,
+        "table": name,
+        "title": TITLES[name],
+        "gyroctl_version": gyroctl.__version__,
+        "request": ask.record(),
+        **found,
         "seconds": round(time.monotonic() - begin, 1),
-    }  # fmt: skip
+    }
     write_json(ask.out / f"{name}.json", content)
     write_text(ask.out / f"{name}.md", _page(name, ask, text, found.get("failed", {})))
     return content

@@ -64,16 +64,25 @@ class Request:
     def record(self) -> dict[str, Any]:
         """For the JSON files."""
         return {
-            "laws": [entrant.label for entrant in self.entrants], "duration_s": self.duration,
-            "seeds": list(self.plan.common), "own_seeds": {name: list(s) for name, s in self.plan.own.items()},
-        }  # fmt: skip
+            "laws": [entrant.label for entrant in self.entrants],
+            "duration_s": self.duration,
+            "seeds": list(self.plan.common),
+            "own_seeds": {name: list(s) for name, s in self.plan.own.items()},
+        }
 
 
 def request(
-    out: Path, laws: str = "", seeds: Sequence[str] = (), duration: float = 2000.0, workers: int = 0,
-    allow_tuning_seeds: bool = False, budget: float = 4e6, planner: str = "nmpc", quiet: bool = False,
+    out: Path,
+    laws: str = "",
+    seeds: Sequence[str] = (),
+    duration: float = 2000.0,
+    workers: int = 0,
+    allow_tuning_seeds: bool = False,
+    budget: float = 4e6,
+    planner: str = "nmpc",
+    quiet: bool = False,
     say: Callable[[str], None] = lambda _: None,
-) -> Request:  # fmt: skip
+) -> Request:
     """Build a request from what was typed.
 
     Raises
@@ -95,11 +104,25 @@ def request(
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
     settings = Settings()
     if not duration > settings.score_from:
-        raise InputError("duration", duration, f"is not longer than the blend of {settings.blend:g} s",
-                         "Give a longer one, for example 2000")  # fmt: skip
+        raise InputError(
+            "duration",
+            duration,
+            f"is not longer than the blend of {settings.blend:g} s",
+            "Give a longer one, for example 2000",
+        )
     for entrant in entrants:
         entrant.build()
     return Request(
-        out, entrants, plan, duration, workers or None, () if allow_tuning_seeds else tuned_on, budget, settings,
-        bool(laws), planner, quiet, say,
-    )  # fmt: skip
+        out,
+        entrants,
+        plan,
+        duration,
+        workers or None,
+        () if allow_tuning_seeds else tuned_on,
+        budget,
+        settings,
+        bool(laws),
+        planner,
+        quiet,
+        say,
+    )

@@ -21,9 +21,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HEADINGS = (
-    "case", "locked", "P(lock)", "power [W]", "of its nominal power", "of best constant", "CV", "φ1, φ3 98 % [rad]",
-    "slips /1000", "limits",
-)  # fmt: skip
+    "case",
+    "locked",
+    "P(lock)",
+    "power [W]",
+    "of its nominal power",
+    "of best constant",
+    "CV",
+    "φ1, φ3 98 % [rad]",
+    "slips /1000",
+    "limits",
+)
 
 
 def robustness_table(ask: Request, gamma: float = 5.0) -> tuple[dict[str, Any], str, Figure]:
@@ -45,21 +53,29 @@ def robustness_table(ask: Request, gamma: float = 5.0) -> tuple[dict[str, Any], 
         "design": {"coefficients": design.coefficients._asdict(), "excitation_sha256": design.excitation.sha256},
         "truths": {
             truth.name: {
-                "coefficients": truth.plant.coefficients._asdict(), "excitation_sha256": truth.plant.excitation.sha256,
-                "sensors": truth.settings.sensors, "actuators": truth.settings.actuators,
-            } for truth in cases
+                "coefficients": truth.plant.coefficients._asdict(),
+                "excitation_sha256": truth.plant.excitation.sha256,
+                "sensors": truth.settings.sensors,
+                "actuators": truth.settings.actuators,
+            }
+            for truth in cases
         },
         "cases": {
-            name: [{**{f: getattr(row, f) for f in row.__dataclass_fields__}, "of_nominal": kept[name].get(law)}
-                   for law, row in table.items()]
+            name: [
+                {**{f: getattr(row, f) for f in row.__dataclass_fields__}, "of_nominal": kept[name].get(law)}
+                for law, row in table.items()
+            ]
             for name, table in tables.items()
         },
         "failed": {f"{name}, {law}": why for name, outcome in found.items() for law, why in outcome.failed.items()},
-    }  # fmt: skip
-    parts = ["## Locked runs\n\n" + markdown_table(
-        ("case", *laws, "runs"),
-        [(name, *(_locked(table.get(law)) for law in laws), _counts(table)) for name, table in tables.items()],
-    )]  # fmt: skip
+    }
+    parts = [
+        "## Locked runs\n\n"
+        + markdown_table(
+            ("case", *laws, "runs"),
+            [(name, *(_locked(table.get(law)) for law in laws), _counts(table)) for name, table in tables.items()],
+        )
+    ]
     for law in laws:
         lines = [_line(name, table[law], kept[name].get(law)) for name, table in tables.items() if law in table]
         parts.append(f"## {law}\n\n" + markdown_table(HEADINGS, lines))
@@ -85,11 +101,20 @@ def _counts(table: Mapping[str, Row]) -> str:
 
 
 def _line(name: str, row: Row, kept: Estimate | None) -> tuple[str, ...]:
-    beyond = [text for text, bad in (("motion", not row.motion <= MOTION),
-                                     ("lock", not row.locked >= LOCKED * row.runs)) if bad]  # fmt: skip
+    beyond = [
+        text
+        for text, bad in (("motion", not row.motion <= MOTION), ("lock", not row.locked >= LOCKED * row.runs))
+        if bad
+    ]
     return (
-        name, f"{row.locked}/{row.runs}", f"{row.lock.low:.3f}–{row.lock.high:.3f}", with_interval(row.power),  # noqa: RUF001
-        with_interval(kept) if kept is not None else "", with_interval(row.ratio), number(row.cv.value, 2),
-        f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}", number(row.cycle_slips, 2),
+        name,
+        f"{row.locked}/{row.runs}",
+        f"{row.lock.low:.3f}–{row.lock.high:.3f}",
+        with_interval(row.power),
+        with_interval(kept) if kept is not None else "",
+        with_interval(row.ratio),
+        number(row.cv.value, 2),
+        f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",
+        number(row.cycle_slips, 2),
         f"not kept: {' and '.join(beyond)}" if beyond else "kept",
-    )  # fmt: skip
+    )

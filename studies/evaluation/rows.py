@@ -8,14 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.reports.layout import MOTION_LIMIT
-from gyroctl.statistics import (
-    Estimate,
-    bootstrap_mean,
-    finite_mean,
-    lock_probability,
-    paired_difference,
-    paired_ratio,
-)
+from gyroctl.statistics import Estimate, bootstrap_mean, finite_mean, lock_probability, paired_difference, paired_ratio
 from gyroctl.studies.evaluation.cases import Outcome, Runs, common_seeds
 
 

@@ -21,9 +21,23 @@ if TYPE_CHECKING:
 GAMMAS = (1.0, 5.0, 50.0)
 
 HEADINGS = (
-    "law", "sees", "power [W]", "of best constant", "CV", "locked", "P(lock)", "φ1, φ3 98 % [rad]", "runs over it",
-    "slips /1000", "slip loss [W]", "saturated", "step [ms]", "fallbacks", "late", "bars",
-)  # fmt: skip
+    "law",
+    "sees",
+    "power [W]",
+    "of best constant",
+    "CV",
+    "locked",
+    "P(lock)",
+    "φ1, φ3 98 % [rad]",
+    "runs over it",
+    "slips /1000",
+    "slip loss [W]",
+    "saturated",
+    "step [ms]",
+    "fallbacks",
+    "late",
+    "bars",
+)
 
 
 def seas_table(ask: Request, gammas: Sequence[float] = GAMMAS) -> tuple[dict[str, Any], str, Figure]:
@@ -58,19 +72,33 @@ def seas_table(ask: Request, gammas: Sequence[float] = GAMMAS) -> tuple[dict[str
     parts = []
     for gamma, table in tables.items():
         parts.append(f"## gamma {gamma:g}\n\n" + markdown_table(HEADINGS, [_line(gamma, row) for row in table], 2))
-    parts.append("## Bars\n\n" + markdown_table(
-        ("bar", "sea", "demand", "met", "by, or nearest", "missed"),
-        [(v.bar.name, f"gamma {v.bar.gamma:g}", _demand(v.bar), "yes" if v.met else "no", v.law or "–",  # noqa: RUF001
-          "; ".join(v.missed) or "nothing") for v in verdicts], 6,
-    ))  # fmt: skip
+    parts.append(
+        "## Bars\n\n"
+        + markdown_table(
+            ("bar", "sea", "demand", "met", "by, or nearest", "missed"),
+            [
+                (
+                    v.bar.name,
+                    f"gamma {v.bar.gamma:g}",
+                    _demand(v.bar),
+                    "yes" if v.met else "no",
+                    v.law or "–",  # noqa: RUF001
+                    "; ".join(v.missed) or "nothing",
+                )
+                for v in verdicts
+            ],
+            6,
+        )
+    )
     parts.append(
         f"Every bar also asks for a 98 % motion of at most {MOTION:g} rad and lock in at least {100 * LOCKED:g} % of "
         "the realisations. The word met goes by the numbers in the table, not by the ends of their intervals."
     )
     if served:
         lines = [(law, "yes" if not missed else "no", "; ".join(missed) or "nothing") for law, missed in served.items()]
-        parts.append("## One set of parameters for all seas\n\n"
-                     + markdown_table(("law", "met in all", "missed"), lines, 3))  # fmt: skip
+        parts.append(
+            "## One set of parameters for all seas\n\n" + markdown_table(("law", "met in all", "missed"), lines, 3)
+        )
     return content, "\n\n".join(parts), draw_seas(tables, ask.record())
 
 
@@ -98,21 +126,35 @@ def _entrants(ask: Request) -> list[Entrant]:
 def _record(gamma: float, row: Row) -> dict[str, Any]:
     bars = {
         bar.name: {"met": not bar.missed(row), "missed": bar.missed(row)}
-        for bar in BARS if bar.gamma == gamma and bar.concerns(row)
-    }  # fmt: skip
-    return {**{name: getattr(row, name) for name in row.__dataclass_fields__}, "bars": bars,
-            "limits_missed": limits_missed(row)}  # fmt: skip
+        for bar in BARS
+        if bar.gamma == gamma and bar.concerns(row)
+    }
+    return {
+        **{name: getattr(row, name) for name in row.__dataclass_fields__},
+        "bars": bars,
+        "limits_missed": limits_missed(row),
+    }
 
 
 def _line(gamma: float, row: Row) -> tuple[str, ...]:
     return (
-        row.law, row.information, with_interval(row.power), with_interval(row.ratio), number(row.cv.value, 2),
-        f"{row.locked}/{row.runs}", f"{row.lock.low:.3f}–{row.lock.high:.3f}",  # noqa: RUF001
-        f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}", f"{row.over_limit}", number(row.cycle_slips, 2),
+        row.law,
+        row.information,
+        with_interval(row.power),
+        with_interval(row.ratio),
+        number(row.cv.value, 2),
+        f"{row.locked}/{row.runs}",
+        f"{row.lock.low:.3f}–{row.lock.high:.3f}",  # noqa: RUF001
+        f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",
+        f"{row.over_limit}",
+        number(row.cycle_slips, 2),
         number(row.slip_loss_w, 2),
-        number(row.saturations, 2), f"{_time(row.step_ms_median)}, {_time(row.step_ms_p99)}",
-        str(row.fallbacks), str(row.deadline_misses), bar_words(gamma, row),
-    )  # fmt: skip
+        number(row.saturations, 2),
+        f"{_time(row.step_ms_median)}, {_time(row.step_ms_p99)}",
+        str(row.fallbacks),
+        str(row.deadline_misses),
+        bar_words(gamma, row),
+    )
 
 
 def _time(milliseconds: float) -> str:
@@ -120,7 +162,9 @@ def _time(milliseconds: float) -> str:
 
 
 def _demand(bar: Any) -> str:
-    parts = [f">= {number(bar.power)} W" if bar.power else "",
-             f">= {number(bar.ratio)} x constant" if bar.ratio else "",
-             f"CV <= {bar.cv:g}" if bar.cv < 10.0 else ""]  # fmt: skip
+    parts = [
+        f">= {number(bar.power)} W" if bar.power else "",
+        f">= {number(bar.ratio)} x constant" if bar.ratio else "",
+        f"CV <= {bar.cv:g}" if bar.cv < 10.0 else "",
+    ]
     return ", ".join(part for part in parts if part)

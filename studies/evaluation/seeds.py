@@ -66,8 +66,12 @@ def seed_plan(texts: Iterable[str], allow_tuning: bool = False, tuned_on: Sequen
     plan = SeedPlan(common, own)
     used = sorted(set(plan.all) & (set(KEPT_FOR_TUNING) | set(tuned_on)))
     if used and not allow_tuning:
-        raise InputError("seeds", f"{used[0]} to {used[-1]}", "are kept for tuning and cannot judge a law",
-                         "Choose others, for example 1:64, or try things out with --allow-tuning-seeds")  # fmt: skip
+        raise InputError(
+            "seeds",
+            f"{used[0]} to {used[-1]}",
+            "are kept for tuning and cannot judge a law",
+            "Choose others, for example 1:64, or try things out with --allow-tuning-seeds",
+        )
     return plan
 
 

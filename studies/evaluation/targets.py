@@ -57,11 +57,7 @@ class Bar:
 
     def concerns(self, row: Row) -> bool:
         """Whether the row may answer the bar."""
-        return (
-            row.kind == self.kind
-            and row.information == self.information
-            and (row.tuning == ALL or not self.one_set)
-        )  # fmt: skip
+        return row.kind == self.kind and row.information == self.information and (row.tuning == ALL or not self.one_set)
 
     def missed(self, row: Row) -> list[str]:
         """What the row misses; empty where it meets the bar. The numbers are those of the table, without a margin."""
@@ -76,10 +72,13 @@ class Bar:
 
     def shortfall(self, row: Row) -> float:
         """How far the row is from the bar, in parts of it; 0 where it is met."""
-        gaps = [1.0 - row.power.value / self.power if self.power else 0.0,
-                1.0 - row.ratio.value / self.ratio if self.ratio else 0.0,
-                row.cv.value / self.cv - 1.0, row.motion / MOTION - 1.0,
-                (LOCKED - row.locked / row.runs) / LOCKED]  # fmt: skip
+        gaps = [
+            1.0 - row.power.value / self.power if self.power else 0.0,
+            1.0 - row.ratio.value / self.ratio if self.ratio else 0.0,
+            row.cv.value / self.cv - 1.0,
+            row.motion / MOTION - 1.0,
+            (LOCKED - row.locked / row.runs) / LOCKED,
+        ]
         return sum(max(0.0, gap) if math.isfinite(gap) else 1.0 for gap in gaps)
 
 
@@ -120,8 +119,9 @@ def _bars() -> tuple[Bar, ...]:
         bars.append(Bar("planning from sensors, against constant", gamma, "planning", "sensors", ratio=3.0, cv=0.25))
     one_set = [
         replace(bar, name=f"{bar.name}, one set", power=SHARE * bar.power, ratio=SHARE * bar.ratio, one_set=True)
-        for bar in bars if bar.information == "sensors"
-    ]  # fmt: skip
+        for bar in bars
+        if bar.information == "sensors"
+    ]
     return (*bars, *one_set)
 
 

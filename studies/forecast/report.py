@@ -56,12 +56,15 @@ def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, l
     rows = _rows(found)
     write_rows(out / "forecast.csv", [["sea", "source", "moment", *(f"error_at_{lead:g}_s" for lead in LEADS)], *rows])
     record = {
-        "gyroctl_version": gyroctl.__version__, "seeds": list(seeds), "duration_s": duration, "law": law,
+        "gyroctl_version": gyroctl.__version__,
+        "seeds": list(seeds),
+        "duration_s": duration,
+        "law": law,
         "error_at_the_sample": {
             name: {"estimator": value.now[0].tolist(), "smoothed": value.now[1].tolist()}
             for name, value in found.items()
         },
-    }  # fmt: skip
+    }
     write_json(out / "forecast.json", record)
     return _text(rows) + _sample(found)
 

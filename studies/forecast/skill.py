@@ -69,9 +69,8 @@ def skill(sea: SeaState | DriftingSea, name: str, seeds: Sequence[int], duration
             learns = "known" not in source and "generic" not in source
             heard = None if "true" in source else estimator
             predictor = Predictor.design(
-                design, sea=known if "known" in source else None, estimator=heard,
-                forgetting=120.0 if learns else None,
-            )  # fmt: skip
+                design, sea=known if "known" in source else None, estimator=heard, forgetting=120.0 if learns else None
+            )
             if heard is None:
                 ahead = replay_moments(predictor, LEADS, moments[:, :n])
             else:

@@ -20,8 +20,12 @@ STABLE_COLOUR, GROWS_COLOUR, LOST_COLOUR = "#D7E9F5", "#FBE3C2", "#F4F5F7"
 POWER_LEVELS = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0)
 """Contours of mean power. [W]"""
 
-NAMES = {"cc": ("cc [Nms]", 1.0), "cg": ("cg [$10^{-3}$ Nms]", 1e3), "wp": ("wave frequency [rad/s]", 1.0),
-         "height": ("wave height [m]", 1.0)}  # fmt: skip
+NAMES = {
+    "cc": ("cc [Nms]", 1.0),
+    "cg": ("cg [$10^{-3}$ Nms]", 1e3),
+    "wp": ("wave frequency [rad/s]", 1.0),
+    "height": ("wave height [m]", 1.0),
+}
 SENSES = {1: "psi' > 0", -1: "psi' < 0"}
 
 
@@ -95,9 +99,13 @@ def orbit_map(
 
 
 def heat_maps(
-    controls: OrbitMap, waves: OrbitMap, basin: NDArray[np.float64], points: tuple[tuple[float, float], ...],
-    period: float, note: str,
-) -> Figure:  # fmt: skip
+    controls: OrbitMap,
+    waves: OrbitMap,
+    basin: NDArray[np.float64],
+    points: tuple[tuple[float, float], ...],
+    period: float,
+    note: str,
+) -> Figure:
     """Draw margins over (cc, cg) above and over (wp, height) below."""
     figure, axes = sheet(2, 3, (12.6, 7.6), "Margins over controls and over waves", note)
     rooms = _decibels(controls.border[None, :] / np.maximum(controls.second[:, None], 1e-9), controls)
@@ -182,9 +190,13 @@ def _carried(growth: NDArray[np.float64], upwards: bool) -> NDArray[np.float64]:
 
 
 def _blank(
-    panel: Any, xs: NDArray[np.float64], edge: NDArray[np.float64], known: NDArray[np.bool_], ys: NDArray[np.float64],
+    panel: Any,
+    xs: NDArray[np.float64],
+    edge: NDArray[np.float64],
+    known: NDArray[np.bool_],
+    ys: NDArray[np.float64],
     upper: bool,
-) -> None:  # fmt: skip
+) -> None:
     far = 1.05 * ys[-1] if upper else 0.95 * ys[0]  # over the rim of the orange area
     panel.fill_between(xs[known], edge[known], far, color=LOST_COLOUR, lw=0, zorder=1.5)
 

@@ -17,8 +17,13 @@ if TYPE_CHECKING:
     from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit
     from gyroctl.studies.margins.measures import LoopAnswer
 
-COLOURS = {"libration": "#0072B2", "horizontal": "#E08A00", "vertical": "#009E73", "slip": "#CC79A7",
-           "radiation": "#7A8793"}  # fmt: skip
+COLOURS = {
+    "libration": "#0072B2",
+    "horizontal": "#E08A00",
+    "vertical": "#009E73",
+    "slip": "#CC79A7",
+    "radiation": "#7A8793",
+}
 LAW_COLOUR = "#8C3A8C"
 PANELS = 3
 """Largest number of channels in the Nyquist plot: those with the smallest disk."""
@@ -33,13 +38,27 @@ def multipliers(orbit: PeriodicOrbit, loop: LoopOrbit | None, name: str, point: 
     for radius in (0.25, 0.5, 0.75):
         axes[0].plot(radius * circle.real, radius * circle.imag, color=MUTED, lw=0.5, ls=":")
     if loop is not None and loop.multipliers.size:
-        axes[0].plot(loop.multipliers.real, loop.multipliers.imag, "x", color=LAW_COLOUR, ms=7, mew=1.6,
-                     label=f"with the law {name}")  # fmt: skip
+        axes[0].plot(
+            loop.multipliers.real,
+            loop.multipliers.imag,
+            "x",
+            color=LAW_COLOUR,
+            ms=7,
+            mew=1.6,
+            label=f"with the law {name}",
+        )
     shown: set[str] = set()
     for mode in orbit.modes:
         pair = np.array([mode.multiplier, mode.multiplier.conjugate()])
-        axes[0].plot(pair.real, pair.imag, "o", color=COLOURS[mode.name], ms=7, mec="white",
-                     label=None if mode.name in shown else mode.name)  # fmt: skip
+        axes[0].plot(
+            pair.real,
+            pair.imag,
+            "o",
+            color=COLOURS[mode.name],
+            ms=7,
+            mec="white",
+            label=None if mode.name in shown else mode.name,
+        )
         shown.add(mode.name)
     label(axes[0], "Inside the circle: decays", "real part", "imaginary part")
     axes[0].set_aspect("equal")

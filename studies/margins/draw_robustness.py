@@ -76,8 +76,15 @@ def _shocks(panel: Any, cases: dict[str, Margins]) -> None:
             part = 1.0 if free else shock.size / shock.largest
             panel.barh(at, shock.sign * part, 0.9 * width, color=COLOURS[c], alpha=0.22 if free else 1.0)
             if not free:
-                panel.text(shock.sign * (part + 0.03), at, f"{shock.size:.3g}", va="center", fontsize=8, color=MUTED,
-                           ha="left" if shock.sign > 0 else "right")  # fmt: skip
+                panel.text(
+                    shock.sign * (part + 0.03),
+                    at,
+                    f"{shock.size:.3g}",
+                    va="center",
+                    fontsize=8,
+                    color=MUTED,
+                    ha="left" if shock.sign > 0 else "right",
+                )
     panel.axvline(0.0, color=MUTED, lw=0.8)
     ticks = [f"{name}\n\u00b1{largest[name]:.3g} {UNITS.get(name, 'rad/s')}" for name in names]
     panel.set_yticks(range(len(names)), ticks, fontsize=8)

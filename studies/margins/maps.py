@@ -94,9 +94,15 @@ def coupling_map(
 
 
 def tongue_map(
-    plant: Plant, cc: float, cg: float, wp: Sequence[float], height: Sequence[float], sense: int = 1,
-    heading: float = 0.0, tick: Tick = lambda: None,
-) -> OrbitMap:  # fmt: skip
+    plant: Plant,
+    cc: float,
+    cg: float,
+    wp: Sequence[float],
+    height: Sequence[float],
+    sense: int = 1,
+    heading: float = 0.0,
+    tick: Tick = lambda: None,
+) -> OrbitMap:
     """Orbits over frequency and height of the wave; the border is the smallest height that carries the load."""
 
     def at(first: float, second: float, guess: NDArray[np.float64] | None, turn: int) -> Orbit:
@@ -106,9 +112,15 @@ def tongue_map(
 
 
 def basin_map(
-    plant: Plant, wave: Regular, cc: Sequence[float], cg: Sequence[float], size: float, samples: int, sense: int = 1,
+    plant: Plant,
+    wave: Regular,
+    cc: Sequence[float],
+    cg: Sequence[float],
+    size: float,
+    samples: int,
+    sense: int = 1,
     tick: Tick = lambda: None,
-) -> NDArray[np.float64]:  # fmt: skip
+) -> NDArray[np.float64]:
     """Share of disturbances after which lock returns, (m, n) over cg and cc; NaN where no orbit is stable."""
     share = np.full((len(cg), len(cc)), np.nan)
     for j, coupling in enumerate(cc):
@@ -124,9 +136,14 @@ At = Callable[[float, float, NDArray[np.float64] | None, int], Orbit]
 
 
 def _grid(
-    axes: tuple[str, str], first: Sequence[float], second: Sequence[float], at: At, sense: int, tick: Tick,
+    axes: tuple[str, str],
+    first: Sequence[float],
+    second: Sequence[float],
+    at: At,
+    sense: int,
+    tick: Tick,
     upwards: bool,
-) -> OrbitMap:  # fmt: skip
+) -> OrbitMap:
     """Follow each column from the side where lock is sure to the side where it ends."""
     xs, ys = np.asarray(first, float), np.asarray(second, float)
     code = np.zeros((ys.size, xs.size), np.int64)

@@ -21,8 +21,11 @@ SIZES = (0.25, 0.5, 0.75, 1.0)
 """Sizes of the random disturbances, as parts of the largest."""
 
 DIRECTIONS: tuple[tuple[str, Quantity, bool], ...] = (
-    ("cg", "cg", True), ("height", "height", False), ("frequency_down", "wp", False), ("frequency_up", "wp", True),
-)  # fmt: skip
+    ("cg", "cg", True),
+    ("height", "height", False),
+    ("frequency_down", "wp", False),
+    ("frequency_up", "wp", True),
+)
 """Name of each headroom, what is moved, and whether upwards."""
 
 REACH = {"cg": 10.0, "height": 0.05, "frequency_down": 0.5, "frequency_up": 1.6}
@@ -130,13 +133,17 @@ class LoopAnswer:
             "multipliers": list(self.loop.multipliers),
             "channels": {
                 name: {
-                    "gain": list(c.gain), "gain_db": [_decibel(g) for g in c.gain], "phase_deg": c.phase,
-                    "delay_s": c.delay, "disk_alpha": c.disk, "guaranteed_gain": list(c.guaranteed_gain),
+                    "gain": list(c.gain),
+                    "gain_db": [_decibel(g) for g in c.gain],
+                    "phase_deg": c.phase,
+                    "delay_s": c.delay,
+                    "disk_alpha": c.disk,
+                    "guaranteed_gain": list(c.guaranteed_gain),
                     "guaranteed_phase_deg": c.guaranteed_phase,
                 }
                 for name, c in self.margins.channels.items()
             },
-        }  # fmt: skip
+        }
 
 
 def linear_margins(orbit: PeriodicOrbit, asked: Request) -> LoopAnswer:
@@ -158,17 +165,28 @@ def linear_margins(orbit: PeriodicOrbit, asked: Request) -> LoopAnswer:
 def orbit_record(orbit: PeriodicOrbit) -> dict[str, Any]:
     """PeriodicOrbit and modes for JSON."""
     return {
-        "status": orbit.status, "advice": orbit.advice, "power_w": orbit.power, "load_angle_rad": orbit.load_angle,
+        "status": orbit.status,
+        "advice": orbit.advice,
+        "power_w": orbit.power,
+        "load_angle_rad": orbit.load_angle,
         "lock_share": orbit.lock_share,
-        "lock_reserve": orbit.lock_reserve if orbit.status == "stable" else None, "residual": orbit.residual,
-        "half_against_full_map": orbit.error, "period_s": orbit.period, "x": orbit.x,
+        "lock_reserve": orbit.lock_reserve if orbit.status == "stable" else None,
+        "residual": orbit.residual,
+        "half_against_full_map": orbit.error,
+        "period_s": orbit.period,
+        "x": orbit.x,
         "multipliers": list(orbit.multipliers),
         "modes": [
-            {"name": mode.name, "multiplier": mode.multiplier, "decay_time_s": mode.decay_time,
-             "frequency_rad_s": mode.frequency, "period_s": mode.period}
+            {
+                "name": mode.name,
+                "multiplier": mode.multiplier,
+                "decay_time_s": mode.decay_time,
+                "frequency_rad_s": mode.frequency,
+                "period_s": mode.period,
+            }
             for mode in orbit.modes
         ],
-    }  # fmt: skip
+    }
 
 
 def _hit(regime: Regime, samples: int, stage: Stage) -> tuple[dict[float, Share], tuple[Shock, ...]]:

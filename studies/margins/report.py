@@ -89,8 +89,10 @@ def margin_report(
     columns = (MAP_COLUMNS + 1) + (TONGUE_COLUMNS + 1) + BASIN_COLUMNS + BORDER_STAGES if maps else 0
     drawn: dict[str, Figure] = {}
     content: dict[str, Any] = {
-        "gyroctl_version": gyroctl.__version__, "request": asked.record(), "orbit": orbit_record(orbit)
-    }  # fmt: skip
+        "gyroctl_version": gyroctl.__version__,
+        "request": asked.record(),
+        "orbit": orbit_record(orbit),
+    }
     with Progress("margins", measured * (2 if asked.law else 1) + columns + 6, quiet) as progress, styled():
 
         def stage(_: str) -> None:
@@ -122,13 +124,20 @@ def margin_report(
             on_grid = _spread(basin, coarse, controls)
             borders = control_borders(asked, CC_RANGE, progress.advance)
             drawn["lock_map"] = draw_maps.orbit_map(
-                controls, "Lock map", f"{_wave(asked)}; contours: mean power", (asked.cc, asked.cg), asked.sense,
+                controls,
+                "Lock map",
+                f"{_wave(asked)}; contours: mean power",
+                (asked.cc, asked.cg),
+                asked.sense,
                 borders,
-            )  # fmt: skip
+            )
             drawn["tongue"] = draw_maps.orbit_map(
-                waves, "Tongue of lock", f"cc = {asked.cc:g}, cg = {asked.cg:g} Nms; contours: mean power",
-                (asked.wave.wp, asked.wave.height), asked.sense,
-            )  # fmt: skip
+                waves,
+                "Tongue of lock",
+                f"cc = {asked.cc:g}, cg = {asked.cg:g} Nms; contours: mean power",
+                (asked.wave.wp, asked.wave.height),
+                asked.sense,
+            )
             marks = ((asked.cc, asked.cg), (asked.wave.wp, asked.wave.height))
             drawn["heat_maps"] = draw_maps.heat_maps(
                 controls,
@@ -140,10 +149,11 @@ def margin_report(
                 "crosses: lock, but an oscillation grows; basin: 24 disturbances of half the largest size",
             )
             content["maps"] = {
-                "controls": controls.record(), "borders": [border.record() for border in borders],
+                "controls": controls.record(),
+                "borders": [border.record() for border in borders],
                 "waves": waves.record(),
                 "basin": {"cc": coarse[0], "cg": coarse[1], "share": basin},
-            }  # fmt: skip
+            }
         content["meaning"] = meanings(asked, orbit, list(cases.values())[-1] if cases else None, answer)
         content["not_available"] = _missing(asked, orbit, answer)
         out.mkdir(parents=True, exist_ok=True)
@@ -168,8 +178,12 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
     from gyroctl.studies.style import styled
 
     if axes not in AXES:
-        raise InputError("axes", ",".join(axes), "these axes cannot be mapped",
-                         f"Choose {' or '.join(','.join(pair) for pair in AXES)}")  # fmt: skip
+        raise InputError(
+            "axes",
+            ",".join(axes),
+            "these axes cannot be mapped",
+            f"Choose {' or '.join(','.join(pair) for pair in AXES)}",
+        )
     check_folder(out)
     over_controls = axes == AXES[0]
     stages = (MAP_COLUMNS + BORDER_STAGES if over_controls else TONGUE_COLUMNS) + 1
@@ -187,10 +201,13 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
         out.mkdir(parents=True, exist_ok=True)
         save(figure, out / "lockmap.png")
     content = {
-        "gyroctl_version": gyroctl.__version__, "request": asked.record(), "map": found.record(),
+        "gyroctl_version": gyroctl.__version__,
+        "request": asked.record(),
+        "map": found.record(),
         "borders": [border.record() for border in borders],
-        "codes": {"0": "no orbit", "1": "an oscillation grows", "2": "stable"}, "figures": ["lockmap.png"],
-    }  # fmt: skip
+        "codes": {"0": "no orbit", "1": "an oscillation grows", "2": "stable"},
+        "figures": ["lockmap.png"],
+    }
     write_json(out / "lockmap.json", content)
     return dict(plain(content))
 
@@ -236,8 +253,12 @@ def _linear(orbit: PeriodicOrbit, asked: Request) -> LoopAnswer:
 def _missing(asked: Request, orbit: PeriodicOrbit, answer: LoopAnswer | None) -> list[dict[str, str]]:
     missing = []
     if orbit.status == "unstable":
-        missing.append({"margin": "every margin of the constant controls",
-                        "reason": f"the locked orbit is unstable. {orbit.advice}"})  # fmt: skip
+        missing.append(
+            {
+                "margin": "every margin of the constant controls",
+                "reason": f"the locked orbit is unstable. {orbit.advice}",
+            }
+        )
     if answer is not None and answer.margins is None:
         missing.append({"margin": LINEAR, "reason": answer.unavailable})
     if asked.law is None:

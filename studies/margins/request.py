@@ -56,9 +56,15 @@ class Request:
 
 
 def request(
-    plant: Plant, height: float, wp: float, cc: float, cg: float, sense: int = 1, law_name: str = "",
+    plant: Plant,
+    height: float,
+    wp: float,
+    cc: float,
+    cg: float,
+    sense: int = 1,
+    law_name: str = "",
     parameters: Mapping[str, Any] | None = None,
-) -> Request:  # fmt: skip
+) -> Request:
     """Check and gather what a report is asked for.
 
     Raises
@@ -71,20 +77,32 @@ def request(
             raise InputError(name, value, "must be a positive number", f"Give it in {unit}, for example {example}")
     low, high = plant.excitation.omega[[0, -1]]
     if not low <= wp <= high:
-        raise InputError("wp", wp, "the excitation is not known at this frequency",
-                         f"Give a frequency from {low:g} to {high:g} rad/s")  # fmt: skip
+        raise InputError(
+            "wp",
+            wp,
+            "the excitation is not known at this frequency",
+            f"Give a frequency from {low:g} to {high:g} rad/s",
+        )
     for name, value, example in (("cc", cc, 0.052), ("cg", cg, 3.5e-4)):
         if not (math.isfinite(value) and value >= 0.0):
-            raise InputError(name, value, "must be a finite number, zero or positive",
-                             f"Give it in Nms, for example {example:g}")  # fmt: skip
+            raise InputError(
+                name, value, "must be a finite number, zero or positive", f"Give it in Nms, for example {example:g}"
+            )
     if cc == 0.0 and plant.parameters.connection == "magnetic":
         raise InputError("cc", cc, "without coupling nothing turns the flywheel", "Give it in Nms, for example 0.052")
     if cg == 0.0:
         raise InputError("cg", cg, "without load there is no power and no headroom", "Give it in Nms, e.g. 3.5e-4")
     if sense not in (1, -1):
         raise InputError("sense", sense, "must be 1 or -1", "Choose the sense of rotation of the ring")
-    return Request(plant, Regular(height, wp), cc, cg, sense, law_name,
-                   _law(law_name, parameters or {}, wp, cc, cg) if law_name else None)  # fmt: skip
+    return Request(
+        plant,
+        Regular(height, wp),
+        cc,
+        cg,
+        sense,
+        law_name,
+        _law(law_name, parameters or {}, wp, cc, cg) if law_name else None,
+    )
 
 
 def find_orbit(asked: Request) -> PeriodicOrbit:
@@ -98,8 +116,12 @@ def find_orbit(asked: Request) -> PeriodicOrbit:
     orbit = lock_orbit(asked.plant, asked.wave, asked.cc, asked.cg, asked.sense)
     if orbit.status == "no orbit":
         controls = f"cc = {asked.cc:g}, cg = {asked.cg:g} Nms, wp = {asked.wave.wp:g} rad/s"
-        raise InputError("height", asked.wave.height, f"no locked orbit exists at this height with {controls}",
-                         orbit.advice.rstrip("."))  # fmt: skip
+        raise InputError(
+            "height",
+            asked.wave.height,
+            f"no locked orbit exists at this height with {controls}",
+            orbit.advice.rstrip("."),
+        )
     return orbit
 
 

@@ -60,8 +60,9 @@ def draw(setup: Setup) -> Drawing:
         for y, name in zip(place, DEVICES, strict=True):
             case = runs[name, gamma, (cc, cg)]
             share = lock_probability(case.locked)
-            panel.plot([share.low, share.high], [y, y], color=GAMMA_COLOURS[gamma], lw=5, alpha=0.25,
-                       solid_capstyle="butt")  # fmt: skip
+            panel.plot(
+                [share.low, share.high], [y, y], color=GAMMA_COLOURS[gamma], lw=5, alpha=0.25, solid_capstyle="butt"
+            )
             panel.plot(share.value, y, "o", ms=5.5, color=GAMMA_COLOURS[gamma])
             row = (name.strip(), gamma, cc, cg, *share[:3], float(case.power.mean()), float(case.phi1_p98.mean()))
             for column, value in zip(COLUMNS, row, strict=True):
@@ -77,6 +78,4 @@ def draw(setup: Setup) -> Drawing:
     return Drawing(figure, {"": table})
 
 
-COLUMNS = (
-    "device", "gamma", "cc_nms", "cg_nms", "lock_share", "lock_low", "lock_high", "mean_power_w", "phi1_p98_rad",
-)  # fmt: skip
+COLUMNS = ("device", "gamma", "cc_nms", "cg_nms", "lock_share", "lock_low", "lock_high", "mean_power_w", "phi1_p98_rad")

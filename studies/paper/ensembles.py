@@ -91,16 +91,28 @@ def sea(gamma: float) -> SeaState:
 def ensemble(setup: Setup, plant: Plant, gamma: float, pairs: Sequence[Pair], title: str) -> dict[Pair, Case]:
     """Run every pair (cc, cg) on every realisation of the sea with peak enhancement `gamma`."""
     run = scan(
-        plant, sea(gamma), pairs, setup.seeds, setup.duration, BLEND, workers=setup.workers, title=title,
+        plant,
+        sea(gamma),
+        pairs,
+        setup.seeds,
+        setup.duration,
+        BLEND,
+        workers=setup.workers,
+        title=title,
         quiet=setup.quiet,
-    )  # fmt: skip
+    )
     return {
         pair: Case(
-            *pair, run.loss_time[i], run.mean_power[i], run.wave_input_w[i], run.slip_loss_w[i], run.phi1_p98[i],
+            *pair,
+            run.loss_time[i],
+            run.mean_power[i],
+            run.wave_input_w[i],
+            run.slip_loss_w[i],
+            run.phi1_p98[i],
             run.phi3_p98[i],
         )
         for i, pair in enumerate(pairs)
-    }  # fmt: skip
+    }
 
 
 @lru_cache(maxsize=16)

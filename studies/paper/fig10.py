@@ -51,8 +51,9 @@ def draw(setup: Setup) -> Drawing:
     axes[0].set_ylim(0.0, 1.15 * float(np.max(high)))
     for edge in PAPER_POWER:
         axes[0].axhline(edge, color=PAPER_COLOUR, lw=0.9, ls="--")
-    axes[0].text(0.985, 0.06, "dashed: range stated by the paper", color=PAPER_COLOUR, ha="right",
-                 transform=axes[0].transAxes)  # fmt: skip
+    axes[0].text(
+        0.985, 0.06, "dashed: range stated by the paper", color=PAPER_COLOUR, ha="right", transform=axes[0].transAxes
+    )
 
     label(axes[1], "Mean power of the realisations that kept lock", "mean power [W]", "realisations")
     held = case.power[case.locked]
@@ -72,8 +73,14 @@ def draw(setup: Setup) -> Drawing:
     axes[2].plot(runs.time[shown][thin], runs.ring_speed_10s[one, shown][thin], color=BAND_COLOUR, lw=0.9)
     for level in (WP, 0.5 * WP):
         axes[2].axhline(level, color=MUTED, lw=0.8, ls="--")
-    axes[2].text(0.985, 0.06, "dashed: peak frequency, and half of it, where lock counts as lost", color=MUTED,
-                 ha="right", transform=axes[2].transAxes)  # fmt: skip
+    axes[2].text(
+        0.985,
+        0.06,
+        "dashed: peak frequency, and half of it, where lock counts as lost",
+        color=MUTED,
+        ha="right",
+        transform=axes[2].transAxes,
+    )
     axes[2].set_ylim(0.0, 1.35 * WP)
 
     label(axes[3], "Motion of the float", "time [s]", "[rad]")
@@ -86,11 +93,23 @@ def draw(setup: Setup) -> Drawing:
     axes[3].set_ylim(-top, top)
 
     series = {
-        "time_s": runs.time, "power_w": runs.power[one], "power_p5_w": low, "power_median_w": middle,
-        "power_p95_w": high, "ring_speed_rad_s": runs.ring_speed[one], "flywheel_speed_rad_s": runs.flywheel_speed[one],
-        "phi1_rad": runs.phi1[one], "phi3_rad": runs.phi3[one],
-    }  # fmt: skip
-    table = {"seed": np.array(setup.seeds), "locked": case.locked.astype(int), "loss_time_s": case.loss_time,
-             "mean_power_w": case.power, "wave_input_w": case.wave_input, "phi1_p98_rad": case.phi1_p98,
-             "phi3_p98_rad": case.phi3_p98}  # fmt: skip
+        "time_s": runs.time,
+        "power_w": runs.power[one],
+        "power_p5_w": low,
+        "power_median_w": middle,
+        "power_p95_w": high,
+        "ring_speed_rad_s": runs.ring_speed[one],
+        "flywheel_speed_rad_s": runs.flywheel_speed[one],
+        "phi1_rad": runs.phi1[one],
+        "phi3_rad": runs.phi3[one],
+    }
+    table = {
+        "seed": np.array(setup.seeds),
+        "locked": case.locked.astype(int),
+        "loss_time_s": case.loss_time,
+        "mean_power_w": case.power,
+        "wave_input_w": case.wave_input,
+        "phi1_p98_rad": case.phi1_p98,
+        "phi3_p98_rad": case.phi3_p98,
+    }
     return Drawing(figure, {"": series, "realisations": table})

@@ -55,9 +55,14 @@ def draw(setup: Setup) -> Drawing:
 
     label(axes[2], "Realisations still in lock", "time [s]", "")
     tables: dict[str, dict[str, np.ndarray]] = {
-        "": {"time_s": runs.time, "ring_speed_10s_rad_s": runs.ring_speed_10s[one], "power_w": runs.power[one],
-             "phi1_rad": runs.phi1[one], "phi3_rad": runs.phi3[one]}
-    }  # fmt: skip
+        "": {
+            "time_s": runs.time,
+            "ring_speed_10s_rad_s": runs.ring_speed_10s[one],
+            "power_w": runs.power[one],
+            "phi1_rad": runs.phi1[one],
+            "phi3_rad": runs.phi3[one],
+        }
+    }
     losses: dict[str, np.ndarray] = {"seed": np.array(setup.seeds)}
     for variant in VARIANTS:
         case = lock_grid(setup, variant, GAMMA)[CC, CG]
@@ -66,8 +71,11 @@ def draw(setup: Setup) -> Drawing:
         axes[2].fill_between(curve.time, curve.low, curve.high, step="post", color=COLOURS[variant], alpha=0.15, lw=0)
         losses[f"{variant}_loss_time_s"] = case.loss_time
         tables[f"survival_{variant}"] = {
-            "time_s": curve.time, "still_in_lock": curve.probability, "low": curve.low, "high": curve.high,
-        }  # fmt: skip
+            "time_s": curve.time,
+            "still_in_lock": curve.probability,
+            "low": curve.low,
+            "high": curve.high,
+        }
     axes[2].axvline(PAPER_LOSS, color=PAPER_COLOUR, lw=1.0, ls="--", label="paper: about 400 s")
     axes[2].set_xlim(0.0, setup.duration)
     axes[2].legend(loc="upper right")

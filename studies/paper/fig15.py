@@ -67,13 +67,28 @@ def draw(setup: Setup) -> Drawing:
             reference = grid[REFERENCE[gamma]]
             solid = variant == "corrected"
             face = colour if solid else "white"
-            axes[0].plot(x + rng.uniform(-0.07, 0.07, reference.wave_input.size), reference.wave_input, "o", ms=2.6,
-                         color=colour, mfc=face, mew=0.5, alpha=0.5)  # fmt: skip
+            axes[0].plot(
+                x + rng.uniform(-0.07, 0.07, reference.wave_input.size),
+                reference.wave_input,
+                "o",
+                ms=2.6,
+                color=colour,
+                mfc=face,
+                mew=0.5,
+                alpha=0.5,
+            )
             given = bootstrap_mean(reference.wave_input)
             axes[0].plot([x - 0.12, x + 0.12], [given.value] * 2, color=INK, lw=1.8)
             share = lock_probability(reference.locked)
-            axes[2].errorbar(x, share.value, [[share.value - share.low], [share.high - share.value]], fmt="o", ms=6,
-                             color=colour, mfc=face)  # fmt: skip
+            axes[2].errorbar(
+                x,
+                share.value,
+                [[share.value - share.low], [share.high - share.value]],
+                fmt="o",
+                ms=6,
+                color=colour,
+                mfc=face,
+            )
             best = best_pair(grid)
             if best is None:
                 power = (np.nan, np.nan, np.nan)
@@ -83,8 +98,16 @@ def draw(setup: Setup) -> Drawing:
                 axes[1].bar(x, power[0], 0.3, color=colour if solid else "white", edgecolor=colour)
                 words = f"cc {best.cc:g}\ncg {gain(best.cg)}"
                 axes[1].text(x, power[0] + 0.08, words, ha="center", fontsize=7.5, color=MUTED, bbox=BEHIND)
-            row = (variant, gamma, *given[:3], *(REFERENCE[gamma]), *power, best.cc if best else np.nan,
-                   best.cg if best else np.nan, *share[:3])  # fmt: skip
+            row = (
+                variant,
+                gamma,
+                *given[:3],
+                *(REFERENCE[gamma]),
+                *power,
+                best.cc if best else np.nan,
+                best.cg if best else np.nan,
+                *share[:3],
+            )
             for name, value in zip(COLUMNS, row, strict=True):
                 rows[name].append(value)
         low, high = PAPER_POWER[gamma]
@@ -92,8 +115,15 @@ def draw(setup: Setup) -> Drawing:
         if high > low:
             axes[1].plot([place - 0.36, place + 0.36], [high, high], color=PAPER_COLOUR, lw=1.2, ls="--")
     axes[0].axhline(PAPER_INPUT, color=PAPER_COLOUR, lw=1.2, ls="--")
-    axes[0].text(0.98, 0.03, "dashed: stated by the paper; bar: mean", color=PAPER_COLOUR, fontsize=8.5, ha="right",
-                 transform=axes[0].transAxes)  # fmt: skip
+    axes[0].text(
+        0.98,
+        0.03,
+        "dashed: stated by the paper; bar: mean",
+        color=PAPER_COLOUR,
+        fontsize=8.5,
+        ha="right",
+        transform=axes[0].transAxes,
+    )
     axes[0].set_ylim(bottom=0.0)
     percent(axes[2])
     for panel in axes:
@@ -101,13 +131,32 @@ def draw(setup: Setup) -> Drawing:
         panel.grid(False, axis="x")
         panel.set_xlim(-0.5, 2.5)
     axes[1].set_ylim(0.0, axes[1].get_ylim()[1] * 1.08)
-    axes[1].text(0.02, 0.97, "filled: corrected plant\nopen: as printed", color=INK, fontsize=8.5, va="top",
-                 transform=axes[1].transAxes)  # fmt: skip
+    axes[1].text(
+        0.02,
+        0.97,
+        "filled: corrected plant\nopen: as printed",
+        color=INK,
+        fontsize=8.5,
+        va="top",
+        transform=axes[1].transAxes,
+    )
     return Drawing(figure, {"": rows})
 
 
 COLUMNS = (
-    "variant", "gamma", "wave_input_w", "wave_input_low_w", "wave_input_high_w", "reference_cc_nms", "reference_cg_nms",
-    "best_power_w", "best_power_low_w", "best_power_high_w", "best_cc_nms", "best_cg_nms",
-    "lock_share", "lock_low", "lock_high",
-)  # fmt: skip
+    "variant",
+    "gamma",
+    "wave_input_w",
+    "wave_input_low_w",
+    "wave_input_high_w",
+    "reference_cc_nms",
+    "reference_cg_nms",
+    "best_power_w",
+    "best_power_low_w",
+    "best_power_high_w",
+    "best_cc_nms",
+    "best_cg_nms",
+    "lock_share",
+    "lock_low",
+    "lock_high",
+)

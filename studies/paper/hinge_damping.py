@@ -62,16 +62,27 @@ def draw(setup: Setup) -> Drawing:
     note = runs_note(len(setup.seeds), setup.duration, "corrected plant, all but d1")
     figure, axes = sheet(1, 2, (10.5, 4.4), "How much hinge damping does lock need?", note)
     label(axes[0], "Irregular sea: realisations that kept lock", "hinge damping d1 [Nms/rad]", "")
-    label(axes[1], "Equivalent regular wave: growth on the locked orbit", "hinge damping d1 [Nms/rad]",
-          "growth rate ln|λ|/T [1/1000 s]")  # fmt: skip
+    label(
+        axes[1],
+        "Equivalent regular wave: growth on the locked orbit",
+        "hinge damping d1 [Nms/rad]",
+        "growth rate ln|λ|/T [1/1000 s]",
+    )
     d1 = np.array(DAMPING)
     table: dict[str, list[float]] = {name: [] for name in COLUMNS}
     wave = Regular(HS / np.sqrt(2.0), WP)
     for gamma, (cc, cg) in CASES:
         dash = "-" if cc == 0.052 or gamma == 1.0 else "--"
         share = np.array([lock_probability(runs[d, gamma, (cc, cg)].locked)[:3] for d in DAMPING])
-        axes[0].plot(d1, share[:, 0], dash, marker="o", ms=4, color=GAMMA_COLOURS[gamma],
-                     label=f"{sea_name(gamma)}, cc {cc}, cg {gain(cg)}")  # fmt: skip
+        axes[0].plot(
+            d1,
+            share[:, 0],
+            dash,
+            marker="o",
+            ms=4,
+            color=GAMMA_COLOURS[gamma],
+            label=f"{sea_name(gamma)}, cc {cc}, cg {gain(cg)}",
+        )
         band(axes[0], d1, share[:, 1], share[:, 2], GAMMA_COLOURS[gamma], 0.12)
         orbits = [lock_orbit(zhang2017(d1=d), wave, cc, cg) for d in DAMPING]
         growth = [1000.0 * float(np.log(np.abs(o.multipliers[0]))) / o.period for o in orbits]
@@ -92,6 +103,14 @@ def draw(setup: Setup) -> Drawing:
 
 
 COLUMNS = (
-    "d1_nms", "gamma", "cc_nms", "cg_nms", "lock_share", "lock_low", "lock_high", "phi1_p98_rad", "mean_power_w",
+    "d1_nms",
+    "gamma",
+    "cc_nms",
+    "cg_nms",
+    "lock_share",
+    "lock_low",
+    "lock_high",
+    "phi1_p98_rad",
+    "mean_power_w",
     "growth_per_1000_s",
-)  # fmt: skip
+)

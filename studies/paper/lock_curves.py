@@ -66,9 +66,19 @@ def lock_curves(setup: Setup, number: int, gamma: float, marked: dict[float, str
                 band(axes[0], scale * gains, power[:, 1], power[:, 2], COUPLING_COLOURS[cc], 0.13)
             for case, p, w in zip(cases, share, power, strict=True):
                 held = float(case.power[case.locked].mean()) if case.locked.any() else float("nan")
-                row = (variant, cc, case.cg, case.locked.size, *p, *w, held, float(case.wave_input.mean()),
-                       float(np.nanmedian(case.loss_time)) if not case.locked.all() else float("nan"),
-                       float(case.phi1_p98.mean()), float(case.phi3_p98.mean()))  # fmt: skip
+                row = (
+                    variant,
+                    cc,
+                    case.cg,
+                    case.locked.size,
+                    *p,
+                    *w,
+                    held,
+                    float(case.wave_input.mean()),
+                    float(np.nanmedian(case.loss_time)) if not case.locked.all() else float("nan"),
+                    float(case.phi1_p98.mean()),
+                    float(case.phi3_p98.mean()),
+                )
                 for name, value in zip(COLUMNS, row, strict=True):
                     table[name].append(value)
         for cg in marked:
@@ -87,7 +97,20 @@ def lock_curves(setup: Setup, number: int, gamma: float, marked: dict[float, str
 
 
 COLUMNS = (
-    "variant", "cc_nms", "cg_nms", "realisations", "lock_share", "lock_low", "lock_high", "mean_power_w", "power_low_w",
-    "power_high_w", "power_when_locked_w", "wave_input_w", "median_loss_time_s", "phi1_p98_rad", "phi3_p98_rad",
-)  # fmt: skip
+    "variant",
+    "cc_nms",
+    "cg_nms",
+    "realisations",
+    "lock_share",
+    "lock_low",
+    "lock_high",
+    "mean_power_w",
+    "power_low_w",
+    "power_high_w",
+    "power_when_locked_w",
+    "wave_input_w",
+    "median_loss_time_s",
+    "phi1_p98_rad",
+    "phi3_p98_rad",
+)
 """Columns of the data, one row for each preset and pair."""

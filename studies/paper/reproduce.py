@@ -59,8 +59,12 @@ def reproduce(figures: Sequence[str], out: Path, quiet: bool = False, setup: Set
         written += files
         if not quiet:
             _say(f"{name}: {', '.join(path.name for path in files)}")
-    record = {"gyroctl_version": gyroctl.__version__, "seeds": list(setup.seeds), "duration_s": setup.duration,
-              "made": list(names)}  # fmt: skip
+    record = {
+        "gyroctl_version": gyroctl.__version__,
+        "seeds": list(setup.seeds),
+        "duration_s": setup.duration,
+        "made": list(names),
+    }
     return [*written, write_text(out / "reproduce.json", json.dumps(record, indent=2) + "\n")]
 
 

@@ -94,8 +94,13 @@ def as_json(findings: Sequence[Finding], setup: Setup) -> str:
             for variant, result in finding.results.items()
         }
         rows.append({"key": s.key, "group": s.group, "paper": s.says, "measure": s.measure, "results": results})
-    head = {"gyroctl_version": gyroctl.__version__, "seeds": list(setup.seeds), "duration_s": setup.duration,
-            "tally": tally(findings), "statements": rows}  # fmt: skip
+    head = {
+        "gyroctl_version": gyroctl.__version__,
+        "seeds": list(setup.seeds),
+        "duration_s": setup.duration,
+        "tally": tally(findings),
+        "statements": rows,
+    }
     return json.dumps(head, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

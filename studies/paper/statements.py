@@ -194,9 +194,10 @@ def _coupling_helps(setup: Setup, variant: str) -> Result:
 
 
 _HYDRO, _WAVE, _G5, _G50, _G1 = (
-    "Hydrodynamics", "Regular wave of equal energy",
+    "Hydrodynamics",
+    "Regular wave of equal energy",
     *(f"Irregular sea, {sea_name(gamma)}" for gamma in (5.0, 50.0, 1.0)),
-)  # fmt: skip
+)
 
 _KEPT = "share that kept lock 2000 s"
 
@@ -204,36 +205,79 @@ STATEMENTS: tuple[Statement, ...] = (
     Statement("k3", _HYDRO, "k3 = 2945 Nm/rad (Table 1)", "rebuilt from the geometry", _table_1("k3")),
     Statement("jh1", _HYDRO, "Jh1 = 14.39 kg m² (Table 1)", "rebuilt from the geometry", _table_1("Jh1")),
     Statement("jh3", _HYDRO, "Jh3 = 32.16 kg m² (Table 1)", "rebuilt from the geometry", _table_1("Jh3")),
-    Statement("omega1", _HYDRO, "√(k1/(J1+Jh1)) = 1.29 rad/s from Table 1", "with the rebuilt Jh1",
-              _natural_frequency(0)),
-    Statement("omega3", _HYDRO, "√(k3/(J1+Jh3)) = 5.28 rad/s from Table 1", "with the rebuilt k3, Jh3",
-              _natural_frequency(1)),
-    Statement("regular_lock", _WAVE, "The ring turns once per wave (cc 0.052, cg 3.5e-4)", "largest Floquet multiplier",
-              _regular_lock),
-    Statement("regular_power", _WAVE, "The power in lock is nearly constant", "its coefficient of variation",
-              _regular_smooth),
+    Statement(
+        "omega1", _HYDRO, "√(k1/(J1+Jh1)) = 1.29 rad/s from Table 1", "with the rebuilt Jh1", _natural_frequency(0)
+    ),
+    Statement(
+        "omega3", _HYDRO, "√(k3/(J1+Jh3)) = 5.28 rad/s from Table 1", "with the rebuilt k3, Jh3", _natural_frequency(1)
+    ),
+    Statement(
+        "regular_lock",
+        _WAVE,
+        "The ring turns once per wave (cc 0.052, cg 3.5e-4)",
+        "largest Floquet multiplier",
+        _regular_lock,
+    ),
+    Statement(
+        "regular_power", _WAVE, "The power in lock is nearly constant", "its coefficient of variation", _regular_smooth
+    ),
     Statement("g5_holds", _G5, "cc 0.052, cg 3.5e-4 keeps lock", _KEPT, _holds(5.0, 0.052, 3.5e-4)),
     Statement("g5_power", _G5, "and gives 1.6 to 2.0 W", "mean power in lock", _held_power_range),
     Statement("g5_input", _G5, "The mean wave input is about 16.7 W", "mean wave input at that pair", _wave_input),
     Statement("g5_loses", _G5, "cc 0.052, cg 1e-3 loses lock", _KEPT, _loses(5.0, 0.052, 1e-3)),
     Statement("g5_loss_time", _G5, "after about 400 s", "mean time of the losses", _loss_time),
-    Statement("g5_earlier", _G5, "A larger cc loses lock earlier", "time in lock at cg 1e-3, cc 0.052 less 0.156",
-              _earlier(5.0, 1e-3)),
-    Statement("coupling", _G5, "The magnetic coupling widens the margin of lock",
-              "time in lock at cg 3.5e-4, coupled less rigid", _coupling_helps),
+    Statement(
+        "g5_earlier",
+        _G5,
+        "A larger cc loses lock earlier",
+        "time in lock at cg 1e-3, cc 0.052 less 0.156",
+        _earlier(5.0, 1e-3),
+    ),
+    Statement(
+        "coupling",
+        _G5,
+        "The magnetic coupling widens the margin of lock",
+        "time in lock at cg 3.5e-4, coupled less rigid",
+        _coupling_helps,
+    ),
     Statement("g50_holds", _G50, "cc 0.052, cg 7.5e-4 keeps lock", _KEPT, _holds(50.0, 0.052, 7.5e-4)),
     Statement("g50_power", _G50, "and gives 3.5 W", "mean power in lock", _held_power(50.0, 0.052, 7.5e-4, 3.5, 0.05)),
-    Statement("g50_best", _G50, "It is the best pair: more cg loses lock", "share that kept lock at cg 1e-3",
-              _loses(50.0, 0.052, 1e-3)),
-    Statement("g50_earlier", _G50, "A larger cc loses lock earlier", "time in lock at cg 7.5e-4, cc 0.052 less 0.156",
-              _earlier(50.0, 7.5e-4)),
+    Statement(
+        "g50_best",
+        _G50,
+        "It is the best pair: more cg loses lock",
+        "share that kept lock at cg 1e-3",
+        _loses(50.0, 0.052, 1e-3),
+    ),
+    Statement(
+        "g50_earlier",
+        _G50,
+        "A larger cc loses lock earlier",
+        "time in lock at cg 7.5e-4, cc 0.052 less 0.156",
+        _earlier(50.0, 7.5e-4),
+    ),
     Statement("g1_weak", _G1, "cc 0.052 hardly keeps lock at any cg", _KEPT, _hardly_holds),
     Statement("g1_holds_104", _G1, "cc 0.104 keeps lock at cg 1.5e-4", _KEPT, _holds(1.0, 0.104, 1.5e-4)),
     Statement("g1_holds_156", _G1, "cc 0.156 keeps lock at cg 1.5e-4", _KEPT, _holds(1.0, 0.156, 1.5e-4)),
-    Statement("g1_power_104", _G1, "and gives 0.62 W (cc 0.104)", "mean power in lock",
-              _held_power(1.0, 0.104, 1.5e-4, 0.62, 0.005)),
-    Statement("g1_power_156", _G1, "and gives 0.62 W (cc 0.156)", "mean power in lock",
-              _held_power(1.0, 0.156, 1.5e-4, 0.62, 0.005)),
-    Statement("g1_loses", _G1, "and no longer at larger cg (cc 0.104)", "share that kept lock at cg 5e-4",
-              _loses(1.0, 0.104, 5e-4)),
-)  # fmt: skip
+    Statement(
+        "g1_power_104",
+        _G1,
+        "and gives 0.62 W (cc 0.104)",
+        "mean power in lock",
+        _held_power(1.0, 0.104, 1.5e-4, 0.62, 0.005),
+    ),
+    Statement(
+        "g1_power_156",
+        _G1,
+        "and gives 0.62 W (cc 0.156)",
+        "mean power in lock",
+        _held_power(1.0, 0.156, 1.5e-4, 0.62, 0.005),
+    ),
+    Statement(
+        "g1_loses",
+        _G1,
+        "and no longer at larger cg (cc 0.104)",
+        "share that kept lock at cg 5e-4",
+        _loses(1.0, 0.104, 5e-4),
+    ),
+)

@@ -58,6 +58,4 @@ def time_series(setup: Setup, gamma: float, cc: float, cg: float, variant: str =
     mean = np.full(psi.shape, np.nan)
     mean[:, span:] = (psi[:, span:] - psi[:, :-span]) / WINDOW
     time = np.arange(psi.shape[1]) * period
-    return Series(
-        time, phi1, phi3, speed, mean, flywheel, cg * flywheel**2, np.asarray(loss_time(psi.T, period, WP)),
-    )  # fmt: skip
+    return Series(time, phi1, phi3, speed, mean, flywheel, cg * flywheel**2, np.asarray(loss_time(psi.T, period, WP)))

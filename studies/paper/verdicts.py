@@ -10,14 +10,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gyroctl.statistics import (
-    CONFIDENCE,
-    FEWEST,
-    Estimate,
-    bootstrap_mean,
-    lock_probability,
-    paired_difference,
-)
+from gyroctl.statistics import CONFIDENCE, FEWEST, Estimate, bootstrap_mean, lock_probability, paired_difference
 
 Verdict = Literal["agree", "differ", "open"]
 

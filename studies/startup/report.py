@@ -29,10 +29,16 @@ PAYBACK = 600.0
 
 
 def startup_report(
-    out: Path, seeds: Sequence[int], laws: Sequence[str] = LAWS, gamma: float = 5.0, hs: float = 0.283,
-    rules: Rules | None = None, dt: float = 0.01, durations: tuple[float, float] = (2000.0, 1200.0),
+    out: Path,
+    seeds: Sequence[int],
+    laws: Sequence[str] = LAWS,
+    gamma: float = 5.0,
+    hs: float = 0.283,
+    rules: Rules | None = None,
+    dt: float = 0.01,
+    durations: tuple[float, float] = (2000.0, 1200.0),
     quiet: bool = False,
-) -> dict[str, Any]:  # fmt: skip
+) -> dict[str, Any]:
     """Run both ensembles and write startup.json, startup.md, startup_rest.csv, startup_loss.csv and startup.png.
 
     Parameters
@@ -63,15 +69,23 @@ def startup_report(
     rest = rest_runs(built, seeds, sea, durations[0], rules, dt, quiet)
     loss = lost_runs(built, seeds, sea, durations[1], rules, dt, quiet)
     result = {
-        "sea": {"hs_m": hs, "gamma": gamma, "wp_rad_s": sea.wp}, "seeds": [int(seed) for seed in seeds], "dt_s": dt,
-        "cg_min_nms": CG_MIN, "durations_s": list(durations), "rules": (rules or Rules())._asdict(),
-        "rest": {case.law: _rest(case) for case in rest}, "loss": {case.law: _loss(case) for case in loss},
-    }  # fmt: skip
+        "sea": {"hs_m": hs, "gamma": gamma, "wp_rad_s": sea.wp},
+        "seeds": [int(seed) for seed in seeds],
+        "dt_s": dt,
+        "cg_min_nms": CG_MIN,
+        "durations_s": list(durations),
+        "rules": (rules or Rules())._asdict(),
+        "rest": {case.law: _rest(case) for case in rest},
+        "loss": {case.law: _loss(case) for case in loss},
+    }
     write_json(out / "startup.json", result)
     write_text(out / "startup.md", table(result))
     for name, cases in (("rest", rest), ("loss", loss)):
-        rows = ([case.law, *(f"{value:.6g}" for value in row)]
-                for case in cases for row in zip(*case.columns.values(), strict=True))  # fmt: skip
+        rows = (
+            [case.law, *(f"{value:.6g}" for value in row)]
+            for case in cases
+            for row in zip(*case.columns.values(), strict=True)
+        )
         write_rows(out / f"startup_{name}.csv", [["law", *cases[0].columns], *rows])
     with styled():
         save(draw(rest, loss, f"gamma {gamma:g}, Hs {hs:g} m, {len(seeds)} realisations"), out / "startup.png")
@@ -83,13 +97,15 @@ def table(result: dict[str, Any]) -> str:
     seeds, rest, loss = result["seeds"], result["rest"], result["loss"]
     lines = [
         f"Sea: gamma {result['sea']['gamma']:g}, Hs {result['sea']['hs_m']:g} m; seeds {min(seeds)} to {max(seeds)}; "
-        f"motor down to cg = {result['cg_min_nms']:g} Nms, {result['rules']['motor_power']:g} W.", "",
-        f"From rest, {result['durations_s'][0]:g} s (median, 95 % quantile over the runs):", "",
+        f"motor down to cg = {result['cg_min_nms']:g} Nms, {result['rules']['motor_power']:g} W.",
+        "",
+        f"From rest, {result['durations_s'][0]:g} s (median, 95 % quantile over the runs):",
+        "",
         f"| wrapped law | locked within {WITHIN['rest']:g} s and to the end | 95 % interval | lock after [s] "
         f"| motor [J] | net energy positive after [s] | by {PAYBACK:g} s | net power [W] | availability "
         "| 98 % phi1 locked [rad] | largest phi1 [rad] |",
         "|---|---|---|---|---|---|---|---|---|---|---|",
-    ]  # fmt: skip
+    ]
     for name, r in rest.items():
         lines.append(
             f"| {name} | {r['locked']}/{r['runs']} | {_range(r['ci95'])} | {_pair(r['locked_after_s'])} "
@@ -119,12 +135,16 @@ def _rest(case: Case) -> dict[str, Any]:
     locked = (c["locked_after_s"] <= WITHIN["rest"]) & (c["catches"] > 0.0)
     chance = lock_probability(locked)
     return {
-        "runs": locked.size, "locked": int(locked.sum()), "ci95": [chance.low, chance.high],
-        "repaid": int(np.sum(c["payback_s"] <= PAYBACK)), "net_power_w": float(c["net_power_w"].mean()),
-        "availability": float(c["availability"].mean()), "starts": float(c["starts"].mean()),
+        "runs": locked.size,
+        "locked": int(locked.sum()),
+        "ci95": [chance.low, chance.high],
+        "repaid": int(np.sum(c["payback_s"] <= PAYBACK)),
+        "net_power_w": float(c["net_power_w"].mean()),
+        "availability": float(c["availability"].mean()),
+        "starts": float(c["starts"].mean()),
         "ledger_residual": float(c["ledger_residual"].max()),
         **{key: _spread(c[key]) for key in ("locked_after_s", "motor_j", "payback_s", "phi1_p98_rad", "phi1_max_rad")},
-    }  # fmt: skip
+    }
 
 
 def _loss(case: Case) -> dict[str, Any]:
@@ -133,18 +153,24 @@ def _loss(case: Case) -> dict[str, Any]:
     chance = lock_probability(locked)
     c["fault_s"] = c["fault_ends_s"] - 400.0
     return {
-        "runs": case.columns["lost"].size, "lost": locked.size, "locked": int(locked.sum()),
-        "ci95": [chance.low, chance.high], "starts": float(c["starts"].mean()),
+        "runs": case.columns["lost"].size,
+        "lost": locked.size,
+        "locked": int(locked.sum()),
+        "ci95": [chance.low, chance.high],
+        "starts": float(c["starts"].mean()),
         "ledger_residual": float(c["ledger_residual"].max()),
         **{key: _spread(c[key]) for key in ("locked_after_s", "fault_s", "motor_j", "phi1_p98_rad", "phi1_max_rad")},
-    }  # fmt: skip
+    }
 
 
 def _spread(values: NDArray[np.float64]) -> dict[str, float | None]:
     """Median, 95 % quantile and worst; None where that many runs never got there."""
     filled = np.where(np.isnan(values), np.inf, values)
-    found = {"median": np.quantile(filled, 0.5, method="higher"), "q95": np.quantile(filled, 0.95, method="higher"),
-             "worst": filled.max()}  # fmt: skip
+    found = {
+        "median": np.quantile(filled, 0.5, method="higher"),
+        "q95": np.quantile(filled, 0.95, method="higher"),
+        "worst": filled.max(),
+    }
     return {key: float(value) if np.isfinite(value) else None for key, value in found.items()}
 
 

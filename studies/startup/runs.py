@@ -48,9 +48,14 @@ class Case:
 
 
 def rest_runs(
-    laws: dict[str, Any], seeds: Sequence[int], sea: Sea | None = None, duration: float = 2000.0,
-    rules: Rules | None = None, dt: float = 0.01, quiet: bool = False,
-) -> list[Case]:  # fmt: skip
+    laws: dict[str, Any],
+    seeds: Sequence[int],
+    sea: Sea | None = None,
+    duration: float = 2000.0,
+    rules: Rules | None = None,
+    dt: float = 0.01,
+    quiet: bool = False,
+) -> list[Case]:
     """Start at rest in the irregular sea; `laws` are wrapped here."""
     settings = Settings(dt=dt, start="rest", actuators=Actuators(cg_min=CG_MIN))
     wrapped = {name: wrap(law, rules) for name, law in laws.items()}
@@ -58,9 +63,14 @@ def rest_runs(
 
 
 def lost_runs(
-    laws: dict[str, Any], seeds: Sequence[int], sea: Sea | None = None, duration: float = 1200.0,
-    rules: Rules | None = None, dt: float = 0.01, quiet: bool = False,
-) -> list[Case]:  # fmt: skip
+    laws: dict[str, Any],
+    seeds: Sequence[int],
+    sea: Sea | None = None,
+    duration: float = 1200.0,
+    rules: Rules | None = None,
+    dt: float = 0.01,
+    quiet: bool = False,
+) -> list[Case]:
     """Start locked; in the middle of the run the generator is stuck at its limit until the ring stalls."""
     settings = Settings(dt=dt, actuators=Actuators(cg_min=CG_MIN))
     wrapped = {name: stuck(wrap(law, rules)) for name, law in laws.items()}
@@ -121,6 +131,9 @@ def _run(
     row |= {name: float(timing.counters[name]) for name in names}
     keep = slice(None, None, EVERY)
     return row, {
-        "time_s": np.asarray(np.arange(states.shape[0])[keep] * period, np.float64), "net_energy_j": net[keep],
-        "ring_speed": states[keep, PSI_RATE], "flywheel_speed": states[keep, OMEGA_RATE], "phi1": states[keep, PHI1],
-    }  # fmt: skip
+        "time_s": np.asarray(np.arange(states.shape[0])[keep] * period, np.float64),
+        "net_energy_j": net[keep],
+        "ring_speed": states[keep, PSI_RATE],
+        "flywheel_speed": states[keep, OMEGA_RATE],
+        "phi1": states[keep, PHI1],
+    }

@@ -41,9 +41,17 @@ class InteriorRoom(NamedTuple):
 def empty_interior_room(n: int) -> InteriorRoom:
     """Room for a horizon of `n` intervals."""
     return InteriorRoom(
-        np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 6)), np.zeros((n, 6)),
-        np.zeros((n, 6)), np.zeros((n, 6)), np.zeros((n, 6)), np.zeros(6, np.bool_),
-    )  # fmt: skip
+        np.zeros((n, 2)),
+        np.zeros((n, 2)),
+        np.zeros((n, 2)),
+        np.zeros((n, 2)),
+        np.zeros((n, 6)),
+        np.zeros((n, 6)),
+        np.zeros((n, 6)),
+        np.zeros((n, 6)),
+        np.zeros((n, 6)),
+        np.zeros(6, np.bool_),
+    )
 
 
 @entry_point

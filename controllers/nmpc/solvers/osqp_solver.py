@@ -28,7 +28,7 @@ from gyroctl.controllers.nmpc.solvers.subproblem import (
     bounds,
     evaluate,
     slope,
-)  # fmt: skip
+)
 from gyroctl.plant.compiled import entry_point
 
 FloatArray = NDArray[np.float64]
@@ -137,8 +137,12 @@ class OsqpSolver:
     def __init__(self, n: int, m: int, tolerance: float = 1e-4, limit: int = 4000, polish: bool = False) -> None:
         self.form = CondensedForm.build(n)
         self._settings = {
-            "eps_abs": tolerance, "eps_rel": tolerance, "max_iter": limit, "polishing": polish, "verbose": False,
-        }  # fmt: skip
+            "eps_abs": tolerance,
+            "eps_rel": tolerance,
+            "max_iter": limit,
+            "polishing": polish,
+            "verbose": False,
+        }
         self._osqp: Any = None
         self._room = np.zeros(n), np.zeros(n), np.zeros((n, m)), np.zeros((n, 3)), np.zeros(n)
 

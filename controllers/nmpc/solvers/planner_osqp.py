@@ -24,10 +24,18 @@ def osqp_planner(orders: Orders, retry_length: float) -> Callable[..., tuple[flo
     built: dict[int, tuple[OsqpSolver, Any]] = {}
 
     def plan(
-        start: NDArray[np.float64], moments: NDArray[np.float64], now: NDArray[np.float64],
-        weights: NDArray[np.float64], h: NDArray[np.float64], k: NDArray[np.float64], cc: NDArray[np.float64],
-        memory: float, iterations: int, other: NDArray[np.float64], more: int,
-    ) -> tuple[float, float]:  # fmt: skip
+        start: NDArray[np.float64],
+        moments: NDArray[np.float64],
+        now: NDArray[np.float64],
+        weights: NDArray[np.float64],
+        h: NDArray[np.float64],
+        k: NDArray[np.float64],
+        cc: NDArray[np.float64],
+        memory: float,
+        iterations: int,
+        other: NDArray[np.float64],
+        more: int,
+    ) -> tuple[float, float]:
         power, before, cc_max, period = now.tolist()
         problem = Problem(start, moments, power, before, cc_max, period, h, k, Weights(*weights.tolist()))
         if cc.size not in built:

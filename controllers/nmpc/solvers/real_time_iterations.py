@@ -58,9 +58,13 @@ class Improvement(NamedTuple):
 def empty_room(n: int, m: int) -> Room:
     """Room for plans of `n` intervals with a model of `m` states."""
     return Room(
-        empty_subproblem(n, m), empty_riccati_room(n, m), np.zeros((STEPS * n + 1, m)), np.zeros((STEPS * n + 1, m)),
-        np.zeros(n), np.zeros(n),
-    )  # fmt: skip
+        empty_subproblem(n, m),
+        empty_riccati_room(n, m),
+        np.zeros((STEPS * n + 1, m)),
+        np.zeros((STEPS * n + 1, m)),
+        np.zeros(n),
+        np.zeros(n),
+    )
 
 
 def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
@@ -105,9 +109,16 @@ advance = _advance(source_stamp(SOURCES))
 def _iterate(stamp: str, briefly: bool) -> Callable[..., Improvement]:
     @entry_point
     def iterate(
-        step: Any, tangent: Any, problem: Any, cc: Any, proximal: float, iterations: int, newton: int,
-        tolerance: float, room: Any,
-    ) -> Improvement:  # fmt: skip
+        step: Any,
+        tangent: Any,
+        problem: Any,
+        cc: Any,
+        proximal: float,
+        iterations: int,
+        newton: int,
+        tolerance: float,
+        room: Any,
+    ) -> Improvement:
         """Improve a plan in place by real-time iterations with the Riccati solver.
 
         Parameters
@@ -172,9 +183,15 @@ class QpSolver(Protocol):
 
 
 def iterate_with(
-    solver: QpSolver, step: Any, tangent: Any, problem: Problem, cc: NDArray[np.float64], proximal: float,
-    iterations: int, room: Room,
-) -> Improvement:  # fmt: skip
+    solver: QpSolver,
+    step: Any,
+    tangent: Any,
+    problem: Problem,
+    cc: NDArray[np.float64],
+    proximal: float,
+    iterations: int,
+    room: Room,
+) -> Improvement:
     """Improve a plan in place as `iterate` does, with any solver of the subproblems."""
     np.clip(cc, 0.0, problem.cc_max, out=cc)
     first = predict(step, problem, cc, room.states)

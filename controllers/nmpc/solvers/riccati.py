@@ -30,7 +30,7 @@ from gyroctl.controllers.nmpc.solvers.subproblem import (
     bounds,
     evaluate,
     slope,
-)  # fmt: skip
+)
 from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 PATIENCE = 7
@@ -159,9 +159,12 @@ def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
 
 
 SOURCES = (
-    __file__, riccati_sweep_file.__file__, interior_point_file.__file__, subproblem_file.__file__,
+    __file__,
+    riccati_sweep_file.__file__,
+    interior_point_file.__file__,
+    subproblem_file.__file__,
     problem_file.__file__,
-)  # fmt: skip
+)
 solve = _solve(source_stamp(SOURCES), True)
 solve_briefly = _solve(source_stamp(SOURCES), False)
 """`solve` for a few Newton steps: without the interior point method, whose machine code takes seconds to make."""

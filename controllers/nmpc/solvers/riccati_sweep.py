@@ -35,10 +35,20 @@ class SweepRoom(NamedTuple):
 def empty_sweep_room(n: int, m: int) -> SweepRoom:
     """Room for a horizon of `n` intervals of a model with `m` states."""
     return SweepRoom(
-        np.zeros(n), np.zeros(n), np.zeros((n, m)), np.zeros((n, m)), np.zeros((n, 3)), np.zeros((n, 3)),
-        np.zeros(n), np.zeros(n), np.zeros(n), np.zeros((n, m + 2)), np.zeros(n, np.bool_),
-        np.zeros((n, 3)), np.zeros(n),
-    )  # fmt: skip
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros((n, m)),
+        np.zeros((n, m)),
+        np.zeros((n, 3)),
+        np.zeros((n, 3)),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros(n),
+        np.zeros((n, m + 2)),
+        np.zeros(n, np.bool_),
+        np.zeros((n, 3)),
+        np.zeros(n),
+    )
 
 
 @entry_point

@@ -62,9 +62,18 @@ class Step(NamedTuple):
 def empty_subproblem(n: int, m: int) -> Subproblem:
     """Room for a horizon of `n` intervals of a model with `m` states."""
     return Subproblem(
-        np.zeros((n, m, m)), np.zeros((n, m)), np.zeros((n, 3)), np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(m),
-        np.zeros(n), np.zeros(1), np.zeros(1), np.zeros(1),
-    )  # fmt: skip
+        np.zeros((n, m, m)),
+        np.zeros((n, m)),
+        np.zeros((n, 3)),
+        np.zeros(3),
+        np.zeros(3),
+        np.zeros(3),
+        np.zeros(m),
+        np.zeros(n),
+        np.zeros(1),
+        np.zeros(1),
+        np.zeros(1),
+    )
 
 
 def settle(qp: Any, weights: Weights, period: float, before: float, cc_max: float) -> None:
@@ -116,9 +125,7 @@ def _linearise(stamp: str) -> Callable[..., bool]:
             u[0] = cc[i]
             qp.plan[i] = cc[i]
             for q in range(STEPS * i, STEPS * (i + 1)):
-                tangent(
-                    states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, after, jacobian
-                )  # fmt: skip
+                tangent(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, after, jacobian)
                 by_state = jacobian[: m * m].reshape(m, m)  # column by column: [column, row]
                 if q == STEPS * i:
                     for row in range(m):

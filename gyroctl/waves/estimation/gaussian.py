@@ -47,9 +47,15 @@ def bins(low: float = 1.0, high: float = 12.6, width: float = 0.1) -> Bins:
 
 
 def kernels(
-    plant: Excited, heading: float, grid: Bins, step: float, past: int, horizon: int,
-    transfer: NDArray[np.complex128] | None, noise: Array,
-) -> Kernels:  # fmt: skip
+    plant: Excited,
+    heading: float,
+    grid: Bins,
+    step: float,
+    past: int,
+    horizon: int,
+    transfer: NDArray[np.complex128] | None,
+    noise: Array,
+) -> Kernels:
     """Covariances per bin.
 
     Parameters
@@ -82,9 +88,13 @@ def kernels(
 
 
 def steering(
-    plant: Excited, heading: float, grid: Bins, step: float, ages: NDArray[np.int64],
+    plant: Excited,
+    heading: float,
+    grid: Bins,
+    step: float,
+    ages: NDArray[np.int64],
     transfer: NDArray[np.complex128] | None,
-) -> Array:  # fmt: skip
+) -> Array:
     """Moments (2 m, 2 b) that a unit wave of each bin gives at the ages looked at: real parts, then imaginary ones.
 
     Rows are Me1, Me3 of the youngest, then of the next; the parameters are those of `kernels`.

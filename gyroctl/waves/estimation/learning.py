@@ -65,8 +65,14 @@ class Learner(NamedTuple):
     def init(self) -> LearnerState:
         """Return a state that knows the prior only."""
         values = self.steering.shape[0]
-        state = LearnerState(self.prior.copy(), self.shape.copy(), np.zeros(self.noise.shape), np.zeros(1),
-                             np.zeros(self.ahead.shape[:2]), np.zeros((values, values)))  # fmt: skip
+        state = LearnerState(
+            self.prior.copy(),
+            self.shape.copy(),
+            np.zeros(self.noise.shape),
+            np.zeros(1),
+            np.zeros(self.ahead.shape[:2]),
+            np.zeros((values, values)),
+        )
         factorise(self, state, 0.0)
         return state
 
@@ -169,8 +175,14 @@ def _learn(stamp: str) -> Any:
         assert stamp
         bins = learner.omega.size
         spared = (bins + SPARED - 1) // SPARED
-        fit = Fit(np.zeros(learner.steering.shape), np.zeros(bins), np.zeros(bins), np.zeros((bins, 3)),
-                  np.zeros((2, spared, spared)), np.zeros((3, 4)))  # fmt: skip
+        fit = Fit(
+            np.zeros(learner.steering.shape),
+            np.zeros(bins),
+            np.zeros(bins),
+            np.zeros((bins, 3)),
+            np.zeros((2, spared, spared)),
+            np.zeros((3, 4)),
+        )
         factorise(learner, state, learner.doubt)
         whiten(learner, state, fit)
         compare(learner, state, fit)

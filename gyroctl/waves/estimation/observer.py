@@ -62,10 +62,16 @@ class MomentEstimator(NamedTuple):
 
     @classmethod
     def design(
-        cls, plant: Plant, sea: SeaState | None = None, sensor_noise: tuple[float, ...] = SENSOR_NOISE,
-        period: float = 0.1, delay: int = 0, spread: float = 0.2, unmodelled: float = 0.3,
+        cls,
+        plant: Plant,
+        sea: SeaState | None = None,
+        sensor_noise: tuple[float, ...] = SENSOR_NOISE,
+        period: float = 0.1,
+        delay: int = 0,
+        spread: float = 0.2,
+        unmodelled: float = 0.3,
         ring_drift: tuple[float, float, float] = (2e-4, 0.02, 0.05),
-    ) -> MomentEstimator:  # fmt: skip
+    ) -> MomentEstimator:
         """Design the estimator.
 
         Parameters
@@ -99,15 +105,32 @@ class MomentEstimator(NamedTuple):
             raise InputError("estimator.delay", delay, "must be whole samples, zero or more", "Give an integer")
         sea = sea or SeaState()
         _, gains = gains_of(plant, sea, noise, period, spread, unmodelled)
-        return cls(plant.coefficients, float(period), sea.wp, float(spread), np.ascontiguousarray(gains.gain),
-                   noise[3:] ** 2, noise[:3] ** 2, np.array(ring_drift, float) ** 2, int(delay))  # fmt: skip
+        return cls(
+            plant.coefficients,
+            float(period),
+            sea.wp,
+            float(spread),
+            np.ascontiguousarray(gains.gain),
+            noise[3:] ** 2,
+            noise[:3] ** 2,
+            np.array(ring_drift, float) ** 2,
+            int(delay),
+        )
 
     def init(self) -> EstimatorState:
         """Return a fresh state; the first sample fills it."""
         n = RADIATION + len(self.k.q1) + len(self.k.q3)
         rows = n + len(LEDGER)
-        return EstimatorState(np.zeros(n), np.zeros(2), np.zeros(4), np.diag(self.ring_noise),
-                              np.zeros((self.delay + 1, 2)), np.zeros(7), np.zeros((6, rows)), np.zeros(1))  # fmt: skip
+        return EstimatorState(
+            np.zeros(n),
+            np.zeros(2),
+            np.zeros(4),
+            np.diag(self.ring_noise),
+            np.zeros((self.delay + 1, 2)),
+            np.zeros(7),
+            np.zeros((6, rows)),
+            np.zeros(1),
+        )
 
 
 class EstimatorState(NamedTuple):
@@ -138,8 +161,12 @@ def gains_of(
 def _checked(sensor_noise: tuple[float, ...]) -> Array:
     noise: Array = np.asarray(sensor_noise, np.float64)
     if noise.shape != (7,) or not np.all(np.isfinite(noise)) or np.any(noise < 0.0):
-        raise InputError("estimator.sensor_noise", sensor_noise, "must be seven numbers, none negative",
-                         "Give standard deviations of psi, psi', omega', phi1, phi3, phi1', phi3'")  # fmt: skip
+        raise InputError(
+            "estimator.sensor_noise",
+            sensor_noise,
+            "must be seven numbers, none negative",
+            "Give standard deviations of psi, psi', omega', phi1, phi3, phi1', phi3'",
+        )
     return noise
 
 

@@ -45,10 +45,19 @@ class Predictor(NamedTuple):
 
     @classmethod
     def design(
-        cls, plant: Plant, step: float = 0.1, past: float = 12.0, horizon: float = 8.0, sea: SeaState | None = None,
-        estimator: MomentEstimator | None = None, forgetting: float | None = 120.0, every: float = 5.0,
-        floor: float = 0.3, doubt: float = 6.0, grid: Bins | None = None,
-    ) -> Predictor:  # fmt: skip
+        cls,
+        plant: Plant,
+        step: float = 0.1,
+        past: float = 12.0,
+        horizon: float = 8.0,
+        sea: SeaState | None = None,
+        estimator: MomentEstimator | None = None,
+        forgetting: float | None = 120.0,
+        every: float = 5.0,
+        floor: float = 0.3,
+        doubt: float = 6.0,
+        grid: Bins | None = None,
+    ) -> Predictor:
         """Design the forecast.
 
         Parameters
@@ -87,8 +96,9 @@ class Predictor(NamedTuple):
                 raise InputError(f"predictor.{name}", value, "must be positive", f"Give {name} as a number")
         for name, value in (("past", past), ("horizon", horizon)):
             if round(value / step) < 1:
-                raise InputError(f"predictor.{name}", value, f"is shorter than the step of {step} s",
-                                 "Give some seconds")  # fmt: skip
+                raise InputError(
+                    f"predictor.{name}", value, f"is shorter than the step of {step} s", "Give some seconds"
+                )
         sea, grid = sea or GENERIC, grid or bins()
         ages = np.array([a for a in range(round(past / step) + 1) if _looked_at(a, step)], np.int64)
         count, leads = int(ages[-1]) + 1, round(horizon / step)
@@ -96,8 +106,12 @@ class Predictor(NamedTuple):
         response = None
         if estimator is not None:
             if not math.isclose(estimator.period, step):
-                raise InputError("predictor.step", step, f"differs from the estimator's period {estimator.period}",
-                                 "Give both the same")  # fmt: skip
+                raise InputError(
+                    "predictor.step",
+                    step,
+                    f"differs from the estimator's period {estimator.period}",
+                    "Give both the same",
+                )
             model, transition = _closed(plant, estimator)
             response = transfer(model, transition, estimator.gain, grid.omega, step)
             noise = noise_covariance(model, transition, estimator.gain, estimator.float_noise, count)
@@ -105,19 +119,35 @@ class Predictor(NamedTuple):
         noise[1, 1, 0] += floor**2
         table = kernels(plant, sea.heading, grid, step, count, leads, response, noise)
         learner = Learner(
-            ages, table.seen, table.ahead, table.noise, steering(plant, sea.heading, grid, step, ages, response),
-            grid.omega, grid.width, sea.spectrum(grid.omega), np.array(shape_of(sea)),
+            ages,
+            table.seen,
+            table.ahead,
+            table.noise,
+            steering(plant, sea.heading, grid, step, ages, response),
+            grid.omega,
+            grid.width,
+            sea.spectrum(grid.omega),
+            np.array(shape_of(sea)),
             0 if forgetting is None else max(round(every / step), 1),
-            0.0 if forgetting is None else math.exp(-step / forgetting), past / step, float(doubt) ** 2,
-        )  # fmt: skip
+            0.0 if forgetting is None else math.exp(-step / forgetting),
+            past / step,
+            float(doubt) ** 2,
+        )
         return cls(float(step), leads, learner)
 
     def init(self) -> PredictorState:
         """Return a fresh state that knows the prior only."""
         learner = self.learner
         values, count = learner.steering.shape[0], learner.seen.shape[1]
-        return PredictorState(np.zeros((count, 2)), np.zeros(1, np.int64), np.zeros(values), np.zeros(values),
-                              np.zeros((2, self.horizon)), np.zeros(2), learner.init())  # fmt: skip
+        return PredictorState(
+            np.zeros((count, 2)),
+            np.zeros(1, np.int64),
+            np.zeros(values),
+            np.zeros(values),
+            np.zeros((2, self.horizon)),
+            np.zeros(2),
+            learner.init(),
+        )
 
 
 class PredictorState(NamedTuple):
@@ -142,9 +172,12 @@ def forecast(predictor: Predictor, state: PredictorState, seconds: float) -> Arr
     """
     count = round(seconds / predictor.step) if math.isfinite(seconds) else -1
     if not 1 <= count <= predictor.horizon:
-        raise InputError("forecast.seconds", seconds,
-                         f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s",
-                         "Ask for less or design the predictor with a longer horizon")  # fmt: skip
+        raise InputError(
+            "forecast.seconds",
+            seconds,
+            f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s",
+            "Ask for less or design the predictor with a longer horizon",
+        )
     out = np.empty((2, count))
     predict(predictor, state, out)
     return out

@@ -60,8 +60,12 @@ class Probe(NamedTuple):
         """
         every = round(predictor.step / dt) if math.isfinite(dt) and dt > 0.0 else 0
         if every < 1 or not math.isclose(every * dt, predictor.step, rel_tol=1e-9):
-            raise InputError("probe.dt", dt, f"does not divide the predictor's step of {predictor.step:g} s",
-                             "Realise the waves with another dt")  # fmt: skip
+            raise InputError(
+                "probe.dt",
+                dt,
+                f"does not divide the predictor's step of {predictor.step:g} s",
+                "Realise the waves with another dt",
+            )
         if moments.ndim != 2 or moments.shape[0] != 2:
             raise InputError("probe.moments", moments.shape, "must be of shape (2, n)", "Give waves.moments")
         if math.isnan(lead) or lead < 0.0:

@@ -49,8 +49,13 @@ def replay(
     n = min(measured.shape[0], controls.shape[0])
     measured = np.ascontiguousarray(measured)
     state, memory = estimator.init(), predictor.init()
-    out = Replay(np.zeros((n, state.x_hat.size)), np.zeros((n, 2)), np.zeros((n, 2)), np.zeros((n, 2, steps.size)),
-                 np.zeros((n, 7)))  # fmt: skip
+    out = Replay(
+        np.zeros((n, state.x_hat.size)),
+        np.zeros((n, 2)),
+        np.zeros((n, 2)),
+        np.zeros((n, 2, steps.size)),
+        np.zeros((n, 7)),
+    )
     for i in range(n):
         held = controls[max(i - 1, 0)]
         update(estimator, state, measured[i], held[0], held[1])
@@ -111,7 +116,10 @@ def _steps(predictor: Predictor, leads: Sequence[float]) -> NDArray[np.int64]:
     steps = np.array([round(lead / predictor.step) for lead in leads], np.int64)
     bad = np.flatnonzero((steps < 1) | (steps > predictor.horizon))
     if bad.size:
-        raise InputError("forecast.leads", leads[bad[0]],
-                         f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s",
-                         "Ask for less or design the predictor with a longer horizon")  # fmt: skip
+        raise InputError(
+            "forecast.leads",
+            leads[bad[0]],
+            f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s",
+            "Ask for less or design the predictor with a longer horizon",
+        )
     return steps
