@@ -349,11 +349,11 @@ def test_picture_is_written_for_every_edge_case(edge, tmp_path):
         (0.35, "0.350"),
         (12345.0, "12300"),
         (0.0, "0"),
-        (-0.5, "−0.500"),  # noqa: RUF001
-        (float("nan"), "–"),  # noqa: RUF001
-        (None, "–"),  # noqa: RUF001
+        (-0.5, "−0.500"),
+        (float("nan"), "–"),
+        (None, "–"),
         (float("inf"), "∞"),
-        (3e-7, "3.00e−7"),  # noqa: RUF001
+        (3e-7, "3.00e−7"),
     ],
 )
 def test_numbers_have_three_significant_digits(value, text):

@@ -32,7 +32,7 @@ def search_orbit(
     dt: float = 0.01,
     guess: NDArray[np.float64] | None = None,
 ) -> Orbit:
-    """Find the locked orbit; parameters, result and errors as of `gyroctl.lock_orbit`, but no look for a nearest one."""
+    """Find the locked orbit; parameters, result and errors as of `gyroctl.lock_orbit`, without the nearest height."""
     if not wave.height > 0.0:
         raise InputError("height", wave.height, "must be positive", "Give the wave height in metres, for example 0.2")
     if not wave.wp > 0.0:

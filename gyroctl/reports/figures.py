@@ -226,7 +226,7 @@ def paired_forest(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
     figure.update_xaxes(title_text="Paired difference in mean power [W]", zeroline=False)
     figure.update_yaxes(
         tickvals=list(range(len(pairs))),
-        ticktext=[f"{d.first} − {d.second}" for d in pairs],  # noqa: RUF001 - a true minus sign
+        ticktext=[f"{d.first} − {d.second}" for d in pairs],
         range=[len(pairs) - 0.5, -0.5],
         showgrid=False,
         zeroline=False,

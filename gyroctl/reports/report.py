@@ -229,7 +229,7 @@ def sea_line(ds: xr.Dataset) -> str:
         ("hs", "Hs", " m"),
         ("height", "height", " m"),
         ("wp", "ωp", " rad/s"),
-        ("gamma", "γ", ""),  # noqa: RUF001 - a gamma is meant
+        ("gamma", "γ", ""),
         ("heading", "heading", "°"),
     )
     return ", ".join(

@@ -6,7 +6,7 @@ import math
 
 from gyroctl.statistics import Estimate
 
-NOTHING = "–"  # noqa: RUF001 - an en dash marks an absent number
+NOTHING = "–"
 
 
 def number(value: float | None, digits: int = 3) -> str:
@@ -22,25 +22,25 @@ def number(value: float | None, digits: int = 3) -> str:
     if value is None or math.isnan(value):
         return NOTHING
     if math.isinf(value):
-        return "∞" if value > 0 else "−∞"  # noqa: RUF001
+        return "∞" if value > 0 else "−∞"
     if value == 0.0:
         return "0"
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
     if not 1e-4 <= abs(value) < 1e6:
-        return f"{mantissa}e{int(exponent)}".replace("-", "−")  # noqa: RUF001
+        return f"{mantissa}e{int(exponent)}".replace("-", "−")
     rounded = float(f"{mantissa}e{exponent}")
     # Decimals from the rounded exponent: 9.999 becomes 10.0, not 10.00.
-    return f"{rounded:.{max(digits - 1 - int(exponent), 0)}f}".replace("-", "−")  # noqa: RUF001
+    return f"{rounded:.{max(digits - 1 - int(exponent), 0)}f}".replace("-", "−")
 
 
 def watts(value: float) -> str:
     """Power flow with two decimals, so that a column adds up by eye; never a negative zero."""
-    return NOTHING if not math.isfinite(value) else f"{round(value, 2) + 0.0:.2f}".replace("-", "−")  # noqa: RUF001
+    return NOTHING if not math.isfinite(value) else f"{round(value, 2) + 0.0:.2f}".replace("-", "−")
 
 
 def percent(share: float) -> str:
     """Percentage with one decimal, empty for NaN; never a negative zero."""
-    return "" if not math.isfinite(share) else f"{round(share, 1) + 0.0:.1f} %".replace("-", "−")  # noqa: RUF001
+    return "" if not math.isfinite(share) else f"{round(share, 1) + 0.0:.1f} %".replace("-", "−")
 
 
 def interval(estimate: Estimate, digits: int = 3) -> str:

@@ -82,7 +82,7 @@ def seas_table(ask: Request, gammas: Sequence[float] = GAMMAS) -> tuple[dict[str
                     f"gamma {v.bar.gamma:g}",
                     _demand(v.bar),
                     "yes" if v.met else "no",
-                    v.law or "–",  # noqa: RUF001
+                    v.law or "–",
                     "; ".join(v.missed) or "nothing",
                 )
                 for v in verdicts
@@ -144,7 +144,7 @@ def _line(gamma: float, row: Row) -> tuple[str, ...]:
         with_interval(row.ratio),
         number(row.cv.value, 2),
         f"{row.locked}/{row.runs}",
-        f"{row.lock.low:.3f}–{row.lock.high:.3f}",  # noqa: RUF001
+        f"{row.lock.low:.3f}–{row.lock.high:.3f}",
         f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",
         f"{row.over_limit}",
         number(row.cycle_slips, 2),
