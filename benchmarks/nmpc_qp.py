@@ -95,11 +95,11 @@ def closed_loop(
     k, h = constants(DEVICE), np.array([PERIOD / STEPS])
     samples = round(duration / PERIOD)
     states, controls, spent = np.zeros((samples + 1, y.size)), np.zeros((samples, 2)), np.zeros(samples)
-    regulator = PowerCommand(SPEED_RATIO * DEVICE.parameters.N * SEA.wp, 1.5, 0.005, 0.0, 0.9, 6.0, 0.02)
+    regulator = PowerCommand(SPEED_RATIO * DEVICE.parameters.N * SEA.wp, 1.5, 0.005, 0.0, 0.9, 6.0)
     plan, memory, mean, applied, discontent = np.full(n, 0.05), 0.0, 8.0, 0.05, 0
     states[0], kept = y, []
     for sample in range(samples):
-        power, mean = regulator.step(y[7], mean, PERIOD, sample * PERIOD)
+        power, mean = regulator.step(y[7], mean, PERIOD, sample * PERIOD, 0.02)
         first = 2 * STEPS * sample
         window = flat[first : first + 2 * (STEPS * n + 1)]
         problem = Problem(y[STATES], window, power, applied, CC_MAX, PERIOD, h, k, COST)

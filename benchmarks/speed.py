@@ -18,7 +18,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import gyroctl as gy
-from gyroctl.harness.loop import compile_law, compiled_calls
+from gyroctl.harness.law_entry import compile_law
+from gyroctl.harness.loop import compiled_calls
 from gyroctl.harness.run import lead_in, run_law
 from gyroctl.harness.start import locked_start
 from gyroctl.plant.kernel import LAGRANGE, TAPS, hold_into, rows

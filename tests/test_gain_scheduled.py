@@ -21,7 +21,7 @@ from gyroctl.controllers.gain_scheduled.margins import CHANNELS, Demand, cell_lo
 from gyroctl.controllers.gain_scheduled.periodic_regulator import Weights, regulate
 from gyroctl.controllers.gain_scheduled.scheduled import POINT, ROW, SIGNALS, Scheduled, ScheduledState, _locate, _mix
 from gyroctl.controllers.gain_scheduled.table import law_of, read_table, row_of, table_file
-from gyroctl.harness.loop import compile_law
+from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Measurement
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.linearisation.riccati import periodic_lyapunov

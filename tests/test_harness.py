@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 import gyroctl as gy
 from gyroctl.harness.actuation import actuate
-from gyroctl.harness.loop import compile_law
+from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.registry import describe, registered
 from gyroctl.harness.run import Settings, run_law
 from gyroctl.harness.sensing import CHANNELS, ROWS, measure

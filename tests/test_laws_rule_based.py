@@ -15,11 +15,13 @@ from hypothesis import strategies as st
 import gyroctl as gy
 from gyroctl.controllers.rule_based import Constant, Coupling, LoadAngle, Stabiliser, Threshold, Tracking, best_constant
 from gyroctl.controllers.rule_based.shipped import FOLDER, shipped
-from gyroctl.controllers.rule_based.wave_clock import begin, easing, follow, upright
+from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, upright
 from gyroctl.harness.protocol import Measurement
+from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.sensing import Sensors
 from gyroctl.loop_margins.closed_loop_orbit import close_loop
+from gyroctl.nested import leaves
 from gyroctl.plant.equations import PHI1_RATE, PHI3_RATE, PSI
 from gyroctl.simulation.metrics import evaluate
 
@@ -62,40 +64,13 @@ def settled(law: Any, seconds: float = 200.0, **reading: Any) -> Any:
 # --- wave clock --------------------------------------------------------------------------------------------------
 
 
-class ClockState(tuple[float, ...]):
-    """The fields of a law's state that the clock reads."""
-
-    @property
-    def theta(self) -> float:
-        return self[0]
-
-    @property
-    def speed(self) -> float:
-        return self[1]
-
-    @property
-    def square(self) -> float:
-        return self[2]
-
-    @property
-    def age(self) -> float:
-        return self[3]
-
-    @property
-    def calm1(self) -> float:
-        return self[4]
-
-    @property
-    def calm3(self) -> float:
-        return self[5]
-
-
-def clock_over(rates: Any, bandwidth: float = 0.2, memory: float = 50.0) -> list[ClockState]:
+def clock_over(rates: Any, bandwidth: float = 0.2, memory: float = 50.0) -> list[Clock]:
     """Clock over complex rates phi1' + i phi3' at 0.1 s, from 3.14 rad/s."""
-    state, seen = ClockState(begin(WP)), []
+    settings = WaveClock(bandwidth, memory, WP)
+    state, seen = begin(settings), []
     for rate in rates:
         y = Measurement(0.0, 0.0, 0.0, 0.0, 0.0, rate.real, rate.imag)
-        state = ClockState(follow(y, state, 0.1, bandwidth, memory))
+        state = follow(settings, 0.1, y, state)
         seen.append(state)
     return seen
 
@@ -152,9 +127,10 @@ def test_clock_is_right_on_the_device_at_any_bandwidth_of_the_sea(device: gy.Pla
 
 
 def test_easing_halves_at_either_limit() -> None:
-    assert easing(0.0, 0.3, 2.0, 0.6, 3.0) == 1.0
-    assert easing(0.3**2, 0.3, 2.0, 0.6, 3.0) == pytest.approx(0.5)  # 2 V/w = 0.4: the motion's limit counts
-    assert easing(0.2**2, 0.3, 2.0, 0.3, 3.0) == pytest.approx(0.5)  # 2 V/w = 0.2: the relative one
+    limits = Easing(motion=0.3, relative=2.0, recall=1.0)
+    assert eased(limits, 0.0, 0.6, 3.0) == 1.0
+    assert eased(limits, 0.3**2, 0.6, 3.0) == pytest.approx(0.5)  # 2 V/w = 0.4: the motion's limit counts
+    assert eased(limits, 0.2**2, 0.3, 3.0) == pytest.approx(0.5)  # 2 V/w = 0.2: the relative one
 
 
 # --- what every law must keep ------------------------------------------------------------------------------------
@@ -169,7 +145,7 @@ def test_commands_stay_within_limits_and_finite(name: str, first: Measurement, s
         (cc, cg), state = law.step(0.1 * i, y, state)
         assert 0.0 <= cc <= 0.3
         assert 0.0 <= cg <= law.cg_max
-        assert all(math.isfinite(value) for value in state)
+        assert all(math.isfinite(value) for value in leaves(state))
 
 
 @pytest.mark.parametrize("name", [*LAWS, "constant"])
@@ -193,7 +169,7 @@ def test_law_has_a_linear_model_in_a_regular_wave(device: gy.Plant, name: str) -
 @pytest.mark.parametrize("name", LAWS)
 def test_law_scales_with_the_waves(name: str) -> None:
     """A steady lock in waves of half the height takes half the generator gain."""
-    law = LAWS[name]._replace(motion=1e3) if name in EASED else LAWS[name]
+    law = gy.law(name, motion=1e3) if name in EASED else LAWS[name]
     gains = []
     for V in (0.4, 0.2):
         state = settled(law, V=V, delta=-0.3, omega_rate=N * WP)
@@ -212,9 +188,9 @@ def test_load_eases_with_the_swing_of_the_float(name: str) -> None:
         "coupling": {"droop": 0.0},
         "stabiliser": {"governor": 0.0, "stabiliser": 0.0},
     }[name]
-    law = LAWS[name]._replace(recall=20.0, relative=1e3, **quiet)
+    law = gy.law(name, recall=20.0, relative=1e3, **quiet)
     powers = {}
-    for amplitude in (0.0, law.motion):
+    for amplitude in (0.0, law.easing.motion):
         state = law.init()
         seen = []
         for i in range(4000):
@@ -222,7 +198,7 @@ def test_load_eases_with_the_swing_of_the_float(name: str) -> None:
             (_, cg), state = law.step(0.1 * i, y, state)
             seen.append(cg)
         powers[amplitude] = np.mean(seen[2000:])
-    assert powers[law.motion] / powers[0.0] == pytest.approx(0.5, rel=0.01)
+    assert powers[law.easing.motion] / powers[0.0] == pytest.approx(0.5, rel=0.01)
 
 
 # --- load angle --------------------------------------------------------------------------------------------------
@@ -246,7 +222,7 @@ def test_load_angle_margin_vanishes_at_pull_out(delta: float, kept: float) -> No
 
 def test_load_angle_keeps_the_lock_balance_on_the_plant(device: gy.Plant) -> None:
     """In a regular wave <u3> = -N cg/J4 (24)-(25): the share that the law takes is what the load takes of V."""
-    law = LoadAngle(share=0.2, margin=0.0, damping=0.0, slow=20.0, motion=1e3, relative=1e3)
+    law = gy.law("load_angle", share=0.2, margin=0.0, damping=0.0, slow=20.0, motion=1e3, relative=1e3)
     waves = gy.realise(device, gy.Regular(height=0.2, wp=WP), 1, duration=600.0)
     record, _ = run_law(device, law, waves, Settings(sensors=Sensors.ideal(), blend=0.0))
     states = record.states[-1571:-1]  # 157 s: 78 waves and a half, so the mean holds within a percent
@@ -341,7 +317,7 @@ def test_threshold_keeps_its_level_between_the_thresholds() -> None:
         y = locked(200.0, 0.3, -0.3)._replace(psi_rate=part * WP)
         (cc, cg), state = law.step(0.0, y, state)
         levels.append(state.eased)
-        full = law.share * J4 / N * math.sqrt(state.square)
+        full = law.share * J4 / N * math.sqrt(state.clock.square)
         assert cg == pytest.approx(full * (law.eased if state.eased else 1.0))
         assert cc == (law.cc_eased if state.eased else law.cc_full)
     assert levels == [0.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]
@@ -370,11 +346,11 @@ def test_coupling_gives_the_wanted_torque_where_the_slip_allows(y: Measurement) 
     V = max(math.hypot(y.phi1_rate, y.phi3_rate), 0.01)
     turn = complex(math.cos(y.psi), math.sin(y.psi))
     from1, from3 = turn * y.phi1_rate, turn * 1j * y.phi3_rate  # u1 + i u3, from each direction of the float
-    swing = (1.0 - math.exp(-0.1 / law.recall)) * 2.0 * y.phi1**2
+    swing = (1.0 - math.exp(-0.1 / law.easing.recall)) * 2.0 * y.phi1**2
     drive = law.through1 * from1.imag + law.through3 * from3.imag
     across = law.direct1 * from1.real + law.direct3 * from3.real
     _, new = law.step(0.0, y, law.init())
-    ease = 1.0 / (1.0 + (swing / min(law.motion, law.relative * V / new.speed) ** 2) ** 2)
+    ease = 1.0 / (1.0 + (swing / min(law.easing.motion, law.easing.relative * V / new.speed) ** 2) ** 2)
     synchronising = ease * law.margin * max((from1 + from3).real, 0.0)
     wanted = J4 * y.omega_rate * (synchronising + across - drive + law.damping * V * (y.psi_rate - new.speed))
     slip = N * y.psi_rate - y.omega_rate
@@ -392,7 +368,7 @@ def test_coupling_gives_the_wanted_torque_where_the_slip_allows(y: Measurement) 
 
 def test_coupling_regulates_the_flywheel_by_a_droop() -> None:
     """Without mean slip the power is `level` of J4 omega' V w; each N V of speed above it adds `droop`."""
-    law, V = Coupling(motion=1e3, relative=1e3), 0.3
+    law, V = gy.law("coupling", motion=1e3, relative=1e3), 0.3
     state = settled(law, seconds=400.0, V=V, delta=-0.3, omega_rate=N * WP)
     for over in (0.0, 0.2, -0.5):
         y = locked(400.0, V, -0.3, omega_rate=N * (WP + over * V))
@@ -409,7 +385,7 @@ def test_coupling_regulates_the_flywheel_by_a_droop() -> None:
 @pytest.mark.parametrize("name", sorted(path.stem for path in FOLDER.glob("*.json") if path.stem in LAWS))
 def test_defaults_are_the_tuned_set_for_all_seas(name: str) -> None:
     parameters = shipped(name)["all"]["parameters"]
-    assert parameters == {key: getattr(LAWS[name], key) for key in parameters}
+    assert parameters == {key: describe(LAWS[name])[key] for key in parameters}
 
 
 def test_tuning_and_evaluation_seeds_are_disjoint() -> None:

@@ -15,6 +15,7 @@ from gyroctl.controllers.nmpc import Nmpc, prediction, problem
 from gyroctl.controllers.nmpc import casadi_to_numba as translation
 from gyroctl.controllers.nmpc.foresight import between
 from gyroctl.controllers.nmpc.power_command import PowerCommand
+from gyroctl.controllers.nmpc.settings import Effort
 from gyroctl.controllers.nmpc.solvers import descent
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Measurement
@@ -211,16 +212,19 @@ def test_moments_between_the_intervals():
     assert np.abs(fine - exact).max() < 0.03
 
 
-COMMAND = PowerCommand(wanted=60.0, proportional=1.5, integral=0.01, settling=0.0, low=0.9, guard=6.0, cg_max=0.02)
+COMMAND = PowerCommand(flywheel=60.0, proportional=1.5, integral=0.01, settling=0.0, low=0.9, guard=6.0)
+CG_MAX = 0.02
 
 
 def test_power_command_holds_its_bounds():
-    assert COMMAND.step(30.0, 5.0, 0.1, 0.1)[0] == 0.0  # the flywheel is drained: no load
-    assert COMMAND.step(60.0, 1e6, 0.1, 0.1) == (pytest.approx(0.02 * 3600.0), pytest.approx(0.02 * 3600.0))
-    power, mean = COMMAND.step(66.0, 5.0, 0.1, 0.1)
+    assert COMMAND.step(30.0, 5.0, 0.1, 0.1, CG_MAX)[0] == 0.0  # the flywheel is drained: no load
+    assert COMMAND.step(60.0, 1e6, 0.1, 0.1, CG_MAX) == (pytest.approx(0.02 * 3600.0), pytest.approx(0.02 * 3600.0))
+    power, mean = COMMAND.step(66.0, 5.0, 0.1, 0.1, CG_MAX)
     assert (power, mean) == (pytest.approx(1.15 * 5.0005), pytest.approx(5.0005))
     for speed in np.linspace(20.0, 90.0, 71):  # the same course in a sea of any height
-        assert COMMAND.step(speed, 4.0, 0.1, 0.1)[0] == pytest.approx(2.0 * COMMAND.step(speed, 2.0, 0.1, 0.1)[0])
+        assert COMMAND.step(speed, 4.0, 0.1, 0.1, CG_MAX)[0] == pytest.approx(
+            2.0 * COMMAND.step(speed, 2.0, 0.1, 0.1, CG_MAX)[0]
+        )
 
 
 def test_power_command_keeps_the_flywheel_through_a_lull():
@@ -230,13 +234,13 @@ def test_power_command_keeps_the_flywheel_through_a_lull():
         energy, mean, lowest = 0.5 * 0.3671 * 66.0**2, 14.0, math.inf
         for sample in range(4000):
             speed = math.sqrt(2.0 * energy / 0.3671)
-            power, mean = command.step(speed, mean, 0.1, 0.1 * sample)
+            power, mean = command.step(speed, mean, 0.1, 0.1 * sample, CG_MAX)
             energy += 0.1 * ((0.0 if 1000 <= sample < 2200 else 14.0) - power)
             lowest = min(lowest, speed)
         return lowest
 
-    guarded = least(COMMAND._replace(wanted=66.0))
-    assert guarded > 44.0 > least(COMMAND._replace(wanted=66.0, guard=0.0)) + 5.0
+    guarded = least(COMMAND._replace(flywheel=66.0))
+    assert guarded > 44.0 > least(COMMAND._replace(flywheel=66.0, guard=0.0)) + 5.0
 
 
 def run(plant, law, duration=200.0, gamma=5.0, settings=None, seed=SEED):
@@ -288,7 +292,7 @@ class Stalling:
 
 def test_missed_deadlines_fall_back_and_keep_lock(plant):
     # two looks at a sample that plans: with a plan at every sample, samples 1000 to 1299 come too late
-    law = Nmpc(deadline=0.05, replan=1, clock=Stalling(2001, 2601))
+    law = Nmpc(deadline=0.05, effort=Effort(replan=1), clock=Stalling(2001, 2601))
     found, record, timing = run(plant, law, 260.0)
     assert found["locked"] == 1.0
     assert timing.counters["deadline_misses"] == 300
@@ -298,7 +302,7 @@ def test_missed_deadlines_fall_back_and_keep_lock(plant):
 
 
 def test_between_plans_the_last_one_is_followed(plant):
-    law = Nmpc(replan=4)
+    law = Nmpc(effort=Effort(replan=4))
     state = law.init()
     y = Measurement(0.1, 3.0, 68.0, 0.05, 0.02, 0.1, 0.1)
     for sample in range(9):
@@ -313,7 +317,7 @@ def test_between_plans_the_last_one_is_followed(plant):
 def test_other_solvers_serve_as_well(plant, solver):
     iterations = 10 if solver == "descent" else 1
     default = run(plant, Nmpc(information="oracle"))[0]
-    found = run(plant, Nmpc(information="oracle", solver=solver, iterations=iterations))[0]
+    found = run(plant, Nmpc(information="oracle", effort=Effort(solver, iterations)))[0]
     total = found["mean_power"] + found["stored_w"]
     assert found["locked"] == 1.0 and total > 0.8 * (default["mean_power"] + default["stored_w"])
 
@@ -323,7 +327,7 @@ def test_failed_plans_fall_back_and_keep_lock(plant):
     waves = lead_in(gy.realise(plant, gy.SeaState(), SEED, 260.0), settings)
     moments = waves.moments.copy()
     moments[:, 2000:2600] = np.nan  # 100 s to 130 s, and so every horizon from 96 s on
-    broken_run = _NotInformed(Nmpc(information="oracle", replan=1).informed(replace(waves, moments=moments)))
+    broken_run = _NotInformed(Nmpc(information="oracle").informed(replace(waves, moments=moments)))
     record, timing = run_law(plant, broken_run, waves, settings)
     found = evaluate(plant, record, waves.moments[1], waves.dt, 3.14, 60.0, math.nan)
     assert found["locked"] == 1.0 and np.isfinite(record.commands).all()
@@ -357,13 +361,13 @@ class _NotInformed:
         ("iterations", 0, "positive"),
         ("cc_max", 0.0, "positive"),
         ("motion", -1.0, "negative"),
-        ("flywheel", math.nan, "positive"),
-        ("lead", math.inf, "negative"),
+        ("flywheel", math.nan, "finite"),
+        ("lead", math.inf, "finite"),
     ],
 )
 def test_bad_parameters(field, value, part):
     with pytest.raises(InputError, match=f"nmpc.{field}.*{part}"):
-        Nmpc(**{field: value})
+        gy.law("nmpc", **{field: value})
 
 
 def test_a_law_that_was_told_nothing_says_so():

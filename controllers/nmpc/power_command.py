@@ -24,15 +24,15 @@ QUICK = 8.0
 class PowerCommand(NamedTuple):
     """PI regulator of the flywheel's speed, in power relative to its mean."""
 
-    wanted: float  # flywheel speed [rad/s]
-    proportional: float  # part of the mean power by part of the wanted speed [-]
-    integral: float  # [1/s]
-    settling: float  # for so long the mean is learnt more quickly [s]
-    low: float  # part of the wanted speed at which the guard begins [-]
-    guard: float  # its slope, on top of `proportional` [-]
-    cg_max: float  # [Nms]
+    flywheel: float = 71.65  # speed wanted, the same in every sea: one that follows the ring follows a stall [rad/s]
+    proportional: float = 2.31  # part of the mean power by part of the wanted speed [-]
+    integral: float = 0.006346  # of its change [1/s]
+    settling: float = 1000.0  # for so long the mean is learnt more quickly [s]
+    low: float = 0.907  # part of the wanted speed at which the guard begins [-]
+    guard: float = 9.204  # its slope, on top of `proportional` [-]
+    power: float = 14.0  # mean power at the start [W]
 
-    def step(self, speed: float, mean: float, period: float, since: float) -> tuple[float, float]:
+    def step(self, speed: float, mean: float, period: float, since: float, cg_max: float) -> tuple[float, float]:
         """Return power [W] and the new mean [W].
 
         Parameters
@@ -45,9 +45,11 @@ class PowerCommand(NamedTuple):
             Time since the last call. [s]
         since : float
             Time since the first call. [s]
+        cg_max : float
+            Limit of the generator gain. [Nms]
         """
-        most = self.cg_max * speed * speed
-        part = speed / self.wanted
+        most = cg_max * speed * speed
+        part = speed / self.flywheel
         learning = self.integral * min(max(self.settling / max(since, period), 1.0), QUICK)
         mean = min(max(mean * (1.0 + learning * period * (part - 1.0)), LEAST), most)
         share = 1.0 + self.proportional * (part - 1.0) + self.guard * min(part - self.low, 0.0)

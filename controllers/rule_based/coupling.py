@@ -31,18 +31,13 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
-from gyroctl.controllers.rule_based.wave_clock import QUIET, begin, easing, follow, lag
+from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, height, swung
 
 
 class CouplingState(NamedTuple):
     """Wave clock; phi1 amplitude squared [rad^2]."""
 
-    theta: float
-    speed: float
-    square: float
-    age: float
-    calm1: float
-    calm3: float
+    clock: Clock
     swing: float
 
 
@@ -55,16 +50,12 @@ class Coupling(NamedTuple):
     direct3: float = 0.7673  # and from phi3' [-]
     margin: float = 0.4698  # of the synchronising torque left [-]
     damping: float = 0.2169  # of J4 omega' V per deviation of the ring speed [s/rad]
-    motion: float = 0.2599  # amplitude of phi1 at which the load is halved [rad]
-    relative: float = 2.547  # and the same in units of the float's motion [-]
-    recall: float = 3.524  # time constant of that amplitude [s]
+    easing: Easing = Easing(motion=0.2599, relative=2.547, recall=3.524)
     level: float = 0.2422  # generator power at no mean slip, as a part of J4 omega' V times the waves' frequency [-]
     droop: float = 0.09422  # rise of that part with the flywheel's speed over N V [-]
-    bandwidth: float = 0.0815  # of the wave clock [rad/s]
-    memory: float = 162.2  # of the height of the waves [s]
+    clock: WaveClock = WaveClock(bandwidth=0.0815, memory=162.2)
     cc_max: float = 0.12  # [Nms]
     cg_max: float = 0.02  # [Nms]
-    wp: float = 3.14  # where the wave clock begins [rad/s]
     N: float = 22.555555555555557  # gear ratio [-]
     J4: float = 0.3671  # inertia of the flywheel [kg m^2]
     period: float = 0.1  # [s]
@@ -76,14 +67,14 @@ class Coupling(NamedTuple):
 
     def init(self) -> CouplingState:
         """The clock begins at the first sample."""
-        return CouplingState(*begin(self.wp), 0.0)
+        return CouplingState(begin(self.clock), 0.0)
 
     def step(self, t: float, y: Any, state: CouplingState) -> tuple[tuple[float, float], CouplingState]:
         """Follow the waves, want a torque, give what the slip allows; regulate the flywheel."""
-        clock = follow(y, state, self.period, self.bandwidth, self.memory)
-        speed, V = clock[1], math.sqrt(max(clock[2], QUIET))
-        swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
-        ease = easing(swing, self.motion, self.relative, V, speed)
+        clock = follow(self.clock, self.period, y, state.clock)
+        speed, V = clock.speed, height(clock)
+        swing = swung(self.easing, self.period, y, state.swing)
+        ease = eased(self.easing, swing, V, speed)
 
         c, s = math.cos(y.psi), math.sin(y.psi)
         pull = ease * self.margin * max(c * y.phi1_rate - s * y.phi3_rate, 0.0)
@@ -99,4 +90,4 @@ class Coupling(NamedTuple):
         part = self.level + self.droop * (y.omega_rate / self.N - speed) / V
         # the speed is kept off zero: a flywheel at rest must not ask for an infinite gain
         cg = ease * part * self.J4 * V * speed / max(y.omega_rate, 20.0)
-        return (cc, min(max(cg, 0.0), self.cg_max)), CouplingState(*clock, swing)
+        return (cc, min(max(cg, 0.0), self.cg_max)), CouplingState(clock, swing)

@@ -22,18 +22,13 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
-from gyroctl.controllers.rule_based.wave_clock import QUIET, begin, easing, follow, lag
+from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, height, lag, swung
 
 
 class LoadAngleState(NamedTuple):
     """Wave clock; phi1 amplitude squared [rad^2]; slow parts of u1, u3, faster ones of u1 and ring speed [rad/s]."""
 
-    theta: float
-    speed: float
-    square: float
-    age: float
-    calm1: float
-    calm3: float
+    clock: Clock
     swing: float
     U1: float
     U3: float
@@ -52,13 +47,9 @@ class LoadAngle(NamedTuple):
     slow: float = 5.164  # time constant of the capacity [s]
     brisk: float = 0.7045  # time constant of the synchronising torque [s]
     fast: float = 0.7216  # time constant of the ring speed [s]
-    motion: float = 0.4909  # amplitude of phi1 at which the shares are halved [rad]
-    relative: float = 3.725  # and the same in units of the float's motion [-]
-    recall: float = 2.946  # time constant of that amplitude [s]
-    bandwidth: float = 0.1218  # of the wave clock [rad/s]
-    memory: float = 27.68  # of the height of the waves [s]
+    easing: Easing = Easing(motion=0.4909, relative=3.725, recall=2.946)
+    clock: WaveClock = WaveClock(bandwidth=0.1218, memory=27.68)
     cg_max: float = 0.02  # [Nms]
-    wp: float = 3.14  # where the wave clock begins [rad/s]
     N: float = 22.555555555555557  # gear ratio [-]
     J4: float = 0.3671  # inertia of the flywheel [kg m^2]
     period: float = 0.1  # [s]
@@ -70,18 +61,18 @@ class LoadAngle(NamedTuple):
 
     def init(self) -> LoadAngleState:
         """Filters are filled by the first sample."""
-        return LoadAngleState(*begin(self.wp), 0.0, 0.0, 0.0, 0.0, 0.0)
+        return LoadAngleState(begin(self.clock), 0.0, 0.0, 0.0, 0.0, 0.0)
 
     def step(self, t: float, y: Any, state: LoadAngleState) -> tuple[tuple[float, float], LoadAngleState]:
         """Follow the waves, filter, take the shares, add the damping."""
-        clock = follow(y, state, self.period, self.bandwidth, self.memory)
-        speed, V = clock[1], math.sqrt(max(clock[2], QUIET))
-        swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
+        clock = follow(self.clock, self.period, y, state.clock)
+        speed, V = clock.speed, height(clock)
+        swing = swung(self.easing, self.period, y, state.swing)
 
         c, s = math.cos(y.psi), math.sin(y.psi)
         u1 = c * y.phi1_rate - s * y.phi3_rate
         u3 = s * y.phi1_rate + c * y.phi3_rate
-        first = state.age == 0.0
+        first = state.clock.age == 0.0
         slow = 1.0 if first else lag(self.period, self.slow)
         U1 = state.U1 + slow * (u1 - state.U1)
         U3 = state.U3 + slow * (u3 - state.U3)
@@ -89,7 +80,7 @@ class LoadAngle(NamedTuple):
         fast = state.fast + (1.0 if first else lag(self.period, self.fast)) * (y.psi_rate - state.fast)
 
         pull = self.share * math.sqrt(U1 * U1 + U3 * U3) + self.margin * max(V1, 0.0)
-        pull = pull * easing(swing, self.motion, self.relative, V, speed)
+        pull = pull * eased(self.easing, swing, V, speed)
         pull += self.damping * V * (fast - (1.0 - self.lean) * speed)
         cg = self.J4 / self.N * pull
-        return (self.cc, min(max(cg, 0.0), self.cg_max)), LoadAngleState(*clock, swing, U1, U3, V1, fast)
+        return (self.cc, min(max(cg, 0.0), self.cg_max)), LoadAngleState(clock, swing, U1, U3, V1, fast)

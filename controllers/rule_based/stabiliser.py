@@ -20,21 +20,15 @@ section 12.5.
 
 from __future__ import annotations
 
-import math
 from typing import Any, Literal, NamedTuple
 
-from gyroctl.controllers.rule_based.wave_clock import QUIET, begin, easing, follow, lag
+from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, height, lag, swung
 
 
 class StabiliserState(NamedTuple):
     """Wave clock; phi1 amplitude squared [rad^2]; lasting speed deviation and lagged part of the rest [rad/s]."""
 
-    theta: float
-    speed: float
-    square: float
-    age: float
-    calm1: float
-    calm3: float
+    clock: Clock
     swing: float
     lasting: float
     lagged: float
@@ -52,14 +46,10 @@ class Stabiliser(NamedTuple):
     washout: float = 8.087  # time constant that parts lasting from passing [s]
     lead: float = 0.2827  # time constants of the lead-lag [s]
     behind: float = 0.8514  # [s]
-    motion: float = 0.3071  # amplitude of phi1 at which the share is halved [rad]
-    relative: float = 3.31  # and the same in units of the float's motion [-]
-    recall: float = 1.579  # time constant of that amplitude [s]
-    bandwidth: float = 0.1269  # of the wave clock [rad/s]
-    memory: float = 28.7  # of the height of the waves [s]
+    easing: Easing = Easing(motion=0.3071, relative=3.31, recall=1.579)
+    clock: WaveClock = WaveClock(bandwidth=0.1269, memory=28.7)
     cc_max: float = 0.12  # [Nms]
     cg_max: float = 0.02  # [Nms]
-    wp: float = 3.14  # where the wave clock begins [rad/s]
     N: float = 22.555555555555557  # gear ratio [-]
     J4: float = 0.3671  # inertia of the flywheel [kg m^2]
     period: float = 0.1  # [s]
@@ -71,13 +61,13 @@ class Stabiliser(NamedTuple):
 
     def init(self) -> StabiliserState:
         """The clock begins at the first sample."""
-        return StabiliserState(*begin(self.wp), 0.0, 0.0, 0.0)
+        return StabiliserState(begin(self.clock), 0.0, 0.0, 0.0)
 
     def step(self, t: float, y: Any, state: StabiliserState) -> tuple[tuple[float, float], StabiliserState]:
         """Follow the waves, part the deviation by the washout, lead it, add it to the operating point."""
-        clock = follow(y, state, self.period, self.bandwidth, self.memory)
-        speed, V = clock[1], math.sqrt(max(clock[2], QUIET))
-        swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
+        clock = follow(self.clock, self.period, y, state.clock)
+        speed, V = clock.speed, height(clock)
+        swing = swung(self.easing, self.period, y, state.swing)
 
         deviation = y.psi_rate - (1.0 - self.lean) * speed
         lasting = state.lasting + lag(self.period, self.washout) * (deviation - state.lasting)
@@ -85,10 +75,10 @@ class Stabiliser(NamedTuple):
         lagged = state.lagged + lag(self.period, self.behind) * (passing - state.lagged)
         signal = lagged + self.lead / self.behind * (passing - lagged)  # (1 + lead s)/(1 + behind s)
 
-        pull = self.share * easing(swing, self.motion, self.relative, V, speed)
+        pull = self.share * eased(self.easing, swing, V, speed)
         pull += self.governor * lasting + self.stabiliser * signal
         cg = self.J4 * V / self.N * pull
         cc = self.steady * (1.0 - self.soften * signal)
         return (min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max)), StabiliserState(
-            *clock, swing, lasting, lagged
+            clock, swing, lasting, lagged
         )

@@ -19,18 +19,13 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
-from gyroctl.controllers.rule_based.wave_clock import QUIET, begin, follow, lag
+from gyroctl.controllers.rule_based.wave_clock import Clock, WaveClock, begin, follow, height, lag
 
 
 class ThresholdState(NamedTuple):
     """Wave clock; slow parts of u1, u3 and of the ring speed [rad/s]; 1 while eased."""
 
-    theta: float
-    speed: float
-    square: float
-    age: float
-    calm1: float
-    calm3: float
+    clock: Clock
     U1: float
     U3: float
     ring: float
@@ -50,10 +45,8 @@ class Threshold(NamedTuple):
     speed_high: float = 0.9355  # and above which it may return [-]
     brisk: float = 2.791  # time constant of the lock capacity [s]
     fast: float = 2.096  # time constant of the ring speed [s]
-    bandwidth: float = 0.1774  # of the wave clock [rad/s]
-    memory: float = 42.11  # of the height of the waves [s]
+    clock: WaveClock = WaveClock(bandwidth=0.1774, memory=42.11)
     cg_max: float = 0.02  # [Nms]
-    wp: float = 3.14  # where the wave clock begins [rad/s]
     N: float = 22.555555555555557  # gear ratio [-]
     J4: float = 0.3671  # inertia of the flywheel [kg m^2]
     period: float = 0.1  # [s]
@@ -65,14 +58,14 @@ class Threshold(NamedTuple):
 
     def init(self) -> ThresholdState:
         """Loaded, the clock begins at the first sample."""
-        return ThresholdState(*begin(self.wp), 0.0, 0.0, 0.0, 0.0)
+        return ThresholdState(begin(self.clock), 0.0, 0.0, 0.0, 0.0)
 
     def step(self, t: float, y: Any, state: ThresholdState) -> tuple[tuple[float, float], ThresholdState]:
         """Follow the waves, judge the reserve, switch."""
-        clock = follow(y, state, self.period, self.bandwidth, self.memory)
-        speed, V = clock[1], math.sqrt(max(clock[2], QUIET))
+        clock = follow(self.clock, self.period, y, state.clock)
+        speed, V = clock.speed, height(clock)
         c, s = math.cos(y.psi), math.sin(y.psi)
-        first = state.age == 0.0
+        first = state.clock.age == 0.0
         brisk = 1.0 if first else lag(self.period, self.brisk)
         U1 = state.U1 + brisk * (c * y.phi1_rate - s * y.phi3_rate - state.U1)
         U3 = state.U3 + brisk * (s * y.phi1_rate + c * y.phi3_rate - state.U3)
@@ -86,4 +79,4 @@ class Threshold(NamedTuple):
             eased = 0.0
         cg = self.J4 * V / self.N * self.share * (1.0 if eased == 0.0 else self.eased)
         cc = self.cc_full if eased == 0.0 else self.cc_eased
-        return (cc, min(max(cg, 0.0), self.cg_max)), ThresholdState(*clock, U1, U3, ring, eased)
+        return (cc, min(max(cg, 0.0), self.cg_max)), ThresholdState(clock, U1, U3, ring, eased)

@@ -22,18 +22,24 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
-from gyroctl.controllers.rule_based.wave_clock import QUIET, begin, easing, follow, lag, upright
+from gyroctl.controllers.rule_based.wave_clock import (
+    Clock,
+    Easing,
+    WaveClock,
+    begin,
+    eased,
+    follow,
+    height,
+    lag,
+    swung,
+    upright,
+)
 
 
 class TrackingState(NamedTuple):
     """Wave clock; phi1 amplitude squared [rad^2]; ring speed [rad/s] and cos delta, filtered."""
 
-    theta: float
-    speed: float
-    square: float
-    age: float
-    calm1: float
-    calm3: float
+    clock: Clock
     swing: float
     fast: float
     left: float
@@ -50,14 +56,10 @@ class Tracking(NamedTuple):
     soften: float = -0.1382  # part of it taken away from a ring a quarter turn behind [-]
     rise: float = 0.2429  # power of the frequency with which the coupling goes [-]
     fast: float = 0.3483  # time constant of the ring speed and of cos delta [s]
-    motion: float = 0.5313  # amplitude of phi1 at which the shares are halved [rad]
-    relative: float = 2.55  # and the same in units of the float's motion [-]
-    recall: float = 1.741  # time constant of that amplitude [s]
-    bandwidth: float = 0.1342  # of the wave clock [rad/s]
-    memory: float = 22.09  # of the height of the waves [s]
+    easing: Easing = Easing(motion=0.5313, relative=2.55, recall=1.741)
+    clock: WaveClock = WaveClock(bandwidth=0.1342, memory=22.09)
     cc_max: float = 0.12  # [Nms]
     cg_max: float = 0.02  # [Nms]
-    wp: float = 3.14  # reference frequency, where the wave clock begins [rad/s]
     N: float = 22.555555555555557  # gear ratio [-]
     J4: float = 0.3671  # inertia of the flywheel [kg m^2]
     period: float = 0.1  # [s]
@@ -69,25 +71,23 @@ class Tracking(NamedTuple):
 
     def init(self) -> TrackingState:
         """The clock begins at the first sample."""
-        return TrackingState(*begin(self.wp), 0.0, 0.0, 1.0)
+        return TrackingState(begin(self.clock), 0.0, 0.0, 1.0)
 
     def step(self, t: float, y: Any, state: TrackingState) -> tuple[tuple[float, float], TrackingState]:
         """Follow the waves, read the load angle, schedule both controls."""
-        clock = follow(y, state, self.period, self.bandwidth, self.memory)
-        speed, V = clock[1], math.sqrt(max(clock[2], QUIET))
-        swing = state.swing + lag(self.period, self.recall) * (2.0 * y.phi1 * y.phi1 - state.swing)
-        begun = 1.0 if state.age == 0.0 else lag(self.period, self.fast)
+        clock = follow(self.clock, self.period, y, state.clock)
+        speed, V = clock.speed, height(clock)
+        swing = swung(self.easing, self.period, y, state.swing)
+        begun = 1.0 if state.clock.age == 0.0 else lag(self.period, self.fast)
         fast = state.fast + begun * (y.psi_rate - state.fast)
         behind = (
-            upright(state.theta, state.speed, self.period) - y.psi
+            upright(state.clock.theta, state.clock.speed, self.period) - y.psi
         )  # load angle, from the clock of this sample [rad]
-        left = state.left + (begun if state.age > 0.0 else 0.0) * (math.cos(behind) - state.left)
+        left = state.left + (begun if state.clock.age > 0.0 else 0.0) * (math.cos(behind) - state.left)
 
         pull = self.share + self.margin * max(left, 0.0)
-        pull = pull * easing(swing, self.motion, self.relative, V, speed)
+        pull = pull * eased(self.easing, swing, V, speed)
         pull += self.damping * (fast - (1.0 - self.lean) * speed)
         cg = self.J4 * V / self.N * pull
-        cc = self.stiff * (speed / self.wp) ** self.rise * (1.0 - self.soften * (1.0 - max(left, 0.0)))
-        return (min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max)), TrackingState(
-            *clock, swing, fast, left
-        )
+        cc = self.stiff * (speed / self.clock.wp) ** self.rise * (1.0 - self.soften * (1.0 - max(left, 0.0)))
+        return (min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max)), TrackingState(clock, swing, fast, left)

@@ -17,7 +17,7 @@ a slow amplitude, so that high waves count more than the lulls between them, whe
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from gyroctl.plant.compiled import inlined
 
@@ -32,53 +32,54 @@ QUIET = 1e-4
 
 TURN = 2.0 * math.pi
 
-Clock = tuple[float, float, float, float, float, float]
+
+class WaveClock(NamedTuple):
+    """Settings of the clock."""
+
+    bandwidth: float  # natural frequency of the loop [rad/s]
+    memory: float  # longest time over which the mean square of the rates goes [s]
+    wp: float = 3.14  # where it begins [rad/s]
 
 
-def begin(wp: float) -> Clock:
-    """Return the clock before the first sample, at the frequency `wp` [rad/s]: first fields of a law's state.
+class Clock(NamedTuple):
+    """State of the clock."""
 
-    These are theta [rad] and speed [rad/s] of the loop, square, the mean square of the float rates [rad^2/s^2], age,
-    the time over which that mean goes [s], and calm1, calm3, the smoothed rates [rad/s].
-    """
-    return 0.0, wp, 0.0, 0.0, 0.0, 0.0
+    theta: float  # angle of the loop [rad]
+    speed: float  # its frequency, that of the waves [rad/s]
+    square: float  # mean square of the float rates [rad^2/s^2]
+    age: float  # time over which that mean goes, 0 before the first sample [s]
+    calm1: float  # smoothed phi1' [rad/s]
+    calm3: float  # smoothed phi3' [rad/s]
+
+
+def begin(settings: WaveClock) -> Clock:
+    """Return the clock before the first sample."""
+    return Clock(0.0, settings.wp, 0.0, 0.0, 0.0, 0.0)
 
 
 @inlined
-def follow(y: Any, state: Any, period: float, bandwidth: float, memory: float) -> Clock:
-    """Advance the clock by one sample.
-
-    Parameters
-    ----------
-    y : Measurement
-        Of this sample.
-    state : NamedTuple
-        State of the law, with the fields that `begin` names.
-    period : float
-        Sampling period. [s]
-    bandwidth : float
-        Natural frequency of the loop. [rad/s]
-    memory : float
-        Longest time over which the mean square goes. [s]
-
-    Returns
-    -------
-    tuple of float
-        theta, speed, square, age, calm1, calm3 of the next sample.
-    """
-    theta, square, calm1, calm3 = state.theta, state.square, state.calm1, state.calm3
+def follow(settings: WaveClock, period: float, y: Any, clock: Clock) -> Clock:
+    """Advance the clock by one sample of `period` [s] with the measurement `y`."""
+    theta, square, calm1, calm3 = clock.theta, clock.square, clock.calm1, clock.calm3
     rates = y.phi1_rate * y.phi1_rate + y.phi3_rate * y.phi3_rate
-    if state.age == 0.0:
+    if clock.age == 0.0:
         theta, square, calm1, calm3 = y.psi, rates, y.phi1_rate, y.phi3_rate
-    age = min(state.age + period, memory)  # a plain mean at first, so that a chance beginning is soon forgotten
+    age = min(clock.age + period, settings.memory)  # a plain mean at first, so that a chance beginning is forgotten
     square += lag(period, age) * (rates - square)
     calm1 += lag(period, SMOOTH) * (y.phi1_rate - calm1)
     calm3 += lag(period, SMOOTH) * (y.phi3_rate - calm3)
     ahead = (math.sin(theta) * calm1 + math.cos(theta) * calm3) / math.sqrt(max(square, QUIET))
-    speed = min(max(state.speed - bandwidth * bandwidth * period * ahead, SLOWEST), FASTEST)
+    bandwidth = settings.bandwidth
+    speed = min(max(clock.speed - bandwidth * bandwidth * period * ahead, SLOWEST), FASTEST)
     # within one turn, so that a law's state is periodic in a regular wave and has a linear model
     theta = (theta + period * (speed - 2.0 * bandwidth * ahead)) % TURN
-    return theta, speed, square, age, calm1, calm3
+    return Clock(theta, speed, square, age, calm1, calm3)
+
+
+@inlined
+def height(clock: Clock) -> Any:
+    """Root mean square V of the float rates, never zero. [rad/s]"""
+    return math.sqrt(max(clock.square, QUIET))
 
 
 @inlined
@@ -94,21 +95,22 @@ def lag(period: float, time_constant: float) -> float:
     return 1.0 - math.exp(-period / time_constant)
 
 
-@inlined
-def easing(swing: float, motion: float, relative: float, V: float, speed: float) -> float:
-    """Factor that eases a load off when the float swings far in phi1, the direction that only a light damping holds.
+class Easing(NamedTuple):
+    """How a load is eased off when the float swings far in phi1, the direction that only a light damping holds."""
 
-    Parameters
-    ----------
-    swing : float
-        Square of the amplitude of phi1. [rad^2]
-    motion : float
-        Amplitude at which the load is halved [rad], whatever the sea: for the limit of the motion.
-    relative : float
-        Amplitude at which it is halved, in units of the float's motion V/speed [-], in whatever sea: a large share of
-        phi1 in the motion tells of a ring near pull-out.
-    V, speed : float
-        Root mean square of the float rates and frequency of the waves. [rad/s]
-    """
-    limit = min(motion, relative * V / speed)
+    motion: float  # amplitude of phi1 at which the load is halved, whatever the sea: for the limit of motion [rad]
+    relative: float  # and in units of the float's motion: a large share of phi1 tells of a ring near pull-out [-]
+    recall: float  # time constant of that amplitude [s]
+
+
+@inlined
+def swung(easing: Easing, period: float, y: Any, swing: float) -> Any:
+    """Square of the amplitude of phi1, filtered, after one sample. [rad^2]"""
+    return swing + lag(period, easing.recall) * (2.0 * y.phi1 * y.phi1 - swing)
+
+
+@inlined
+def eased(easing: Easing, swing: float, V: float, speed: float) -> float:
+    """Factor on a load, where the float's rates have the root mean square V and the waves the frequency `speed`."""
+    limit = min(easing.motion, easing.relative * V / speed)
     return 1.0 / (1.0 + (swing / (limit * limit)) ** 2)

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from gyroctl.comparison import store
 from gyroctl.errors import InputError
 from gyroctl.harness import actuation, loop, sensing, start
+from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings, lead_in, run_law
@@ -313,7 +314,7 @@ def _execute(items: Sequence[Item], workers: int, results: Path | None, quiet: b
             else:
                 outcomes[item.name, item.seed] = Outcome(*stored)
                 progress.advance()
-        compiled = {item.name: loop.compile_law(item.law) is not None for item in todo}
+        compiled = {item.name: compile_law(item.law) is not None for item in todo}
         fast = [item for item in todo if compiled[item.name]]
         slow = [item for item in todo if not compiled[item.name]]
         # One run of a slow law goes ahead, beside the fast ones: on a new installation it compiles what it calls, and

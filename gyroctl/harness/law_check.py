@@ -13,17 +13,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numba import njit
-from numba.core.errors import NumbaError
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.harness.law_entry import NotCompiled, compiled
 from gyroctl.harness.law_trials import RUNS, SEED, SHORT, Check, Subject, cost, dropout, shocks, step_size
-from gyroctl.harness.loop import compile_law
-from gyroctl.harness.protocol import Law, LawError, Measurement
+from gyroctl.harness.protocol import Law, LawError, Measurement, Previewing, innermost
 from gyroctl.harness.registry import defined, law
 from gyroctl.harness.run import Settings, informed, lead_in, run_law
 from gyroctl.harness.sensing import CHANNELS, measure
+from gyroctl.nested import leaves
 from gyroctl.plant import Plant
 from gyroctl.simulation.metrics import Record
 from gyroctl.waves import SeaState, realise
@@ -111,7 +110,7 @@ def _seen(record: Record, settings: Settings, seed: int, period: float) -> tuple
 
 
 def _information(built: Law) -> Check:
-    previews = hasattr(built, "informed")
+    previews = isinstance(innermost(built), Previewing)
     if previews == (built.information in ("forecast", "oracle")):
         return Check("information", True, built.information)
     if previews:
@@ -158,7 +157,7 @@ def _shape(built: Law) -> Check:
 
 
 def _length(state: Any) -> int:
-    return len(state) if hasattr(state, "__len__") else 1
+    return len(leaves(state))
 
 
 def _bounds(record: Record, settings: Settings) -> Check:
@@ -234,8 +233,10 @@ def _repeats(subject: Subject) -> Check:
 
 def _compiled(subject: Subject) -> Check:
     name = "compiled"
-    if compile_law(subject.law) is None:
-        return Check(name, True, f"runs as plain Python: {_reason(subject.law)}")
+    try:
+        compiled(subject.law)
+    except NotCompiled as error:
+        return Check(name, True, f"runs as plain Python: {error}")
     every = round(subject.law.period / subject.record.period)
     commands = subject.record.commands[::every]
     differ = np.flatnonzero(np.any(_replay(subject, subject.law) != commands, axis=1))
@@ -248,21 +249,3 @@ def _compiled(subject: Subject) -> Check:
             "Leave out what numba reads in its own way: integer division and powers, overflow",
         )
     return Check(name, True, f"as Python to the last bit over {len(commands)} samples")
-
-
-def _reason(built: Law) -> str:
-    """Why a law cannot be compiled."""
-    if not isinstance(built, tuple):
-        return f"it is a {type(built).__name__} and no NamedTuple"
-    state = built.init()
-    if not isinstance(state, tuple) or any(type(value) not in (int, float) for value in state):
-        return "its state is no tuple of floats"
-    for name, value in zip(getattr(built, "_fields", ()), built, strict=False):
-        if isinstance(value, bool | str) or not np.issubdtype(np.asarray(value).dtype, np.number):
-            return f"its field {name} is neither a number nor a table of numbers"
-    try:
-        njit(error_model="numpy")(type(built).step)(built, 0.0, Measurement(*np.ones(len(CHANNELS)).tolist()), state)
-    except NumbaError as error:
-        lines = [line.strip() for line in str(error).splitlines() if line.strip()]
-        return next((line for line in lines if "error" not in line.lower() or len(lines) == 1), lines[0])[:120]
-    return "numba cannot read it"

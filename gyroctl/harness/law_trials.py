@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.harness.loop import compile_law
+from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, LawError, Measurement
 from gyroctl.harness.run import LawTiming, Settings, lead_in, run_law
 from gyroctl.harness.sensing import CHANNELS, Sensors

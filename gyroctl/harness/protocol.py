@@ -55,5 +55,50 @@ class Law(Protocol):
         ...
 
 
+@runtime_checkable
+class Previewing(Protocol):
+    """A law that may look ahead, with the information "forecast" or "oracle"."""
+
+    def informed(self, waves: Any) -> Law:
+        """Return the law with the realisation that it may look into, as it acts."""
+        ...
+
+
+@runtime_checkable
+class Counting(Protocol):
+    """A law that counts while it runs: deadline_misses, fallbacks, clamped, or counts of its own."""
+
+    def counters(self, state: Any) -> dict[str, Any]:
+        """Return the counts of a run from its last state."""
+        ...
+
+
+@runtime_checkable
+class Motoring(Protocol):
+    """A law that may use the generator as a motor, where the actuators let it: `motors` says whether it does."""
+
+    @property
+    def motors(self) -> bool:
+        """Whether the generator may be a motor."""
+        ...
+
+
+@runtime_checkable
+class Wrapping(Protocol):
+    """A law around a law."""
+
+    @property
+    def law(self) -> Law:
+        """The law within."""
+        ...
+
+
+def innermost(law: Law) -> Law:
+    """Return the law within all laws that wrap it."""
+    while isinstance(law, Wrapping):
+        law = law.law
+    return law
+
+
 class LawError(ValueError):
     """A law that broke the protocol while it ran: the message names the law, the sample and what came back."""

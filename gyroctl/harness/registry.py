@@ -14,8 +14,9 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, cast
 
+from gyroctl import nested
 from gyroctl.errors import InputError
-from gyroctl.harness.protocol import INFORMATION, Law
+from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
 
 GROUP = "gyroctl.controllers"
@@ -87,26 +88,16 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
     factory = _from_file(name) if ".py:" in name else _from_name(name)
     if not callable(factory):
         raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")
-    known = inspect.signature(factory).parameters
+    known = {key: parameter.default for key, parameter in inspect.signature(factory).parameters.items()}
+    groups = {key: default for key, default in known.items() if hasattr(default, "_fields")}
+    known |= {key: value for group in groups.values() for key, value in nested.named(group).items()}
     for key, value in parameters.items():
-        if key not in known:
-            choices = ", ".join(known) or "none"
-            raise InputError(f"laws.{name}.{key}", value, "unknown parameter", f"Choose one of: {choices}")
-        number = isinstance(value, int | float) and not isinstance(value, bool)
-        if number and not math.isfinite(value):
-            raise InputError(f"laws.{name}.{key}", value, "must be a finite number", f"Give {key} as a number")
-        default = known[key].default
-        if isinstance(default, float) and not number:
-            raise InputError(f"laws.{name}.{key}", value, "must be a number", f"The default is {default}")
-        if key in ("cc", "cg") and number and value < 0.0:
-            raise InputError(
-                f"laws.{name}.{key}",
-                value,
-                "must not be negative: both controls only dissipate",
-                f"Give {key} >= 0 in Nms",
-            )
+        _check_parameter(name, key, value, known)
+    grouped = {key: value for key, value in parameters.items() if key not in inspect.signature(factory).parameters}
+    own = {key: value for key, value in parameters.items() if key not in grouped}
+    own |= nested.regrouped({key: own.get(key, group) for key, group in groups.items()}, grouped)
     try:
-        built = factory(**parameters)
+        built = factory(**own)
     except InputError:
         raise
     except (TypeError, ValueError, ArithmeticError) as error:
@@ -124,14 +115,32 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
 
 
 def describe(built: Law) -> dict[str, Any]:
-    """Parameters of a law for the record."""
-    if hasattr(built, "_asdict"):
-        return {key: value for key, value in built._asdict().items()}
-    fields = getattr(built, "__dataclass_fields__", {})
-    found = {key: getattr(built, key) for key in fields if isinstance(getattr(built, key), int | float | str)}
-    if hasattr(built, "law") and hasattr(built, "rules"):  # a law around a law, see gyroctl.controllers.supervisor
-        found |= {**built.rules._asdict(), **{f"law_{key}": value for key, value in describe(built.law).items()}}
-    return found
+    """Parameters of a law for the record, those of its groups among them, those of a law within it as ``law_...``."""
+    within = built.law if isinstance(built, Wrapping) else None
+    if isinstance(built, tuple):
+        fields: dict[str, Any] = built._asdict()  # type: ignore[attr-defined]
+    else:
+        fields = {key: getattr(built, key) for key in getattr(built, "__dataclass_fields__", {})}
+        fields = {key: value for key, value in fields.items() if isinstance(value, int | float | str | tuple)}
+    fields = {key: value for key, value in fields.items() if within is None or key not in ("law", nested.FIRST)}
+    found: dict[str, Any] = {}
+    for key, value in fields.items():
+        found |= nested.named(value) if hasattr(value, "_fields") else {key: value}
+    return found | ({f"law_{key}": value for key, value in describe(within).items()} if within is not None else {})
+
+
+def _check_parameter(name: str, key: str, value: Any, known: Mapping[str, Any]) -> None:
+    """Refuse a parameter that the law does not know, or a value that none of its kind can be."""
+    field = f"laws.{name}.{key}"
+    if key not in known:
+        raise InputError(field, value, "unknown parameter", f"Choose one of: {', '.join(known) or 'none'}")
+    number = isinstance(value, int | float) and not isinstance(value, bool)
+    if number and not math.isfinite(value):
+        raise InputError(field, value, "must be a finite number", f"Give {key} as a number")
+    if isinstance(known[key], float) and not number:
+        raise InputError(field, value, "must be a number", f"The default is {known[key]}")
+    if key in ("cc", "cg") and number and value < 0.0:
+        raise InputError(field, value, "must not be negative: both controls only dissipate", f"Give {key} >= 0 in Nms")
 
 
 def _wrapped(name: str, wraps: str | Mapping[str, Any]) -> Law:

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl import nested
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
-from gyroctl.harness.loop import CompiledLaw, Kernel, PythonLaw, closed_loop, compile_law, compiled_calls, compiled_loop
-from gyroctl.harness.protocol import Law, LawError
+from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law
+from gyroctl.harness.loop import Kernel, closed_loop, compiled_calls, compiled_loop
+from gyroctl.harness.protocol import Counting, Law, LawError, Motoring, Previewing
 from gyroctl.harness.registry import describe
 from gyroctl.harness.sensing import CHANNELS, Sensors
 from gyroctl.harness.start import STARTS, locked_start, rest_start
@@ -144,7 +146,7 @@ def run_law(
         every,
         kernel,
         settings.sensors.arrays(samples, waves.seed),
-        actuators.arrays(getattr(law, "motors", False)),
+        actuators.arrays(isinstance(law, Motoring) and law.motors),
         actuators.period,
         states,
         commands,
@@ -156,7 +158,7 @@ def run_law(
         state = machine.s.copy()
         bad = compiled_loop(machine.entry, machine.p, state, *arguments)
         timing = _time_compiled(machine)
-        last: Any = type(law.init())(*state[:-1]) if hasattr(law, "counters") else None
+        last = nested.like(law.init(), state.tolist())
     else:
         python = PythonLaw(law, name, time.perf_counter)
         nothing = np.zeros(1)
@@ -169,7 +171,7 @@ def run_law(
             f"law {name!r} returned a command that is not finite at t = {bad * actuators.period:.1f} s. "
             "Guard divisions and square roots in its step"
         )
-    if hasattr(law, "counters"):
+    if isinstance(law, Counting):
         timing = replace(timing, counters=dict(law.counters(last)))
     return Record(states, commands, controls, actuators.period, int(saturations[0])), timing
 
@@ -233,10 +235,8 @@ def simulate(
 
 def informed(law: Law, waves: WaveRealisation) -> Law:
     """Give a law that may look ahead the realisation as it acts; others see their sensors only."""
-    if law.information in ("none", "sensors") or not hasattr(law, "informed"):
-        return law
-    knowing: Law = law.informed(waves)
-    return knowing
+    sees = law.information not in ("none", "sensors")
+    return law.informed(waves) if sees and isinstance(law, Previewing) else law
 
 
 def lead_in(waves: WaveRealisation, settings: Settings) -> WaveRealisation:

@@ -12,6 +12,7 @@ from gyroctl.errors import InputError
 from gyroctl.linearisation.held_flow import HeldFlow, samples_per_wave
 from gyroctl.linearisation.periodic import transition
 from gyroctl.loop_margins.dual_numbers import NotDifferentiable, step_jacobian
+from gyroctl.nested import leaves, like
 from gyroctl.orbits.flow import Forcing
 from gyroctl.orbits.nearest_orbit import find_orbit
 from gyroctl.orbits.orbit import Orbit
@@ -182,7 +183,7 @@ def read(x: NDArray[np.float64]) -> Reading:
 
 
 def _newton(flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, sense: int) -> LoopOrbit | None:
-    n, ns = flow.free.size, len(state)
+    n, ns = flow.free.size, len(leaves(state))
     for _ in range(ITERATIONS):
         states, law_states, controls, plant_maps, law_maps, closed = [x], [], [], [], [], []
         for k in range(flow.samples):
@@ -194,10 +195,12 @@ def _newton(flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, sense:
             plant_maps.append((a, b[:, :2]))
             law_maps.append((by_y, by_s))
             states.append(flow.advance(states[-1], values[0], values[1], k))
-            state = _like(law_states[0], values[2:])
+            state = like(law_states[0], values[2:].tolist())
         gap = states[-1] - x
         gap[PSI] -= sense * 2.0 * np.pi
-        difference = np.concatenate([gap[flow.free], np.array(state, float) - np.array(law_states[0], float)])
+        difference = np.concatenate(
+            [gap[flow.free], np.array(leaves(state), float) - np.array(leaves(law_states[0]), float)]
+        )
         if not np.all(np.isfinite(difference)) or np.max(np.abs(gap)) > 1e3:
             return None
         product = transition(np.array(closed))
@@ -223,7 +226,7 @@ def _newton(flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, sense:
             )
         shrink = min(1.0, 0.3 / max(abs(float(step[list(flow.free).index(PSI)])), 1e-300))
         x = x + shrink * flow.embedding @ step[:n]
-        state = _like(law_states[0], np.array(law_states[0], float) + shrink * step[n:])
+        state = like(law_states[0], (np.array(leaves(law_states[0]), float) + shrink * step[n:]).tolist())
     return None
 
 
@@ -239,15 +242,11 @@ def _compose(
     return np.block([[a + b @ measured[:2], b @ by_s[:2]], [measured[2:], by_s[2:]]])
 
 
-def _like(state: Any, values: NDArray[np.float64]) -> Any:
-    numbers = [float(value) for value in values]
-    return tuple(numbers) if type(state) is tuple else type(state)(*numbers)
-
-
 def _with_period(law: Any, period: float) -> Any:
     """Return the law at another sampling period, where it has such a field; a change of a thousandth, usually."""
     if isinstance(law, tuple) and "period" in getattr(law, "_fields", ()):
-        return law._replace(period=period)  # type: ignore[attr-defined]
+        within = {"law": _with_period(law.law, period)} if "law" in law._fields else {}  # type: ignore[attr-defined]
+        return law._replace(period=period, **within)  # type: ignore[attr-defined]
     if is_dataclass(law) and not isinstance(law, type) and "period" in law.__dataclass_fields__:
         return replace(law, period=period)  # type: ignore[call-arg]
     return law

@@ -11,10 +11,12 @@ import builtins
 import math
 from collections.abc import Callable
 from types import FunctionType, MethodType, SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gyroctl.nested import leaves, like
 
 
 class NotDifferentiable(TypeError):
@@ -245,16 +247,16 @@ def step_jacobian(
     NotDifferentiable
         Where the step does not pass gradients on, or the state is no flat tuple of numbers.
     """
-    if not isinstance(state, tuple) or not all(isinstance(value, int | float) for value in state):
+    if not isinstance(state, tuple) or not all(isinstance(value, int | float) for value in leaves(state)):
         raise NotDifferentiable("the law's state is no tuple of numbers")
-    ny, ns = len(y), len(state)
+    ny, ns = len(y), len(leaves(state))
     unit = np.eye(ny + ns)
     measured = type(y)(*(Dual(float(value), unit[i]) for i, value in enumerate(y)))
-    known = [Dual(float(value), unit[ny + i]) for i, value in enumerate(state)]
-    carried: Any = tuple(known) if type(state) is tuple else cast(Any, type(state))(*known)
+    known = [Dual(float(value), unit[ny + i]) for i, value in enumerate(leaves(state))]
+    carried = like(state, known)
     try:
         (cc, cg), new = _Rebound(law).step(t, measured, carried)
-        flat = [cc, cg, *new]
+        flat = [cc, cg, *leaves(new)]
         values = np.array([float(_value(value)) for value in flat])
     except (TypeError, ValueError, AttributeError) as error:
         raise NotDifferentiable(str(error)) from error

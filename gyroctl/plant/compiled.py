@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-from numba import njit
-from numba.extending import register_jitable
+from numba import njit, types
+from numba.extending import overload, register_jitable
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -37,3 +38,29 @@ def source_stamp(modules: Sequence[str]) -> str:
     for path in modules:
         digest.update(Path(path).read_bytes())
     return digest.hexdigest()
+
+
+def stepped(law: Any, t: float, y: Any, state: Any) -> Any:
+    """Take a step of a law within a law: its method, which compiled callers find by the law's type."""
+    return law.step(t, y, state)
+
+
+def begun(law: Any, first: Any) -> Any:
+    """State of a law within a law before its first sample: compiled callers take the one that was kept, `first`."""
+    return law.init()
+
+
+def _stepped(law: Any, t: float, y: Any, state: Any) -> Any:
+    if not isinstance(law, types.BaseNamedTuple):
+        return None
+    step = _compiled_step(law.instance_class)
+    return lambda law, t, y, state: step(law, t, y, state)
+
+
+@lru_cache(maxsize=256)
+def _compiled_step(kind: Any) -> Any:
+    return njit(**INLINED)(kind.step)
+
+
+overload(stepped, strict=False)(_stepped)
+overload(begun, strict=False)(lambda law, first: lambda law, first: first)

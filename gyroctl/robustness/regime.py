@@ -17,10 +17,12 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
-from gyroctl.harness.loop import CompiledLaw, Kernel, PythonLaw, closed_loop, compile_law, compiled_loop
+from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law
+from gyroctl.harness.loop import Kernel, closed_loop, compiled_loop
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import law as registered_law
 from gyroctl.harness.sensing import Sensors
+from gyroctl.nested import like
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import PSI
@@ -260,6 +262,4 @@ def _unpacked(regime: Regime) -> Any:
     """State of the law as its own type."""
     if regime.machine is None:
         return regime.law_state
-    first = regime.law.init()
-    values = regime.law_state[: len(first)].tolist()
-    return type(first)(*values) if hasattr(first, "_fields") else tuple(values)
+    return like(regime.law.init(), regime.law_state.tolist())

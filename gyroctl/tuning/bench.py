@@ -16,7 +16,7 @@ import numpy as np
 
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
-from gyroctl.harness.loop import compile_law
+from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, LawError
 from gyroctl.harness.registry import law
 from gyroctl.harness.run import Settings, lead_in, run_law

@@ -1,0 +1,75 @@
+"""What the planning law goes by, in groups: effort of the planner, preview, aims. Units stand beside each setting."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, Literal, NamedTuple
+
+from gyroctl.controllers.nmpc.planner import FRESH
+from gyroctl.errors import InputError
+from gyroctl.nested import named
+
+Information = Literal["oracle", "forecast", "sensors"]
+
+SETTINGS = ("information", "horizon", "period", "effort", "preview", "command", "aims", "cc_max", "cg_max", "deadline")
+"""Fields of the law that are checked, groups among them."""
+
+POSITIVE = ["horizon", "iterations", "replan", "every", "period", "cc_max", "cg_max", "deadline", "flywheel", "power"]
+"""Settings that must be more than zero; the other numbers may be zero."""
+
+
+class Effort(NamedTuple):
+    """How a plan is made."""
+
+    solver: str = "riccati"  # a quadratic program by Riccati recursions; osqp, the baseline; descent, by gradients
+    iterations: int = 1  # of the solver, per plan
+    replan: int = 1  # samples from one plan to the next; the last one is followed in between
+    every: int = 3  # every so many plans another one is begun elsewhere
+    retries: int = 10  # iterations that it gets; none is begun with 0
+
+
+class Preview(NamedTuple):
+    """What a probe tells of the moments, for the information "forecast"."""
+
+    lead: float = 0.0  # how far ahead [s]
+    noise: float = 0.0  # its error, as a part of the moments' standard deviation [-]
+
+
+class Aims(NamedTuple):
+    """What a plan weighs against the energy that it wins, see `problem`."""
+
+    motion: float = 4000.0  # weight of motion beyond its limits [J/(rad^2 s)]
+    limit1: float = 0.2479  # of |phi1| [rad]
+    limit3: float = 0.25  # of |phi3| [rad]
+    lock: float = 50.0  # weight of ring speed below its floor [J s/rad^2]
+    floor: float = 1.57  # least ring speed [rad/s]
+    turns: float = 28.69  # weight of missing turns [J/rad^2]
+    reserve: float = 2.2  # mean ring speed that past and horizon together are to keep [rad/s]
+    travel: float = 0.0  # weight of the coupling's changes [J/(Nms)^2]
+    terminal: float = 0.6733  # share of the float's mechanical energy that counts at the end of the horizon [-]
+
+
+def check(settings: dict[str, Any]) -> None:
+    """Refuse settings that no plan can be made with.
+
+    Raises
+    ------
+    InputError
+        For a number, a level or a solver out of range; it names the setting.
+    """
+    found = {key: value for name, part in settings.items() for key, value in _numbers(name, part).items()}
+    if found.pop("information") not in ("oracle", "forecast", "sensors"):
+        level = settings["information"]
+        raise InputError("nmpc.information", level, "unknown level", "Choose oracle, forecast or sensors")
+    solver = found.pop("solver")
+    if solver not in FRESH:
+        raise InputError("nmpc.solver", solver, "unknown solver", f"Choose one of {', '.join(FRESH)}")
+    for name, value in found.items():
+        least = "must be positive" if name in POSITIVE else "must not be negative"
+        number = isinstance(value, int | float) and (math.isfinite(value) or (name == "deadline" and value > 0.0))
+        if not number or value < 0.0 or (value == 0.0 and name in POSITIVE):
+            raise InputError(f"nmpc.{name}", value, least, "Leave it out for the default")
+
+
+def _numbers(name: str, part: Any) -> dict[str, Any]:
+    return named(part) if hasattr(part, "_fields") else {name: part}
