@@ -350,9 +350,9 @@ def test_coupling_gives_the_wanted_torque_where_the_slip_allows(y: Measurement) 
     drive = law.through1 * from1.imag + law.through3 * from3.imag
     across = law.direct1 * from1.real + law.direct3 * from3.real
     _, new = law.step(0.0, y, law.init())
-    ease = 1.0 / (1.0 + (swing / min(law.easing.motion, law.easing.relative * V / new.speed) ** 2) ** 2)
+    ease = 1.0 / (1.0 + (swing / min(law.easing.motion, law.easing.relative * V / new.clock.speed) ** 2) ** 2)
     synchronising = ease * law.margin * max((from1 + from3).real, 0.0)
-    wanted = J4 * y.omega_rate * (synchronising + across - drive + law.damping * V * (y.psi_rate - new.speed))
+    wanted = J4 * y.omega_rate * (synchronising + across - drive + law.damping * V * (y.psi_rate - new.clock.speed))
     slip = N * y.psi_rate - y.omega_rate
     given_torque = N * cc * slip  # against the ring, right-hand side of (24) with its sign turned
     assert 0.0 <= cc <= law.cc_max
