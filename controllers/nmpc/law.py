@@ -147,6 +147,23 @@ class Nmpc:
         knowing._foresight  # noqa: B018 - refuses waves that are too short, before the run
         return knowing
 
+    def preparations(self) -> tuple[Callable[[], None], ...]:
+        """What a new installation compiles: the planner, and estimation with the forecast."""
+        alone = replace(self, information="sensors", seen=None)
+        return alone._compile_planner, alone._compile_estimation
+
+    def _compile_planner(self) -> None:
+        planner, k, h, cost, rows = self._tools
+        cc, moments = np.full(self.intervals, 0.05), np.zeros(2 * (STEPS * self.intervals + 1))
+        now = np.array([self.command.power, cc[0], self.cc_max, self.period])
+        planner(np.zeros(rows.size), moments, now, cost, h, k, cc, FRESH[self.effort.solver], 1, cc.copy(), 1)
+
+    def _compile_estimation(self) -> None:
+        estimate, forecast = self._estimator.init(), self._foresight.init()
+        for sample in range(PAST + 1):  # long enough to learn the sea once
+            update(self._estimator, estimate, np.full(7, 0.1), 0.05, 1e-3)
+            _, forecast = self._foresight.foresee(self.period * sample, estimate, forecast)
+
     def counters(self, state: NmpcState) -> dict[str, int]:
         """Counts of a run from its last state."""
         c = state.counts

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
 
 Information = Literal["none", "sensors", "forecast", "oracle"]
@@ -80,6 +81,15 @@ class Motoring(Protocol):
     @property
     def motors(self) -> bool:
         """Whether the generator may be a motor."""
+        ...
+
+
+@runtime_checkable
+class Preparing(Protocol):
+    """A law that compiles long on a new installation, in parts that need not wait for one another."""
+
+    def preparations(self) -> Sequence[Callable[[], None]]:
+        """Return the parts; each may be called in a process of its own, which leaves the machine code on disk."""
         ...
 
 
