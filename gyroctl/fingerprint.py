@@ -20,7 +20,8 @@ SHIPPED = "tuned"
 """Numbers that ship beside a law act through its parameters alone, and with those they are hashed: a tuning that has
 shipped its first set finds the steps of the second one again."""
 
-LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "casadi")
+LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "casadi", "osqp", "cmaes")
+"""What computes a run, and what draws the samples of a search."""
 
 
 @cache

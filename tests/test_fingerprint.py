@@ -102,7 +102,7 @@ def test_versions_of_what_computes_are_part_of_it(monkeypatch: pytest.MonkeyPatc
 
     monkeypatch.setattr("gyroctl.fingerprint.version", version)
     assert fingerprint.__wrapped__() != before
-    assert {"numpy", "scipy", "numba", "llvmlite", "casadi"} == set(asked)
+    assert {"numpy", "scipy", "numba", "llvmlite", "casadi", "osqp", "cmaes"} == set(asked)
 
 
 # --- the law -------------------------------------------------------------------------------------------------------
