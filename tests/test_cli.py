@@ -144,7 +144,7 @@ def test_second_comparison_answers_from_the_stored_runs(
         raise AssertionError("computed again")
 
     before = json.loads((compared / "out" / "summary.json").read_text())
-    monkeypatch.setattr("gyroctl.comparison.compare.perform", never)
+    monkeypatch.setattr("gyroctl.comparison.execution.perform", never)
     code, _, err = run("compare", compared / "short.toml", "--out", compared / "out", "--workers", 1)
     assert code == 0, err
     after = json.loads((compared / "out" / "summary.json").read_text())

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
-from gyroctl.comparison import compare as comparison
-from gyroctl.comparison import store
-from gyroctl.comparison.compare import Outcome, Realisations, check_fair, compare
+from gyroctl.comparison import execution, store
+from gyroctl.comparison.compare import Realisations, check_fair, compare
+from gyroctl.comparison.items import Item, Outcome
 from gyroctl.harness.run import Settings, run_law
 from gyroctl.simulation import evaluate
 
@@ -37,13 +37,13 @@ def ds(device: gy.Plant) -> Any:
 def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     """Note which items are performed."""
     seen: list[tuple[str, int]] = []
-    plain = comparison.perform
+    plain = execution.perform
 
-    def noting(item: comparison.Item) -> Outcome:
+    def noting(item: Item) -> Outcome:
         seen.append((item.name, item.seed))
         return plain(item)
 
-    monkeypatch.setattr(comparison, "perform", noting)
+    monkeypatch.setattr(execution, "perform", noting)
     return seen
 
 
@@ -131,10 +131,10 @@ def test_finished_runs_are_not_computed_again(
     assert len(calls) == 9 and len(list(tmp_path.iterdir())) == 9
     assert first.drop_vars(TIMES).equals(ds.drop_vars(TIMES))
 
-    def never(item: comparison.Item) -> Outcome:
+    def never(item: Item) -> Outcome:
         raise AssertionError("computed again")
 
-    monkeypatch.setattr(comparison, "perform", never)
+    monkeypatch.setattr(execution, "perform", never)
     again = compare(device, laws(), WAVES, SETTINGS, workers=1, results=tmp_path, tuning_seeds=[101, 100], quiet=True)
     assert again.equals(first)
 
@@ -267,20 +267,20 @@ def test_edited_file_of_a_user_is_never_answered_from_the_store(device: gy.Plant
 def test_interrupted_comparison_resumes(
     device: gy.Plant, ds: Any, tmp_path: Path, calls: list[tuple[str, int]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    noting = comparison.perform
+    noting = execution.perform
 
-    def interrupted(item: comparison.Item) -> Outcome:
+    def interrupted(item: Item) -> Outcome:
         if len(calls) == 5:
             raise KeyboardInterrupt
         return noting(item)
 
-    monkeypatch.setattr(comparison, "perform", interrupted)
+    monkeypatch.setattr(execution, "perform", interrupted)
     with pytest.raises(KeyboardInterrupt):
         compare(device, laws(), WAVES, SETTINGS, workers=1, results=tmp_path, quiet=True)
     kept = len(list(tmp_path.glob("*.npz")))
     assert 1 <= kept <= 5 and not list(tmp_path.glob("*.part"))
     calls.clear()
-    monkeypatch.setattr(comparison, "perform", noting)
+    monkeypatch.setattr(execution, "perform", noting)
     whole = compare(device, laws(), WAVES, SETTINGS, workers=1, results=tmp_path, tuning_seeds=[101, 100], quiet=True)
     assert len(calls) == 9 - kept
     assert whole.drop_vars(TIMES).equals(ds.drop_vars(TIMES))

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import gyroctl as gy
 from gyroctl.cli.app import app
-from gyroctl.comparison import compare as comparison
+from gyroctl.comparison import execution
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.sensing import ROWS
@@ -369,16 +369,16 @@ def test_seas_table_and_how_it_goes_on(tmp_path: Path, monkeypatch: pytest.Monke
     assert set(powers) >= {"best_constant", "load_angle", "constant"}
 
     ran: list[tuple[str, int]] = []
-    perform = comparison.perform
+    perform = execution.perform
 
     def counted(item: Any) -> Any:
         ran.append((item.name, item.seed))
         return perform(item)
 
-    monkeypatch.setattr(comparison, "perform", forbidden)
+    monkeypatch.setattr(execution, "perform", forbidden)
     again, _, _ = seas.seas_table(asked(tmp_path, "load_angle,constant"), (5.0,))
     assert {r["law"]: r["power"].value for r in again["seas"]["gamma5"]} == powers
-    monkeypatch.setattr(comparison, "perform", counted)
+    monkeypatch.setattr(execution, "perform", counted)
     larger = asked(tmp_path, "load_angle", ("100000:100002", "load_angle=100000:100001"))
     seas.seas_table(larger, (5.0,))
     assert ran == [("best_constant", 100002)]

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
-from gyroctl.comparison.compare import _law_content
 from gyroctl.controllers import gain_scheduled
 from gyroctl.controllers.gain_scheduled import design as designing
 from gyroctl.controllers.gain_scheduled.cell import Cell, Filters, Node, frozen
@@ -22,6 +21,7 @@ from gyroctl.controllers.gain_scheduled.periodic_regulator import Weights, regul
 from gyroctl.controllers.gain_scheduled.scheduled import POINT, ROW, SIGNALS, Scheduled, ScheduledState, _locate, _mix
 from gyroctl.controllers.gain_scheduled.table import law_of, read_table, row_of, table_file
 from gyroctl.harness.law_entry import compile_law
+from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.harness.protocol import Measurement
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.linearisation.riccati import periodic_lyapunov
@@ -192,12 +192,12 @@ def test_compiler_refuses_what_is_no_table(law: Scheduled) -> None:
 
 def test_content_of_the_table_is_part_of_a_stored_result(law: Scheduled, name: str) -> None:
     again = law_of(read_table(table_file(name)), cc_min=law.cc_min, cc_max=law.cc_max)
-    assert _law_content(law) == _law_content(again) != b""
+    assert law_fingerprint(law) == law_fingerprint(again) != ""
     changed = (*law.cells[:-1], law.cells[-1] + 1e-9)
-    assert _law_content(law._replace(cells=changed)) != _law_content(law)
+    assert law_fingerprint(law._replace(cells=changed)) != law_fingerprint(law)
     first = law._replace(cells=np.array(law.cells))  # type: ignore[arg-type]
     second = law._replace(cells=np.array(changed))  # type: ignore[arg-type]
-    assert _law_content(first) != _law_content(second)
+    assert law_fingerprint(first) != law_fingerprint(second)
 
 
 def test_table_says_what_it_is(content: dict[str, Any], law: Scheduled) -> None:

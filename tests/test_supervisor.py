@@ -12,12 +12,12 @@ import pytest
 from numpy.typing import NDArray
 
 import gyroctl as gy
-from gyroctl.comparison.compare import _law_content
 from gyroctl.comparison.experiment import build_experiment
 from gyroctl.controllers.supervisor import MODES, Rules, Supervisor, Watch, wrap
 from gyroctl.controllers.supervisor.rules import PRODUCE, PULL, START, UNLOAD, command, first_watch, motor, observe
 from gyroctl.harness.actuation import actuate
 from gyroctl.harness.law_entry import compile_law
+from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.harness.protocol import Measurement
 from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings, lead_in, run_law
@@ -323,11 +323,11 @@ def test_motor_is_negative_generator_power_in_the_ledger(device: gy.Plant) -> No
 
 
 def test_stored_results_know_the_wrapped_law() -> None:
-    one, two = (_law_content(gy.law("supervisor", wraps=name)) for name in ("load_angle", "coupling"))
+    one, two = (law_fingerprint(gy.law("supervisor", wraps=name)) for name in ("load_angle", "coupling"))
     assert one and two and one != two
-    assert _law_content(gy.law("supervisor", confirm=6.0)) != _law_content(gy.law("supervisor"))
+    assert law_fingerprint(gy.law("supervisor", confirm=6.0)) != law_fingerprint(gy.law("supervisor"))
     inner = gy.law("supervisor", wraps={"law": "load_angle", "share": 0.5})
-    assert _law_content(inner) != one
+    assert law_fingerprint(inner) != one
     assert describe(inner)["law_share"] == 0.5
     assert describe(wrap(Odd()))["law_cg"] == 3e-4  # type: ignore[arg-type]
     assert describe(wrap(Odd()))["confirm"] == Rules().confirm  # type: ignore[arg-type]

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from cmaes import CMA
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from typer.testing import CliRunner
@@ -17,17 +18,15 @@ from typer.testing import CliRunner
 import gyroctl as gy
 from gyroctl.cli.app import app
 from gyroctl.harness.constant_pairs import scan
-from gyroctl.harness.fingerprint import content
 from gyroctl.harness.registry import registered, tuned_seeds, tuned_sets
 from gyroctl.harness.tuned_sets import read_sets, write_sets
 from gyroctl.tuning import bench as tuning_bench
 from gyroctl.tuning import best_pair as constant_pair
-from gyroctl.tuning import evolution
 from gyroctl.tuning.best_pair import best_pair
 from gyroctl.tuning.goal import METRICS, Goal
 from gyroctl.tuning.pareto_front import FrontRow, front_rows, nondominated, write_front
 from gyroctl.tuning.record import Circumstances
-from gyroctl.tuning.stages import Seen
+from gyroctl.tuning.stages import Seen, ranked
 from gyroctl.tuning.task import SEAS, Knob, Task, build_task, read_task
 from gyroctl.tuning.tune import Start, chosen, planned, tune
 
@@ -77,31 +76,30 @@ def test_search_finds_the_top_of_a_stretched_hill(scale: float) -> None:
     """An ellipsoid with axes in the ratio of `scale`, turned: the covariance has to adapt."""
     turn = np.linalg.qr(np.random.default_rng(0).standard_normal((5, 5)))[0]
     top, weights = np.array([0.5, -1.0, 0.2, 0.0, 0.7]), scale ** np.linspace(0.0, 1.0, 5)
-    search = evolution.begin(np.zeros(5), 0.3)
+    strategy = CMA(np.zeros(5), 0.3, seed=3, population_size=12)
     for _ in range(220):
-        points = evolution.ask(search, 12, 3)
-        scores = -np.sum(weights * ((points - top) @ turn) ** 2, axis=1)
-        search = evolution.tell(search, points, scores)
-    np.testing.assert_allclose(search.mean, top, atol=1e-5)
+        points = [strategy.ask() for _ in range(12)]
+        strategy.tell(ranked(points, [-float(weights @ ((point - top) @ turn) ** 2) for point in points]))
+    np.testing.assert_allclose(strategy.mean, top, atol=1e-5)
 
 
-def test_search_heeds_ranks_alone() -> None:
-    def run(shape: Any) -> np.ndarray:
-        search = evolution.begin(np.zeros(3), 0.5)
-        for _ in range(10):
-            points = evolution.ask(search, 8, 1)
-            search = evolution.tell(search, points, shape(-np.sum((points - 1.0) ** 2, axis=1)))
-        return search.mean
-
-    np.testing.assert_array_equal(run(lambda score: score), run(lambda score: np.exp(3.0 * score)))
+def test_search_is_told_ranks_alone_and_what_is_no_number_comes_last() -> None:
+    points = [np.full(2, i) for i in range(6)]
+    told = ranked(points, [math.nan, 2.0, -math.inf, 5.0, 2.0, math.nan])
+    assert [int(point[0]) for point, _ in told] == [3, 1, 4, 2, 0, 5]
+    assert [rank for _, rank in told] == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
 
 
-def test_generation_depends_on_seed_and_number_alone() -> None:
-    search = evolution.begin(np.zeros(3), 0.5)
-    np.testing.assert_array_equal(evolution.ask(search, 6, 1), evolution.ask(search, 6, 1))
-    later = search._replace(generation=1)
-    assert not np.any(evolution.ask(search, 6, 1) == evolution.ask(later, 6, 1))
-    assert not np.any(evolution.ask(search, 6, 1) == evolution.ask(search, 6, 2))
+def test_search_depends_on_its_seed_and_its_scores_alone(task: Task, on: Circumstances) -> None:
+    def searched(seed: int) -> list[dict[str, float]]:
+        other = dataclasses.replace(task, search=dataclasses.replace(task.search, seed=seed))
+        return [seen.parameters for seen in tune(other, "mild", on, 2000.0, quiet=True).archive]
+
+    first = searched(1)
+    np.random.default_rng().standard_normal(3)
+    np.random.seed(7)  # noqa: NPY002
+    assert searched(1) == first
+    assert searched(2)[:4] != first[:4]
 
 
 # --- goals and choice ----------------------------------------------------------------------------------------------
@@ -405,6 +403,7 @@ def test_budget_for_less_than_a_generation_is_refused(task: Task, on: Circumstan
         ({"seas": {"mild": {"depth": 1.0}}}, "seas.mild.depth"),
         ({"seas": {"mild": {"weight": 0.0}}}, "seas.mild.weight"),
         ({"search": {"population": 2}}, "search.population"),
+        ({"search": {"seed": 2**32}}, "search.seed"),
         ({"search": {"population": 8.5}}, "search.population"),
         ({"search": {"confirm_share": 1.0}}, "search.confirm_share"),
         ({"seeds": {"count": 0}}, "seeds.count"),
@@ -482,19 +481,26 @@ def test_users_file_is_loaded_once_and_again_when_it_changes(tmp_path: Path) -> 
     assert gy.law(name).gain == 7e-4
 
 
-def test_content_of_a_law_is_what_it_computes(tmp_path: Path) -> None:
-    text = EXAMPLE.read_text() + "\n\nLIMIT = 0.02\n\n\ndef held(cg):\n    return min(max(cg, 0.0), LIMIT)\n"
-    text = text.replace("min(max(cg, 0.0), 0.02)", "held(cg)")
+def test_log_of_a_tuning_is_found_again_only_where_nothing_has_changed(
+    on: Circumstances, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The law's file, its parameters, the plant, the settings, or anything in the package."""
 
-    def of(changed: str) -> str:
-        (tmp_path / "mine.py").write_text(changed)
-        return content(gy.law(f"{tmp_path}/mine.py:MyLaw"))
+    def logs(task: Task, given: Circumstances) -> set[str]:
+        tune(task, "mild", given, 2000.0, tmp_path / "logs", quiet=True)
+        return {path.name for path in (tmp_path / "logs").iterdir()}
 
-    first = of(text)
-    assert of(text.replace("cg: float = 5e-4", "cg: float = 6e-4").replace("# at the speed", "# by the speed")) == first
-    assert of(text.replace("speed - 3.14", "speed - 3.1")) != first
-    assert of(text.replace("LIMIT = 0.02", "LIMIT = 0.01")) != first
-    assert of(text.replace("max(cg, 0.0)", "max(cg, 1e-5)")) != first
+    (tmp_path / "mine.py").write_text(EXAMPLE.read_text())
+    tables = {**SMALL, "law": f"{tmp_path}/mine.py:MyLaw"}
+    first = logs(build_task(tables), on)
+    assert len(first) == 1 and logs(build_task(tables), on) == first
+    assert len(logs(build_task({**tables, "fixed": {"period": 0.2}}), on)) == 2
+    assert len(logs(build_task(tables), Circumstances(on.plant.replace(d1=1.9)))) == 3
+    assert len(logs(build_task(tables), Circumstances(on.plant, gy.Settings(blend=90.0)))) == 4
+    (tmp_path / "mine.py").write_text(EXAMPLE.read_text() + "\n\nLIMIT = 0.02\n")
+    assert len(logs(build_task(tables), on)) == 5
+    monkeypatch.setattr("gyroctl.tuning.tune.fingerprint", lambda: "another package")
+    assert len(logs(build_task(tables), on)) == 6
 
 
 # --- the constant pair ---------------------------------------------------------------------------------------------

@@ -14,15 +14,10 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-app.command("compare")(compare.compare)
-app.command("report")(compare.report)
-app.command("simulate")(simulate.simulate)
-app.command("tune")(tune.tune)
-app.command("evaluate")(evaluate.evaluate)
-app.command("reproduce")(reproduce.reproduce)
-app.command("margins")(margins.margins)
-app.command("lockmap")(margins.lockmap)
-app.command("bound")(bound.bound)
+COMPARING = (compare.compare, compare.report, simulate.simulate, tune.tune, evaluate.evaluate)
+STUDYING = (reproduce.reproduce, margins.margins, margins.lockmap, bound.bound)
+for command in (*COMPARING, *STUDYING):
+    app.command(command.__name__)(command)
 app.add_typer(laws.app, name="laws")
 app.add_typer(hydro.app, name="hydro")
 
@@ -33,19 +28,13 @@ def main() -> None:
 
     try:
         app()
-    except InputError as error:
-        sys.exit(_refuse(str(error)))
     except ValueError as error:
-        if type(error).__name__ != "LawError":  # a bug: let it be seen
+        if not isinstance(error, InputError) and type(error).__name__ != "LawError":  # a bug: let it be seen
             raise
-        sys.exit(_refuse(str(error)))
+        print(f"Error: {error}", file=sys.stderr)
+        sys.exit(2)
     except (KeyboardInterrupt, SystemExit) as end:  # typer turns Ctrl-C into an exit with code 130
         if isinstance(end, SystemExit) and end.code != 130:
             raise
         print("Stopped. Finished runs are kept and will not be computed again.", file=sys.stderr)
         sys.exit(130)
-
-
-def _refuse(message: str) -> int:
-    print(f"Error: {message}", file=sys.stderr)
-    return 2

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import json
 import shlex
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from gyroctl.cli.options import Gamma, Hs, PeakFrequency, Variant, answer, parse
+
 
 def bound(
-    gamma: Annotated[float, typer.Option(help="Peak enhancement of the JONSWAP spectrum.")] = 5.0,
-    hs: Annotated[float, typer.Option(help="Significant wave height [m].")] = 0.283,
-    wp: Annotated[float, typer.Option(help="Peak frequency [rad/s].")] = 3.14,
+    gamma: Gamma = 5.0,
+    hs: Hs = 0.283,
+    wp: PeakFrequency = 3.14,
     seeds: Annotated[str, typer.Option(help="Realisations, one window each: 1,2,3 or 1-4.")] = "1",
     duration: Annotated[float, typer.Option(help="Length of a window [s], after a lead-in of 100 s.")] = 100.0,
     free: Annotated[
@@ -26,7 +26,7 @@ def bound(
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for bound.json and bound.png.")] = Path("results/bound"),
     quick: Annotated[bool, typer.Option(help="Search with a tenth of the effort.")] = False,
-    variant: Annotated[str, typer.Option(help="Form of the plant: corrected or paper.")] = "corrected",
+    variant: Variant = "corrected",
 ) -> None:
     """Search for the best that perfect foresight could do; in a pipe the numbers come as JSON."""
     import gyroctl as gy
@@ -34,21 +34,14 @@ def bound(
 
     named = {text: _law(text) for text in law or []}
     effort = Effort(rounds=2, iterations=200, beams=1, width=2, each=1, finalists=1, repairs=1) if quick else Effort()
-    content = bound_report(
-        gy.zhang2017(variant), gy.SeaState(hs, wp, gamma), _seeds(seeds), duration, named, out, free, effort
-    )
-    if not sys.stdout.isatty():
-        typer.echo(json.dumps(content, allow_nan=False))
-        return
-    for line in table(content):
-        typer.echo(line)
-    typer.echo(f"Numbers and figure: {out}")
+    sea, windows = gy.SeaState(hs, wp, gamma), _seeds(seeds)
+    content = bound_report(gy.zhang2017(variant), sea, windows, duration, named, out, free, effort)
+    answer(content, [*table(content), f"Numbers and figure: {out}"])
 
 
 def _law(text: str) -> Any:
     """Build the law of "name key=value ...", or of "file.py:Name key=value ..."."""
     import gyroctl as gy
-    from gyroctl.cli.simulate import parse
 
     words = shlex.split(text)
     if not words:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gyroctl.cli.options import Workers
+
 if TYPE_CHECKING:
     import xarray
 
@@ -16,7 +18,7 @@ def compare(
         Path | None, typer.Argument(help="TOML file; without it the default experiment.", show_default=False)
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for results.nc, summary.json and report.html.")] = Path("results"),
-    workers: Annotated[int, typer.Option(min=0, help="Workers; 0 for all cores. Changes no result.")] = 0,
+    workers: Workers = 0,
     quick: Annotated[bool, typer.Option("--quick", help="Four realisations of 600 s.")] = False,
 ) -> None:
     """Compare laws on identical wave realisations."""
@@ -26,18 +28,9 @@ def compare(
 
     _folder(out)
     setup = read_experiment(experiment, quick)
-    waves = Realisations(setup.sea, setup.run.seeds, setup.run.duration)
-    ds = run(
-        setup.plant,
-        setup.laws,
-        waves,
-        setup.settings,
-        workers or None,
-        out / "runs",
-        all_tuning_seeds(),
-        setup.record(),
-        setup.run.motion_limit,
-    )
+    waves, asked = Realisations(setup.sea, setup.run.seeds, setup.run.duration), setup.record()
+    tuned, limit, runs = all_tuning_seeds(), setup.run.motion_limit, out / "runs"
+    ds = run(setup.plant, setup.laws, waves, setup.settings, workers or None, runs, tuned, asked, limit)
     write(ds, out)
 
 
@@ -51,8 +44,9 @@ def report(
     if out is not None:
         _folder(out)
     ds = open_results(folder)
-    home = out or (folder if folder.is_dir() else folder.parent)
-    write(ds, home, results=home != (folder if folder.is_dir() else folder.parent))
+    beside = folder if folder.is_dir() else folder.parent
+    home = out or beside
+    write(ds, home, results=home != beside)
 
 
 def _folder(out: Path) -> None:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
+
+from gyroctl.cli.options import Workers
 
 
 def evaluate(
@@ -20,10 +23,8 @@ def evaluate(
         list[str] | None, typer.Option(help="Realisations, 1:64 by default; nmpc=1:16 for one law. May be repeated.")
     ] = None,
     duration: Annotated[float, typer.Option(help="Length of the runs [s].")] = 2000.0,
-    workers: Annotated[int, typer.Option(min=0, help="Workers; 0 for all cores. Changes no result.")] = 0,
-    out: Annotated[Path, typer.Option(help="Folder for tables, figures and finished runs.")] = Path(
-        "results/evaluation"
-    ),
+    workers: Workers = 0,
+    out: Annotated[Path, typer.Option(help="Folder for tables, figures and runs.")] = Path("results/evaluation"),
     budget: Annotated[float, typer.Option(help="Simulated time to find the best constant pair of a sea [s].")] = 4e6,
     planner: Annotated[str, typer.Option(help="Law whose information is varied.")] = "nmpc",
     allow_tuning_seeds: Annotated[
@@ -33,17 +34,8 @@ def evaluate(
     """Judge laws on unseen realisations: three seas, off the design, price of information, robustness."""
     from gyroctl.studies.evaluation import evaluate_tables, request
 
-    asked = request(
-        out,
-        laws,
-        seeds or (),
-        duration,
-        workers,
-        allow_tuning_seeds,
-        budget,
-        planner,
-        say=lambda text: typer.echo(text, err=True),
-    )
+    chosen, say = seeds or (), partial(typer.echo, err=True)
+    asked = request(out, laws, chosen, duration, workers, allow_tuning_seeds, budget, planner, say=say)
     for name in evaluate_tables(tables or (), asked):
         typer.echo((out / f"{name}.md").read_text(encoding="utf-8"))
     typer.echo(f"Written to {out}", err=True)

@@ -7,6 +7,8 @@ from typing import Annotated
 
 import typer
 
+from gyroctl.cli.options import check_file
+
 app = typer.Typer(help="Hydrodynamic databases: build, check, import.", no_args_is_help=True)
 
 
@@ -19,7 +21,7 @@ def build(
     from gyroctl.hydrodynamics.bem import build as run
     from gyroctl.simulation.progress import Progress
 
-    _writable(out)
+    check_file(out)
     with Progress("frequencies", 1) as bar:
 
         def show(done: int, total: int) -> None:
@@ -58,13 +60,6 @@ def import_(
     """Read results of another solver, fit the radiation passively and write a database."""
     from gyroctl.hydrodynamics.importers import Site, import_results
 
-    _writable(out)
+    check_file(out)
     path = import_results(source, format, out, Site(rho, g, depth, length, stiffness, modes))
     typer.echo(f"Database: {path}")
-
-
-def _writable(out: Path) -> None:
-    from gyroctl.errors import InputError
-
-    if not out.resolve().parent.is_dir():
-        raise InputError("out", str(out), "its folder does not exist", f"Make the folder {out.parent} first")

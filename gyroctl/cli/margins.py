@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
+
+from gyroctl.cli.options import Parameters, Variant, answer, parse
 
 CC = typer.Option(help="Magnetic coupling [Nms]; a law starts from it.")
 CG = typer.Option(help="Generator gain [Nms]; a law starts from it.")
 HEIGHT = typer.Option(help="Height of the regular wave [m]; a sea of Hs has equal energy at Hs/1.414.")
 WP = typer.Option(help="Frequency of the wave [rad/s].")
 SENSE = typer.Option(help="Sense of rotation of the ring: 1 or -1.")
-VARIANT = typer.Option(help="Form of the plant: corrected or paper.")
 
 
 def margins(
@@ -23,23 +22,21 @@ def margins(
     height: Annotated[float, HEIGHT] = 0.2,
     wp: Annotated[float, WP] = 3.14,
     law: Annotated[str, typer.Option(help='A law: registered name, or "file.py:Name".')] = "",
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", help="Parameter of the law, key=value; may be repeated.")
-    ] = None,
+    settings: Parameters = None,
     out: Annotated[Path, typer.Option(help="Folder for margins.json and the figures.")] = Path("results/margins"),
     samples: Annotated[int, typer.Option(help="Random disturbances per size.")] = 128,
     maps: Annotated[bool, typer.Option(help="Also the maps over controls and waves.")] = True,
     sense: Annotated[int, SENSE] = 1,
-    variant: Annotated[str, VARIANT] = "corrected",
+    variant: Variant = "corrected",
 ) -> None:
     """Measure how far a lock is from breaking; in a pipe the numbers come as JSON."""
-    from gyroctl.cli.simulate import parse
     from gyroctl.devices import zhang2017
     from gyroctl.studies.margins import margin_report, request
 
     asked = request(zhang2017(variant), height, wp, cc, cg, sense, law, parse(settings or []))
     content = margin_report(asked, out, samples, maps)
-    _answer(content, out, [f"{name.replace('_', ' ')}: {text}" for name, text in content["meaning"].items()])
+    said = [f"{name.replace('_', ' ')}: {text}" for name, text in content["meaning"].items()]
+    answer(content, [*said, f"Numbers and figures: {out}"])
 
 
 def lockmap(
@@ -50,7 +47,7 @@ def lockmap(
     wp: Annotated[float, WP] = 3.14,
     out: Annotated[Path, typer.Option(help="Folder for lockmap.json and lockmap.png.")] = Path("results/lockmap"),
     sense: Annotated[int, SENSE] = 1,
-    variant: Annotated[str, VARIANT] = "corrected",
+    variant: Variant = "corrected",
 ) -> None:
     """Map where lock exists and is stable; in a pipe the numbers come as JSON."""
     from gyroctl.devices import zhang2017
@@ -64,14 +61,4 @@ def lockmap(
     content = lock_map_report(asked, (names[0], names[1]), out)
     border = [value for value in content["map"]["border"] if value is not None]
     said = f"fold at {names[1]} = {min(border):.4g} to {max(border):.4g}" if border else "no fold within the map"
-    _answer(content, out, [said])
-
-
-def _answer(content: dict[str, Any], out: Path, lines: list[str]) -> None:
-    """Words on a terminal, JSON in a pipe."""
-    if not sys.stdout.isatty():
-        typer.echo(json.dumps(content, allow_nan=False))
-        return
-    for line in lines:
-        typer.echo(line)
-    typer.echo(f"Numbers and figures: {out}")
+    answer(content, [said, f"Numbers and figures: {out}"])

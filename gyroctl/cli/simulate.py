@@ -3,27 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
+
+from gyroctl.cli.options import Gamma, Hs, Parameters, PeakFrequency, Variant, check_file, parse
 
 
 def simulate(
     law: Annotated[str, typer.Option(help='Registered name, or "file.py:Name".')],
     out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
-    settings: Annotated[
-        list[str] | None, typer.Option("--set", help="Parameter of the law, key=value; may be repeated.")
-    ] = None,
-    gamma: Annotated[float, typer.Option(help="Peak enhancement of the JONSWAP spectrum.")] = 5.0,
-    hs: Annotated[float, typer.Option(help="Significant wave height [m].")] = 0.283,
-    wp: Annotated[float, typer.Option(help="Peak frequency [rad/s].")] = 3.14,
+    settings: Parameters = None,
+    gamma: Gamma = 5.0,
+    hs: Hs = 0.283,
+    wp: PeakFrequency = 3.14,
     seed: Annotated[int, typer.Option(help="Seed of the realisation.")] = 1,
     duration: Annotated[float, typer.Option(help="Length of the run [s].")] = 2000.0,
     blend: Annotated[float, typer.Option(help="Blend from the regular wave at the start [s].")] = 100.0,
     dt: Annotated[float, typer.Option(help="Longest step [s].")] = 0.01,
     start: Annotated[str, typer.Option(help="Start: locked, or rest for a law that starts the device.")] = "locked",
     motor: Annotated[float, typer.Option(help="Largest gain of the generator as a motor [Nms].")] = 0.0,
-    variant: Annotated[str, typer.Option(help="Form of the plant: corrected or paper.")] = "corrected",
+    variant: Variant = "corrected",
 ) -> None:
     """Run one law on one realisation and write the trajectory."""
     import gyroctl as gy
@@ -32,17 +32,10 @@ def simulate(
     from gyroctl.writing import written_whole
 
     built = gy.law(law, **parse(settings or []))
-    if not out.parent.is_dir():
-        raise gy.InputError("out", str(out), "its folder does not exist", f"Make the folder {out.parent} first")
-    if out.is_dir():
-        raise gy.InputError("out", str(out), "is a folder", "Give the name of a file, for example run.nc")
+    check_file(out)
     if start == "locked" and not duration > blend:
-        raise gy.InputError(
-            "duration",
-            duration,
-            f"is not longer than the blend of {blend:g} s",
-            "Give a longer --duration, or a shorter --blend",
-        )
+        problem, mend = f"is not longer than the blend of {blend:g} s", "Give a longer --duration, or a shorter --blend"
+        raise gy.InputError("duration", duration, problem, mend)
     setup = gy.Settings(dt=dt, blend=blend, actuators=gy.Actuators(cg_min=-motor), start=start)
     plant = gy.zhang2017(variant)
     waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)
@@ -59,19 +52,3 @@ def simulate(
     scored = ds.sel(time=slice(setup.score_from, None))
     mean = float(scored.energy_generator[-1] - scored.energy_generator[0]) / float(scored.time[-1] - scored.time[0])
     typer.echo(f"{law}: {mean:.2f} W mean power, {lock}. Trajectory: {out}")
-
-
-def parse(pairs: list[str]) -> dict[str, Any]:
-    """Turn ["cc=0.1"] into {"cc": 0.1}; what is no number stays text."""
-    from gyroctl.errors import InputError
-
-    values: dict[str, Any] = {}
-    for pair in pairs:
-        key, equals, text = pair.partition("=")
-        if not equals or not key:
-            raise InputError("--set", pair, "is not of the form key=value", "Write for example --set cc=0.1")
-        try:
-            values[key.strip()] = float(text)
-        except ValueError:
-            values[key.strip()] = text.strip()
-    return values

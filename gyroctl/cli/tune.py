@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gyroctl.cli.options import Workers
+
 if TYPE_CHECKING:
     from gyroctl.tuning.record import Circumstances
     from gyroctl.tuning.task import Task
@@ -20,7 +22,7 @@ def tune(
     ] = "all",
     budget: Annotated[float, typer.Option(help="Simulated time for each set of each law [s].")] = 4e6,
     out: Annotated[Path, typer.Option(help="Folder for steps, tables and figures.")] = Path("results/tuning"),
-    workers: Annotated[int, typer.Option(min=0, help="Workers; 0 for all cores. Changes no result.")] = 0,
+    workers: Workers = 0,
     begin: Annotated[
         str, typer.Option("--from", help="Begin at a set that is tuned already, instead of the task's start.")
     ] = "",
@@ -100,23 +102,9 @@ def _table(task: Task, found: Tuned) -> None:
     first = next(iter(found.sets.values()))["found"]
     title = f"{task.stem}: {first['spent_s']:.3g} s of {first['budget_s']:.3g} s simulated"
     caption = "power in W, 98 % motion of phi1 and phi3 in rad, cycle slips per 1000 waves"
-    table = Table(
-        "set",
-        "sea",
-        "power",
-        "CV",
-        "locked",
-        "95 %",
-        "motion",
-        "slips",
-        "goal",
-        title=title,
-        caption=caption,
-        box=SIMPLE_HEAD,
-        padding=(0, 1, 0, 0),
-        title_justify="left",
-        caption_justify="left",
-    )
+    head = ("set", "sea", "power", "CV", "locked", "95 %", "motion", "slips", "goal")
+    left: dict[str, Any] = {"title_justify": "left", "caption_justify": "left"}
+    table = Table(*head, title=title, caption=caption, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), **left)
     for name, entry in found.sets.items():
         for sea, result in entry["result"].items():
             low, high = result["locked_ci95"]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-import tomllib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from gyroctl.comparison.compare import check_length
 from gyroctl.devices import VARIANTS, zhang2017
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
@@ -20,6 +20,7 @@ from gyroctl.harness.run import Settings
 from gyroctl.harness.sensing import CHANNELS, Channel, Sensors
 from gyroctl.harness.start import STARTS
 from gyroctl.plant import Parameters, Plant
+from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
 from gyroctl.waves import Bichromatic, ElevationRecord, Regular, Sea, SeaState, read_record, read_spectrum
 
 TABLES = ("sea", "run", "plant", "laws", "sensors", "actuators")
@@ -128,45 +129,30 @@ def read_experiment(path: Path | None, quick: bool = False) -> Experiment:
         For a missing or unreadable file, an unknown table or key, a value out of range; the field is named as in
         the file.
     """
-    tables: dict[str, Any] = {}
-    if path is not None:
-        try:
-            tables = tomllib.loads(path.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise InputError(
-                "experiment", str(path), f"cannot be read: {error.strerror}", "Give the path of a TOML file"
-            ) from None
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-            raise InputError("experiment", str(path), f"is no TOML: {error}", "Correct the line") from None
-    return build_experiment(tables, quick, path.parent if path is not None else Path())
+    if path is None:
+        return build_experiment({}, quick)
+    return build_experiment(read_tables(path, "experiment"), quick, path.parent)
 
 
 def build_experiment(tables: Mapping[str, Any], quick: bool = False, folder: Path = Path()) -> Experiment:
     """Build an experiment from tables as read from TOML; paths in them are relative to `folder`."""
-    _known("", tables, TABLES)
-    for name in tables:
-        if not isinstance(tables[name], Mapping):
-            raise InputError(name, tables[name], "must be a table", f"Write [{name}] and its entries below")
-    sea = _sea(dict(tables.get("sea", {})), folder)
-    run = _run(dict(tables.get("run", {})))
+    check_known("", tables, TABLES)
+    table = {name: table_of(tables, name) for name in TABLES}
+    sea, run = _sea(table["sea"], folder), _run(table["run"])
     if isinstance(sea, Regular | ElevationRecord) and "seeds" not in tables.get("run", {}):
         run = dataclasses.replace(run, seeds=(1,))  # such a sea is the same for every seed
     if quick:
         run = dataclasses.replace(run, seeds=run.seeds[:4], duration=max(600.0, run.blend))
-    if run.start == "locked" and not run.duration > run.blend:
-        raise InputError(
-            "run.duration",
-            run.duration,
-            f"is not longer than the blend of {run.blend:g} s",
-            "Give a longer duration, or a shorter run.blend",
-        )
+    if run.start == "locked":
+        check_length(run.duration, run.blend)
+    check_known("actuators", table["actuators"], names_of(Actuators))
     return Experiment(
         sea=sea,
         run=run,
-        plant=_plant(dict(tables.get("plant", {})), folder),
-        laws=_laws(dict(tables.get("laws", {})), sea, folder),
-        sensors=_sensors(dict(tables.get("sensors", {}))),
-        actuators=_from_fields(Actuators, "actuators", dict(tables.get("actuators", {}))),
+        plant=_plant(table["plant"], folder),
+        laws=_laws(table["laws"], sea, folder),
+        sensors=_sensors(table["sensors"]),
+        actuators=Actuators(**table["actuators"]),
         source=tables,
     )
 
@@ -188,10 +174,10 @@ def all_tuning_seeds() -> tuple[int, ...]:
 
 
 def _run(table: dict[str, Any]) -> RunTable:
-    _known("run", table, [f.name for f in fields(RunTable)])
+    check_known("run", table, names_of(RunTable))
     for name in ("duration", "dt", "blend", "motion_limit"):
         if name in table:
-            table[name] = _number(f"run.{name}", table[name])
+            table[name] = number(f"run.{name}", table[name])
             if table[name] < 0.0 or (table[name] == 0.0 and name != "blend"):
                 raise InputError(f"run.{name}", table[name], "must be positive", "Leave it out for the default")
     if table.get("start", "locked") not in STARTS:
@@ -199,9 +185,8 @@ def _run(table: dict[str, Any]) -> RunTable:
     if "seeds" in table:
         seeds = table["seeds"]
         if not isinstance(seeds, list) or not seeds or not all(type(s) is int and s >= 0 for s in seeds):
-            raise InputError(
-                "run.seeds", seeds, "must be a list of whole numbers, zero or positive", "For example seeds = [1, 2, 3]"
-            )
+            problem = "must be a list of whole numbers, zero or positive"
+            raise InputError("run.seeds", seeds, problem, "For example seeds = [1, 2, 3]")
         table["seeds"] = tuple(seeds)
     return RunTable(**table)
 
@@ -210,29 +195,26 @@ def _sea(table: dict[str, Any], folder: Path) -> Sea:
     kind = table.pop("kind", "jonswap")
     if kind not in SEAS:
         raise InputError("sea.kind", kind, "unknown kind of sea", f"Choose one of {', '.join(SEAS)}")
-    names = list(inspect.signature(SEAS[kind]).parameters)
+    parameters = inspect.signature(SEAS[kind]).parameters
     if kind in ("spectrum", "record"):
         if "file" not in table:
             raise InputError("sea.file", None, f"a sea of kind {kind!r} needs a file", "Give the path of a CSV file")
-        names[0] = "file"
         path = folder / str(table.pop("file"))
-        _known("sea", table, names)
+        check_known("sea", table, ["file", *list(parameters)[1:]])
         return SEAS[kind](path, **table)
-    _known("sea", table, names)
+    check_known("sea", table, parameters)
     for name, value in table.items():
-        if isinstance(value, list):
-            table[name] = tuple(_number(f"sea.{name}", v) for v in value)
-        else:
-            table[name] = _number(f"sea.{name}", value)
-    for name, parameter in inspect.signature(SEAS[kind]).parameters.items():
+        several = isinstance(value, list)
+        table[name] = tuple(number(f"sea.{name}", v) for v in value) if several else number(f"sea.{name}", value)
+    for name, parameter in parameters.items():
         if parameter.default is parameter.empty and name not in table:
             raise InputError(f"sea.{name}", None, f"a sea of kind {kind!r} needs it", f"Give {name}")
     return SEAS[kind](**table)
 
 
 def _plant(table: dict[str, Any], folder: Path) -> Plant:
-    own = [f.name for f in fields(Parameters)]
-    _known("plant", table, ["variant", "hydrodynamics", "radiation", "excitation_phase", *own])
+    choices = ("variant", "hydrodynamics", "radiation", "excitation_phase")
+    check_known("plant", table, (*choices, *names_of(Parameters)))
     if "hydrodynamics" in table:
         table["hydrodynamics"] = folder / str(table["hydrodynamics"])
     variant = table.pop("variant", "corrected")
@@ -246,9 +228,7 @@ def _laws(table: dict[str, Any], sea: Sea, folder: Path) -> dict[str, Law]:
         return {name: _law(name, name, {}, sea) for name in registered()}
     built = {}
     for name, entry in table.items():
-        if not isinstance(entry, Mapping):
-            raise InputError(f"laws.{name}", entry, "must be a table", f'Write [laws.{name}] with law = "constant"')
-        parameters = dict(entry)
+        parameters = checked_table(f"laws.{name}", entry)
         kind = parameters.pop("law", name)
         if ".py:" in str(kind) and not Path(str(kind).rpartition(":")[0]).is_absolute():
             kind = str(folder / str(kind))
@@ -272,35 +252,14 @@ def _sensors(table: dict[str, Any]) -> Sensors:
     ideal = table.pop("ideal", False)
     if not isinstance(ideal, bool):
         raise InputError("sensors.ideal", ideal, "must be true or false", "Leave it out for sensors with noise")
-    _known("sensors", table, list(CHANNELS))
+    check_known("sensors", table, CHANNELS)
     sensors = Sensors.ideal() if ideal else Sensors()
     changes = {}
     for name, entry in table.items():
-        if not isinstance(entry, Mapping):
-            raise InputError(f"sensors.{name}", entry, "must be a table", f"Write [sensors.{name}] with noise = 0.01")
-        _known(f"sensors.{name}", entry, [f.name for f in fields(Channel)])
-        changes[name] = dataclasses.replace(getattr(sensors, name), **entry)
+        channel = checked_table(f"sensors.{name}", entry)
+        check_known(f"sensors.{name}", channel, names_of(Channel))
+        changes[name] = dataclasses.replace(getattr(sensors, name), **channel)
     return dataclasses.replace(sensors, **changes)
-
-
-def _from_fields(kind: Any, name: str, table: dict[str, Any]) -> Any:
-    _known(name, table, [f.name for f in fields(kind)])
-    return kind(**table)
-
-
-def _known(table: str, entries: Mapping[str, Any], names: Any) -> None:
-    for key in entries:
-        if key not in names:
-            path = f"{table}.{key}" if table else key
-            raise InputError(
-                path, entries[key], "unknown key" if table else "unknown table", f"Choose one of {', '.join(names)}"
-            )
-
-
-def _number(path: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(path, value, "must be a number", "Write it without quotes")
-    return float(value)
 
 
 def _plain(table: Mapping[str, Any]) -> dict[str, Any]:

@@ -8,7 +8,6 @@ simulation until the ring falls out of step.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from gyroctl.harness.protocol import Law, Measurement
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.search import search_orbit
 from gyroctl.plant.equations import PSI
-from gyroctl.robustness.regime import Regime, simulate
+from gyroctl.robustness.regime import Excite, Regime, simulate
 from gyroctl.waves import Regular
 
 Quantity = Literal["cg", "height", "wp"]
@@ -194,9 +193,7 @@ class _Scaled:
         return (cc, cg * (self.first + (self.last - self.first) * min(t / self.duration, 1.0))), new
 
 
-def _moving(
-    regime: Regime, quantity: Quantity, first: float, last: float, duration: float
-) -> Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]:
+def _moving(regime: Regime, quantity: Quantity, first: float, last: float, duration: float) -> Excite:
     """Moments of a wave whose height or frequency moves slowly."""
     wave = regime.wave
 

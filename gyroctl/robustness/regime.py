@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -128,31 +129,22 @@ def settle(orbit: Orbit, wave: Regular, law: Law | None = None, actuators: Actua
     lag = _lag(first, run)
     watched = lag[-round(WATCHED * first.period / actuators.period) :]
     if not (np.all(np.isfinite(lag)) and np.ptp(watched) < math.pi and np.ptp(lag) < 2.0 * math.pi):
-        raise InputError(
-            "law",
-            type(law).__name__,
-            "does not keep the lock in this regular wave, so it has no margins",
-            "Choose another law, a higher wave or less load",
-        )
+        problem = "does not keep the lock in this regular wave, so it has no margins"
+        raise InputError("law", type(law).__name__, problem, "Choose another law, a higher wave or less load")
     n, span = orbit.x.size, watched.size
     power = float(run.record[-1, n + 4] - run.record[-1 - span, n + 4]) / (span * actuators.period)
     x = run.record[-1, :n].copy()
     phase = wave.wp * (run.record.shape[0] - 1) * actuators.period
     turns = orbit.sense * 2.0 * math.pi * math.floor(phase / (2.0 * math.pi))
     x[PSI] -= turns
-    return Regime(
-        orbit.plant,
-        wave,
-        law,
-        x,
-        phase % (2.0 * math.pi),
-        run.law_state,
-        run.held,
-        float(np.mean(watched)),
-        power,
-        orbit.sense,
-        actuators,
-        machine,
+    return replace(
+        first,
+        x=x,
+        phase=phase % (2.0 * math.pi),
+        law_state=run.law_state,
+        held=run.held,
+        angle=float(np.mean(watched)),
+        power=power,
     )
 
 
@@ -191,18 +183,9 @@ def simulate(
     record[0, : start.size] = start
     commands, controls, held = np.zeros((samples, 2)), np.zeros((samples, 2)), np.array(regime.held)
     kernel = Kernel(regime.plant.coefficients, np.ascontiguousarray(moments.T).ravel(), WAVES_DT, STEP)
-    arguments = (
-        max(round(regime.law.period / tick), 1),
-        kernel,
-        _ideal(samples),
-        regime.actuators.arrays(),
-        tick,
-        record,
-        commands,
-        controls,
-        held,
-        np.zeros(1, np.int64),
-    )
+    every, sensors, limits = max(round(regime.law.period / tick), 1), _ideal(samples), regime.actuators.arrays()
+    saturations = np.zeros(1, np.int64)
+    arguments = (every, kernel, sensors, limits, tick, record, commands, controls, held, saturations)
     state: Any
     if regime.machine is not None and law is None:
         state = regime.law_state.copy()
@@ -247,15 +230,10 @@ def _lag(regime: Regime, run: Run) -> NDArray[np.float64]:
     return np.asarray(regime.sense * run.record[:, PSI] - run.phase)
 
 
+@lru_cache(maxsize=1)
 def _ideal(samples: int) -> Any:
     """Arrays of ideal sensors; drawn once per length, since every disturbed run asks for the same."""
-    if samples not in _drawn:
-        _drawn.clear()
-        _drawn[samples] = Sensors.ideal().arrays(samples, 0)
-    return _drawn[samples]
-
-
-_drawn: dict[int, Any] = {}
+    return Sensors.ideal().arrays(samples, 0)
 
 
 def _unpacked(regime: Regime) -> Any:

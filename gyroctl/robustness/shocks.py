@@ -50,14 +50,8 @@ def largest_shocks(regime: Regime) -> dict[str, float]:
     half the speed of the flywheel.
     """
     wp, N = regime.wave.wp, regime.plant.parameters.N
-    limits = {
-        "phi1": 0.35,
-        "phi3": 0.35,
-        "psi": math.pi,
-        "phi1_rate": 0.35 * wp,
-        "phi3_rate": 0.35 * wp,
-        "psi_rate": wp,
-    }
+    limits = {"phi1": 0.35, "phi3": 0.35, "psi": math.pi}
+    limits |= {"phi1_rate": 0.35 * wp, "phi3_rate": 0.35 * wp, "psi_rate": wp}
     if regime.plant.parameters.connection == "magnetic":
         limits["omega_rate"] = 0.5 * N * wp
     return limits

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 from collections import OrderedDict
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, wait
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from multiprocessing import get_context
@@ -130,18 +130,12 @@ class Bench(AbstractContextManager["Bench"]):
 
     def perform(self, jobs: Sequence[Job], done: Callable[[Job], None]) -> list[tuple[float, ...]]:
         """Metrics of each job in the order of the jobs; `done` is told of each one that has ended."""
-        if self.pool is None:
-            found = []
-            for job in jobs:
-                found.append(self.call(job))
-                done(job)
-            return found
-        futures: list[Future[tuple[float, ...]]] = [self.pool.submit(self.call, job) for job in jobs]
-        for job, future in zip(jobs, futures, strict=True):
-            wait([future])
-            future.result()
+        rows = map(self.call, jobs) if self.pool is None else self.pool.map(self.call, jobs)
+        found = []
+        for job, row in zip(jobs, rows, strict=True):
+            found.append(row)
             done(job)
-        return [future.result() for future in futures]
+        return found
 
 
 def workers_wanted(workers: int) -> int:
@@ -149,11 +143,6 @@ def workers_wanted(workers: int) -> int:
     if workers < 0:
         raise InputError("workers", workers, "must not be negative", "Give 0 for all cores")
     return workers or os.cpu_count() or 1
-
-
-def named(parameters: Mapping[str, float]) -> tuple[tuple[str, float], ...]:
-    """Parameters in the form in which a job carries them."""
-    return tuple(sorted(parameters.items()))
 
 
 _runner: Runner | None = None

@@ -32,6 +32,9 @@ CG = tuple(float(f"{value:.4g}") for value in np.geomspace(4e-5, 3e-3, 12))
 COARSE, WINDOW, FULL = 0.025, 1000.0, 2000.0
 """Step of the grids, length of the runs of the first one and of the others. [s]"""
 
+MEANS = ("mean_power", "power_cv", "locked", "phi1_p98", "phi3_p98")
+"""What is told of a pair."""
+
 SHARES = (0.1, 0.35, 0.25, 0.3)
 """Of the budget for the first grid, the fine one, the confirmation, and the neighbours of what it confirmed."""
 
@@ -116,15 +119,9 @@ def best_pair(
     def run(pairs: Sequence[Pair], count: int, duration: float, dt: float, stage: str) -> list[Means]:
         nonlocal spent
         found = scan(plant, sea, pairs, seeds[:count], duration, settings.blend, dt, workers, title, quiet)
-        values = {
-            "mean_power": found.mean_power,
-            "power_cv": found.power_cv,
-            "locked": found.locked.astype(float),
-            "phi1_p98": found.phi1_p98,
-            "phi3_p98": found.phi3_p98,
-        }
-        table = {name: np.nan_to_num(value, nan=10.0).mean(axis=1) for name, value in values.items()}
-        rows = [{name: float(value[i]) for name, value in table.items()} for i in range(len(pairs))]
+        tables = {name: getattr(found, name).astype(float) for name in MEANS}
+        means = {name: np.nan_to_num(table, nan=10.0).mean(axis=1) for name, table in tables.items()}
+        rows = [{name: float(value[i]) for name, value in means.items()} for i in range(len(pairs))]
         for row in rows:
             row["short_reserve"] = (RESERVE - THRESHOLD) * (1.0 - row["locked"])
         seen.extend((pair, means, stage) for pair, means in zip(pairs, rows, strict=True))

@@ -44,11 +44,8 @@ class FrontRow(NamedTuple):
 
 def nondominated(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Which rows of `values` (n, k), the higher the better, no other beats in one column and matches in the rest."""
-    keep = np.ones(values.shape[0], bool)
-    for i, row in enumerate(values):
-        better = np.all(values >= row, axis=1) & np.any(values > row, axis=1)
-        keep[i] = not bool(np.any(better))
-    return keep
+    beaten = [np.any(np.all(values >= row, axis=1) & np.any(values > row, axis=1)) for row in values]
+    return ~np.array(beaten, bool)
 
 
 def front_rows(archive: Sequence[Any], sets: Mapping[str, Any], motion: Mapping[str, float]) -> list[FrontRow]:
@@ -64,25 +61,17 @@ def front_rows(archive: Sequence[Any], sets: Mapping[str, Any], motion: Mapping[
             front = np.zeros(len(points), bool)
             front[within] = nondominated(values[within])
             for i, seen in enumerate(points):
-                names = [
-                    name
-                    for name, entry in sets.items()
-                    if stage == "confirm" and sea in entry["result"] and entry["parameters"] == seen.parameters
-                ]
-                rows.append(
-                    FrontRow(
-                        sea,
-                        stage,
-                        means[i]["mean_power"],
-                        means[i]["power_cv"],
-                        means[i]["locked"],
-                        float(swing[i]),
-                        bool(front[i]),
-                        " ".join(names),
-                        seen.parameters,
-                    )
-                )
+                power, cv, locked = (means[i][name] for name in ("mean_power", "power_cv", "locked"))
+                ships = " ".join(_shipping(sets, sea, seen)) if stage == "confirm" else ""
+                row = FrontRow(sea, stage, power, cv, locked, float(swing[i]), bool(front[i]), ships, seen.parameters)
+                rows.append(row)
     return rows
+
+
+def _shipping(sets: Mapping[str, Any], sea: str, seen: Any) -> list[str]:
+    """Names of the sets that ship a point for a sea."""
+    alike = (name for name, entry in sets.items() if entry["parameters"] == seen.parameters)
+    return [name for name in alike if sea in sets[name]["result"]]
 
 
 def write_front(rows: Sequence[FrontRow], path: Path) -> None:
@@ -90,9 +79,8 @@ def write_front(rows: Sequence[FrontRow], path: Path) -> None:
     kept = [row for row in rows if row.front or row.stage == "confirm"]
     kept.sort(key=lambda row: (row.sea, row.stage, -row.mean_power))
     names = list(dict.fromkeys(name for row in kept for name in row.parameters))
-    table: list[list[Any]] = [
-        ["sea", "stage", "mean_power_w", "power_cv", "locked", "motion_rad", "front", "chosen", *names]
-    ]
+    head = ["sea", "stage", "mean_power_w", "power_cv", "locked", "motion_rad", "front", "chosen"]
+    table: list[list[Any]] = [[*head, *names]]
     for row in kept:
         numbers = [f"{value:.4g}" for value in row[2:6]]
         own = [row.parameters.get(name, "") for name in names]

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from gyroctl import __version__
 from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
 from gyroctl.statistics import wilson
@@ -45,7 +46,7 @@ def record(
     return {
         "parameters": best.parameters,
         "goal": {
-            name: {key: value for key, value in asdict(goals[name]).items() if np.isfinite(value)} for name in seas
+            name: {key: limit for key, limit in asdict(goals[name]).items() if np.isfinite(limit)} for name in seas
         },
         "met": {name: goals[name].met(best.means[name]) for name in seas},
         "result": {name: result(best.means[name], task.seeds.count) for name in seas},
@@ -62,8 +63,6 @@ def result(means: Means, runs: int) -> dict[str, Any]:
 
 def provenance(task: Task, on: Circumstances) -> dict[str, Any]:
     """Circumstances of a tuning: date, version, seeds, rule, seas, start, plant."""
-    from gyroctl import __version__
-
     return {
         "date": datetime.date.today().isoformat(),
         "version": __version__,

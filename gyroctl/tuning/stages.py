@@ -7,11 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from cmaes import CMA
 from numpy.typing import NDArray
 
 from gyroctl.simulation.progress import Progress
-from gyroctl.tuning import evolution
-from gyroctl.tuning.bench import Bench, Job, named
+from gyroctl.tuning.bench import Bench, Job
 from gyroctl.tuning.goal import METRICS, Goal
 from gyroctl.tuning.log import TuningLog
 from gyroctl.tuning.task import Task, TuningSea
@@ -84,7 +84,7 @@ class Stages(NamedTuple):
         return Seen(point, {name: _means(part) for name, part in parts.items()}, "confirm")
 
     def _job(self, point: Mapping[str, float], sea: TuningSea, seed: int, duration: float, dt: float) -> Job:
-        return Job(self.task.law, named(point), sea.sea, seed, duration, dt)
+        return Job(self.task.law, tuple(sorted(point.items())), sea.sea, seed, duration, dt)
 
     def _run(self, key: str, jobs: Sequence[Job]) -> list[tuple[float, ...]]:
         stored = self.log.get(key)
@@ -97,19 +97,29 @@ class Stages(NamedTuple):
 
 
 def search(work: Stages, plan: Plan) -> tuple[list[NDArray[np.float64]], list[Seen]]:
-    """Run the search; return its mean after each generation and every point that was run."""
+    """Search by covariance matrix adaptation; return its mean after each generation and every point that was run.
+
+    The strategy of Hansen, The CMA evolution strategy: a tutorial, arXiv:1604.00772. The loss of lock is a cliff, and
+    the score of a few realisations is noisy, so that gradients and simplices stall. Its samples depend on the seed and
+    on the scores alone: gone through again from its log, a search is the same.
+    """
     task, table, goals = work.task, work.task.search, work.task.goals[""]
-    state = evolution.begin(np.zeros(len(task.knobs)), table.spread)
+    strategy = CMA(np.zeros(len(task.knobs)), table.spread, seed=table.seed, population_size=table.population)
     means, archive = [], []
     for number in range(plan.generations):
-        points = evolution.ask(state, table.population, table.seed)
+        points = [strategy.ask() for _ in range(table.population)]
         parameters = [task.at(point) for point in points]
         found = work.generation(number, parameters)
-        scores = np.array([weighed(entry, goals, work.seas) for entry in found])
-        state = evolution.tell(state, points, scores)
-        means.append(state.mean)
+        strategy.tell(ranked(points, [weighed(entry, goals, work.seas) for entry in found]))
+        means.append(strategy.mean.copy())
         archive += [Seen(p, entry, "search") for p, entry in zip(parameters, found, strict=True)]
     return means, archive
+
+
+def ranked(points: Sequence[NDArray[np.float64]], scores: Sequence[float]) -> list[tuple[NDArray[np.float64], float]]:
+    """Points with their ranks, 0 for the highest score; of no number, the last ones."""
+    order = np.argsort(-np.array(scores), kind="stable")
+    return [(points[best], float(rank)) for rank, best in enumerate(order)]
 
 
 def shortlist(

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +15,16 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.harness.registry import home
 from gyroctl.harness.tuned_sets import task_file
+from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
 from gyroctl.tuning.goal import Goal
 from gyroctl.waves import SeaState
 
 TABLES = ("law", "method", "fixed", "knobs", "seas", "goal", "goals", "search", "seeds")
 METHODS = ("evolution", "pairs")
+
+MAY_BE_ZERO = ("seed", "first")
+LARGEST_SEED = 2**32 - 1
+"""Of the samples: what the generator of the search takes."""
 
 EVERY_SEA = "all"
 """Name of the set that serves all seas of a task."""
@@ -145,6 +149,9 @@ class Seeds:
         return range(self.first, self.first + self.count)
 
 
+Entries = TypeVar("Entries", SearchTable, Seeds)
+
+
 @dataclass(frozen=True)
 class Task:
     """What is tuned; `law` as `gyroctl.harness.registry.law` takes it.
@@ -195,12 +202,8 @@ class Task:
         if which == EVERY_SEA:
             return dict(self.seas)
         if which not in self.seas:
-            raise InputError(
-                "--for",
-                which,
-                f"is no sea of the task of {self.law}",
-                f"Choose one of {', '.join((EVERY_SEA, *self.seas))}",
-            )
+            choices = ", ".join((EVERY_SEA, *self.seas))
+            raise InputError("--for", which, f"is no sea of the task of {self.law}", f"Choose one of {choices}")
         one = self.seas[which]
         return {which: dataclasses.replace(one, weight=1.0, runs=self.search.runs)}
 
@@ -228,26 +231,14 @@ def read_task(name: str) -> Task:
         folder, stem = home(PAIRS.get(name, name))
         path = task_file(folder, stem)
         if not path.is_file():
-            raise InputError(
-                "law",
-                name,
-                f"ships no task for its tuning: there is no {path.name} in {path.parent}",
-                "Write one, see docs/tuning.md, and give its path",
-            )
-    try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(
-            "task", str(path), f"cannot be read: {error.strerror}", "Give the path of a TOML file"
-        ) from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError("task", str(path), f"is no TOML: {error}", "Correct the line") from None
-    return build_task(tables, stem, path.parent)
+            problem = f"ships no task for its tuning: there is no {path.name} in {path.parent}"
+            raise InputError("law", name, problem, "Write one, see docs/tuning.md, and give its path")
+    return build_task(read_tables(path, "task"), stem, path.parent)
 
 
 def build_task(tables: Mapping[str, Any], stem: str = "law", folder: Path = Path()) -> Task:
     """Build a task from tables as read from TOML; a law's file is relative to `folder`."""
-    _known("", tables, TABLES)
+    check_known("", tables, TABLES)
     law = tables.get("law", stem)
     if not isinstance(law, str):
         raise InputError("law", law, "must be a name", 'Give a registered law, or "file.py:Name"')
@@ -256,32 +247,21 @@ def build_task(tables: Mapping[str, Any], stem: str = "law", folder: Path = Path
     method = tables.get("method", METHODS[0])
     if method not in METHODS:
         raise InputError("method", method, "unknown method", f"Choose one of {', '.join(METHODS)}")
-    seas = _seas(_table(tables, "seas"))
-    search = _numbers(SearchTable, "search", _table(tables, "search"))
+    seas = _seas(table_of(tables, "seas"))
+    search = _entries(SearchTable(), "search", table_of(tables, "search"))
     if search.population < 4:
         raise InputError("search.population", search.population, "is too small to rank", "Give at least 4")
     if not 0.0 < search.confirm_share < 1.0:
         raise InputError("search.confirm_share", search.confirm_share, "must be between 0 and 1", "The default is 0.3")
-    knobs = tuple(_knob(name, entry) for name, entry in _table(tables, "knobs").items())
+    if search.seed > LARGEST_SEED:
+        raise InputError("search.seed", search.seed, "is too large", f"Give at most {LARGEST_SEED}")
+    knobs = tuple(_knob(f"knobs.{name}", name, entry) for name, entry in table_of(tables, "knobs").items())
     if method == "evolution" and not knobs:
-        raise InputError(
-            "knobs",
-            {},
-            "there is nothing to tune",
-            "Write [knobs] and below it for example cc = {start = 0.05, width = 0.3}",
-        )
-    fixed = {name: _number(f"fixed.{name}", value) for name, value in _table(tables, "fixed").items()}
-    return Task(
-        law=law,
-        stem=stem,
-        method=method,
-        fixed=fixed,
-        knobs=knobs,
-        seas=seas,
-        goals=_goals(tables, seas),
-        search=search,
-        seeds=_numbers(Seeds, "seeds", _table(tables, "seeds")),
-    )
+        mend = "Write [knobs] and below it for example cc = {start = 0.05, width = 0.3}"
+        raise InputError("knobs", {}, "there is nothing to tune", mend)
+    fixed = {name: number(f"fixed.{name}", value) for name, value in table_of(tables, "fixed").items()}
+    seeds = _entries(Seeds(), "seeds", table_of(tables, "seeds"))
+    return Task(law, stem, method, fixed, knobs, seas, _goals(tables, seas), search, seeds)
 
 
 def _seas(table: Mapping[str, Any]) -> dict[str, TuningSea]:
@@ -292,8 +272,8 @@ def _seas(table: Mapping[str, Any]) -> dict[str, TuningSea]:
         path = f"seas.{name}"
         if name == EVERY_SEA or not isinstance(entry, Mapping):
             raise InputError(path, entry, "must be a table with a name of its own", f"Write [seas.rough], not {path}")
-        _known(path, entry, ("hs", "wp", "gamma", "weight", "power", "runs"))
-        values = {key: _number(f"{path}.{key}", value) for key, value in entry.items()}
+        check_known(path, entry, ("hs", "wp", "gamma", "weight", "power", "runs"))
+        values = {key: number(f"{path}.{key}", value) for key, value in entry.items()}
         sea = SeaState(**{key: values.pop(key) for key in ("hs", "wp", "gamma") if key in values})
         for key, value in values.items():
             if value <= 0.0:
@@ -305,46 +285,42 @@ def _seas(table: Mapping[str, Any]) -> dict[str, TuningSea]:
 
 
 def _goals(tables: Mapping[str, Any], seas: Mapping[str, TuningSea]) -> dict[str, dict[str, Goal]]:
-    main = _table(tables, "goal")
+    main = table_of(tables, "goal")
     goals = {"": _goal("goal", main, seas)}
-    for name, entry in _table(tables, "goals").items():
-        if not isinstance(entry, Mapping):
-            raise InputError(f"goals.{name}", entry, "must be a table", f"Write [goals.{name}] with power_cv = 0.2")
-        goals[name] = _goal(f"goals.{name}", {**main, **entry}, seas)
+    for name, entry in table_of(tables, "goals").items():
+        goals[name] = _goal(f"goals.{name}", {**main, **checked_table(f"goals.{name}", entry)}, seas)
     return goals
 
 
 def _goal(path: str, entry: Mapping[str, Any], seas: Mapping[str, TuningSea]) -> dict[str, Goal]:
     """Read a goal for each sea: a limit is a number for all of them, or a table of numbers by sea."""
-    _known(path, entry, [f.name for f in dataclasses.fields(Goal)])
+    check_known(path, entry, names_of(Goal))
     goals = {}
     for sea in seas:
         limits = {}
         for name, value in entry.items():
             if isinstance(value, Mapping):
-                _known(f"{path}.{name}", value, tuple(seas))
+                check_known(f"{path}.{name}", value, seas)
                 if sea not in value:
                     continue
                 value = value[sea]
-            limits[name] = _number(f"{path}.{name}", value)
+            limits[name] = number(f"{path}.{name}", value)
             if limits[name] <= 0.0 or (name == "locked" and limits[name] > 1.0):
                 raise InputError(f"{path}.{name}", limits[name], "is out of range", "Leave it out for the default")
         goals[sea] = Goal(**limits)
     return goals
 
 
-def _knob(name: str, entry: Any) -> Knob:
-    path = f"knobs.{name}"
-    if not isinstance(entry, Mapping):
-        raise InputError(path, entry, "must be a table", f"Write {name} = {{start = 0.05, width = 0.3}}")
-    _known(path, entry, [f.name for f in dataclasses.fields(Knob) if f.name != "name"])
+def _knob(path: str, name: str, given: Any) -> Knob:
+    entry = checked_table(path, given)
+    check_known(path, entry, [key for key in names_of(Knob) if key != "name"])
     for key in ("start", "width"):
         if key not in entry:
             raise InputError(f"{path}.{key}", None, "is missing", f"Give {key} as a number")
     scale = entry.get("scale", "log")
     if scale not in ("log", "linear"):
         raise InputError(f"{path}.scale", scale, "unknown scale", "Choose log or linear")
-    values = {key: _number(f"{path}.{key}", value) for key, value in entry.items() if key != "scale"}
+    values = {key: number(f"{path}.{key}", value) for key, value in entry.items() if key != "scale"}
     knob = Knob(name, scale=scale, **values)
     if knob.width <= 0.0:
         raise InputError(f"{path}.width", knob.width, "must be positive", "Give what would be a large change")
@@ -355,40 +331,15 @@ def _knob(name: str, entry: Any) -> Knob:
     return knob
 
 
-def _numbers(kind: Any, path: str, table: Mapping[str, Any]) -> Any:
-    _known(path, table, [f.name for f in dataclasses.fields(kind)])
-    values = {}
-    for f in dataclasses.fields(kind):
-        if f.name not in table:
-            continue
-        value = _number(f"{path}.{f.name}", table[f.name])
-        whole = isinstance(f.default, int)
-        if value < 0.0 or (value == 0.0 and f.name not in ("seed", "first")) or (whole and value != int(value)):
-            raise InputError(
-                f"{path}.{f.name}",
-                table[f.name],
-                "must be a positive whole number" if whole else "must be positive",
-                f"The default is {f.default}",
-            )
-        values[f.name] = int(value) if whole else value
-    return kind(**values)
-
-
-def _table(tables: Mapping[str, Any], name: str) -> dict[str, Any]:
-    table = tables.get(name, {})
-    if not isinstance(table, Mapping):
-        raise InputError(name, table, "must be a table", f"Write [{name}] and its entries below")
-    return dict(table)
-
-
-def _known(table: str, entries: Mapping[str, Any], names: Any) -> None:
-    for key in entries:
-        if key not in names:
-            path = f"{table}.{key}" if table else key
-            raise InputError(path, entries[key], "unknown entry", f"Choose one of {', '.join(names)}")
-
-
-def _number(path: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(path, value, "must be a finite number", "Write it without quotes")
-    return float(value)
+def _entries(default: Entries, path: str, table: Mapping[str, Any]) -> Entries:
+    """Return the entries of `default` with those of a table; where the default is a whole number so must they be."""
+    check_known(path, table, names_of(default))
+    values: dict[str, Any] = {}
+    for name, given in table.items():
+        value, usual = number(f"{path}.{name}", given), getattr(default, name)
+        whole, none = isinstance(usual, int), value == 0.0 and name not in MAY_BE_ZERO
+        if value < 0.0 or none or (whole and value != int(value)):
+            problem = "must be a positive whole number" if whole else "must be positive"
+            raise InputError(f"{path}.{name}", given, problem, f"The default is {usual}")
+        values[name] = int(value) if whole else value
+    return dataclasses.replace(default, **values)

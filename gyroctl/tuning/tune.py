@@ -11,24 +11,17 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from gyroctl.errors import InputError
-from gyroctl.harness import actuation, loop, sensing
-from gyroctl.harness.fingerprint import content
+from gyroctl.fingerprint import fingerprint
+from gyroctl.harness.law_fingerprint import law_source
 from gyroctl.harness.registry import describe, law
-from gyroctl.plant.compiled import source_stamp
-from gyroctl.plant.kernel import SOURCES
-from gyroctl.simulation import lock, metrics
 from gyroctl.simulation.progress import Progress
-from gyroctl.tuning import bench as tuning_bench
-from gyroctl.tuning import evolution, goal
-from gyroctl.tuning import stages as tuning_stages
-from gyroctl.tuning import task as tuning_task
 from gyroctl.tuning.bench import Bench
 from gyroctl.tuning.best_pair import best_pair
 from gyroctl.tuning.goal import Goal
@@ -127,14 +120,15 @@ def tune(
         means, archive = search(work, plan)
         points = shortlist(work, plan, means, archive)
         confirmed = [work.confirm(parameters) for parameters in points]
+    searching, confirming = plan.generations * plan.generation, len(points) * plan.confirmation
     found = {
         **provenance(task, on),
         "start_from": start.name if start else "task",
         "spent_before_s": start.spent if start else 0.0,
         "budget_s": budget,
-        "spent_s": plan.generations * plan.generation + len(points) * plan.confirmation,
-        "spent_searching_s": plan.generations * plan.generation,
-        "spent_confirming_s": len(points) * plan.confirmation,
+        "spent_s": searching + confirming,
+        "spent_searching_s": searching,
+        "spent_confirming_s": confirming,
         "search": {**asdict(task.search), "generations": plan.generations, "points_confirmed": len(points)},
     }
     sets = {}
@@ -149,12 +143,9 @@ def check_seeds(task: Task, on: Circumstances) -> None:
     span = task.seeds.span
     overlap = sorted(set(span) & (set(EVALUATION) | on.evaluation))
     if overlap:
-        raise InputError(
-            "seeds",
-            f"{span[0]} to {span[-1]}",
-            f"seeds {overlap[0]} to {overlap[-1]} judge laws and must not tune them",
-            f"Give seeds.first = {EVALUATION[-1] + 1} or more, and none of the experiment",
-        )
+        problem = f"seeds {overlap[0]} to {overlap[-1]} judge laws and must not tune them"
+        mend = f"Give seeds.first = {EVALUATION[-1] + 1} or more, and none of the experiment"
+        raise InputError("seeds", f"{span[0]} to {span[-1]}", problem, mend)
 
 
 def planned(task: Task, seas: Mapping[str, TuningSea], budget: float) -> Plan:
@@ -167,27 +158,23 @@ def planned(task: Task, seas: Mapping[str, TuningSea], budget: float) -> Plan:
     generations = int((budget - points * confirmation) / generation)
     if generations < 1:
         least = points * confirmation + generation
-        raise InputError(
-            "budget",
-            budget,
-            f"is too small: {points} confirmations and one generation take {least:g} s",
-            "Give more, or shorten search.window, search.confirm, search.population or seeds.count in the task",
-        )
+        problem = f"is too small: {points} confirmations and one generation take {least:g} s"
+        mend = "Give more, or shorten search.window, search.confirm, search.population or seeds.count in the task"
+        raise InputError("budget", budget, problem, mend)
     return Plan(generations, points, generation, confirmation)
 
 
 def starting(task: Task, start: Mapping[str, float]) -> Task:
     """Return the task with its knobs at other starts."""
     knobs = tuple(knob.beginning(start.get(knob.name, knob.start)) for knob in task.knobs)
-    return Task(**{**task.__dict__, "knobs": knobs})
+    return replace(task, knobs=knobs)
 
 
 def chosen(points: Sequence[Seen], goals: Mapping[str, Goal], seas: Mapping[str, TuningSea]) -> Seen:
     """Choose the point that meets its goal in every sea, and of those the one with the best score."""
 
     def worth(point: Seen) -> tuple[bool, float]:
-        met = all(goals[name].met(point.means[name]) for name in seas)
-        return met, weighed(point.means, goals, seas)
+        return all(goals[name].met(point.means[name]) for name in seas), weighed(point.means, goals, seas)
 
     return max(points, key=worth)
 
@@ -196,20 +183,10 @@ def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: in
     """Best constant pair of each sea apart: a pair that serves several seas would be no yardstick in any."""
     sets: dict[str, Any] = {}
     archive: list[Seen] = []
-    names = list(task.seas) if which == tuning_task.EVERY_SEA else list(task.served(which))
-    for name in names:
+    for name in task.served(which):
         goals = task.goals[""][name]
-        found = best_pair(
-            on.plant,
-            task.seas[name].sea,
-            budget,
-            task.seeds.span,
-            goals,
-            on.settings,
-            workers,
-            f"constant pair for {name}",
-            quiet,
-        )
+        span, title = task.seeds.span, f"constant pair for {name}"
+        found = best_pair(on.plant, task.seas[name].sea, budget, span, goals, on.settings, workers, title, quiet)
         archive += [Seen({"cc": cc, "cg": cg}, {name: means}, stage) for (cc, cg), means, stage in found.seen]
         best = Seen({"cc": found.cc, "cg": found.cg}, {name: found.means}, "confirm")
         circumstances = {**provenance(task, on), "budget_s": budget, "spent_s": found.spent}
@@ -219,19 +196,8 @@ def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: in
 
 def _key(task: Task, which: str, on: Circumstances) -> str:
     """Hash of all that can change a bit of the search but its length: by it a tuning finds itself again."""
-    engine = (evolution, goal, tuning_stages, tuning_bench, tuning_task, loop, sensing, actuation, metrics, lock)
-    stamp = source_stamp((*SOURCES, *(str(part.__file__) for part in engine)))
     built = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
-    text = json.dumps(
-        [
-            repr(task),
-            which,
-            plant_hash(on.plant),
-            on.plant.excitation.sha256,
-            asdict(on.settings),
-            stamp,
-            content(built),
-            repr(describe(built)),
-        ]
-    )
+    surroundings = [plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), fingerprint()]
+    # a law is built from its name and numbers alone, so that its source tells it even where it hides a state
+    text = json.dumps([repr(task), which, *surroundings, law_source(built), repr(describe(built))])
     return hashlib.sha256(text.encode()).hexdigest()[:12]

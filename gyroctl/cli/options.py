@@ -1,0 +1,51 @@
+"""What several commands share: options with their meaning, the file to write, the two forms of an answer."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+Gamma = Annotated[float, typer.Option(help="Peak enhancement of the JONSWAP spectrum.")]
+Hs = Annotated[float, typer.Option(help="Significant wave height [m].")]
+PeakFrequency = Annotated[float, typer.Option(help="Peak frequency [rad/s].")]
+Variant = Annotated[str, typer.Option(help="Form of the plant: corrected or paper.")]
+Workers = Annotated[int, typer.Option(min=0, help="Workers; 0 for all cores. Changes no result.")]
+Parameters = Annotated[list[str] | None, typer.Option("--set", help="Parameter of the law, key=value; may repeat.")]
+
+
+def parse(pairs: list[str]) -> dict[str, Any]:
+    """Turn ["cc=0.1"] into {"cc": 0.1}; what is no number stays text."""
+    from gyroctl.errors import InputError
+
+    values: dict[str, Any] = {}
+    for pair in pairs:
+        key, equals, text = pair.partition("=")
+        if not equals or not key:
+            raise InputError("--set", pair, "is not of the form key=value", "Write for example --set cc=0.1")
+        try:
+            values[key.strip()] = float(text)
+        except ValueError:
+            values[key.strip()] = text.strip()
+    return values
+
+
+def check_file(out: Path) -> None:
+    """Refuse to write a file where there can be none, before what goes into it is computed."""
+    from gyroctl.errors import InputError
+
+    if not out.resolve().parent.is_dir():
+        raise InputError("out", str(out), "its folder does not exist", f"Make the folder {out.parent} first")
+    if out.is_dir():
+        raise InputError("out", str(out), "is a folder", "Give the name of a file, for example run.nc")
+
+
+def answer(content: Mapping[str, Any], lines: Iterable[str]) -> None:
+    """Print words on a terminal, JSON in a pipe."""
+    words = lines if sys.stdout.isatty() else [json.dumps(content, allow_nan=False)]
+    for line in words:
+        typer.echo(line)

@@ -1,0 +1,140 @@
+"""The work items of a comparison: a law on a realisation, and the key under which its result is stored.
+
+The key is the hash of everything that can change a bit of the result, so that what is finished is never computed again
+and a stale result never taken for a fresh one.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.fingerprint import fingerprint
+from gyroctl.harness.law_fingerprint import law_fingerprint
+from gyroctl.harness.protocol import Law
+from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.harness.start import locked_start
+from gyroctl.plant import Plant
+from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
+from gyroctl.simulation.lock import load_share
+from gyroctl.simulation.metrics import Record, evaluate
+from gyroctl.waves import Sea, WaveRealisation, prepare, realise
+from gyroctl.waves.energy import wave_power
+
+COUNTERS = ("deadline_misses", "fallbacks", "clamped", "starts", "pulls", "catches", "unloads")
+"""What a law may count while it runs, see `LawTiming`."""
+
+
+@dataclass(frozen=True)
+class Realisations:
+    """The identical waves of a comparison: a sea, seeds, and their grid.
+
+    Parameters
+    ----------
+    sea : Sea
+        The waves.
+    seeds : tuple of int
+        One realisation each.
+    duration, dt : float
+        Length and grid of the moments. [s]
+    """
+
+    sea: Sea
+    seeds: tuple[int, ...]
+    duration: float = 2000.0
+    dt: float = 0.05
+
+    def at(self, plant: Plant, seed: int, settings: Settings) -> WaveRealisation:
+        """Return the waves of a seed as they act on the plant."""
+        return lead_in(realise(plant, self.sea, seed, self.duration, self.dt), settings)
+
+
+@dataclass(frozen=True)
+class Item:
+    """One law on one realisation; `available` is the power of the waves [W], `example` asks for the time series."""
+
+    plant: Plant
+    name: str
+    law: Law
+    waves: Realisations
+    seed: int
+    settings: Settings
+    available: float
+    example: bool
+    key: str
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """Result of an item: hash of its waves, metrics, and the time series where it is the example."""
+
+    sha256: str
+    values: dict[str, float]
+    series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+
+
+def work_items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings: Settings) -> list[Item]:
+    """Every law on every realisation.
+
+    Raises
+    ------
+    InputError
+        For waves or a start that no run could use.
+    """
+    synthesis = prepare(plant, waves.sea, waves.duration, waves.dt)
+    waves.at(plant, waves.seeds[0], settings)
+    if settings.start == "locked":
+        locked_start(plant, waves.sea)
+    width = plant.parameters.d + plant.parameters.c  # crests run along the lever, and so does the capsule
+    available = wave_power(synthesis, plant.depth) * width
+    common = [plant.coefficients, asdict(plant.parameters), waves.duration, asdict(settings), repr(available)]
+    hashes = {seed: synthesis.sha256(seed, settings.score_from) for seed in waves.seeds}
+    content = {name: law_fingerprint(law) for name, law in laws.items()}
+    items = []
+    for (name, law), seed in product(laws.items(), waves.seeds):
+        example = seed == waves.seeds[0]
+        text = json.dumps([fingerprint(), content[name], hashes[seed], example, *common])
+        # a law that is not known by its content has no key, and its result is not stored
+        key = hashlib.sha256(text.encode()).hexdigest() if content[name] else ""
+        items.append(Item(plant, name, law, waves, seed, settings, available, example, key))
+    return items
+
+
+def perform(item: Item) -> Outcome:
+    """Run one item."""
+    plant, settings, wp = item.plant, item.settings, item.waves.sea.wp
+    waves = item.waves.at(plant, item.seed, settings)
+    record, timing = run_law(plant, item.law, waves, settings, item.name)
+    rest, scored = settings.start == "rest", (settings.score_from, item.available)
+    values = evaluate(plant, record, waves.moments[1], waves.dt, wp, *scored, from_rest=rest)
+    values |= {
+        "saturations": float(record.saturations),
+        "step_ms_median": timing.median,
+        "step_ms_p99": timing.p99,
+        **{name: float(timing.counters.get(name, 0)) for name in COUNTERS},
+    }
+    return Outcome(waves.sha256, values, _series(item, record, waves) if item.example else {})
+
+
+def _series(item: Item, record: Record, waves: WaveRealisation) -> dict[str, NDArray[np.float64]]:
+    states = record.states[:-1]
+    cc, cg = record.controls.T
+    psi, phi1_rate, phi3_rate = states[:, PSI], states[:, PHI1_RATE], states[:, PHI3_RATE]
+    time, p = np.arange(states.shape[0]) * record.period, item.plant.parameters
+    return {
+        "time": time,
+        "power": cg * states[:, OMEGA_RATE] ** 2,
+        "ring_speed": states[:, PSI_RATE],
+        "phi1": states[:, PHI1],
+        "phi3": states[:, PHI3],
+        "cc": cc.copy(),
+        "cg": cg.copy(),
+        "load_share": load_share(psi, phi1_rate, phi3_rate, cg, record.period, item.waves.sea.wp, p.J4 / p.N),
+        "elevation": np.interp(time, waves.time, waves.elevation),
+    }
