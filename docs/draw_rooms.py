@@ -33,7 +33,7 @@ STOREYS = (
 """Storeys from above to below: last layer by one of its rooms, colour of its rooms and their arrows, what it is."""
 
 LEFT, TOP = 28, 112
-CAPTIONS = 276
+CAPTIONS = 290
 """Room to the left of the first box. [px]"""
 
 ROW, GAP, COLUMN = 46, 8, 43
@@ -139,9 +139,12 @@ def _caption(path: Path) -> str:
 
 def _wrapped(words: str, characters: int) -> list[str]:
     """Two lines at most, about equally long."""
-    lines = textwrap.wrap(words, characters, max_lines=2, placeholder=" …")
-    narrower = (textwrap.wrap(words, width, max_lines=2, placeholder=" …") for width in range(20, characters))
-    return next((found for found in narrower if len(found) == len(lines) and not found[-1].endswith(" …")), lines)
+    tries = [
+        textwrap.wrap(words, width, max_lines=2, placeholder=" …", break_on_hyphens=False)
+        for width in range(20, characters + 1)
+    ]
+    widest = tries[-1]
+    return next((found for found in tries if len(found) == len(widest) and not found[-1].endswith(" …")), widest)
 
 
 def _stroke(count: int) -> float:
@@ -161,10 +164,11 @@ def _heading(count: int) -> list[str]:
     )
     found = [_text(LEFT, 38, "The rooms of gyroctl", 21, INK, ' font-weight="bold"')]
     found += [_text(LEFT, 63 + 19 * i, line, 13, MUTED) for i, line in enumerate(say)]
-    return found + [
-        _text(LEFT + 290 + 240 * i, 38, name, 13, colour, ' font-weight="bold"')
-        for i, (_, colour, name) in enumerate(STOREYS)
-    ]
+    x = LEFT + 290.0
+    for _, colour, name in STOREYS:
+        found.append(_text(x, 38, name, 13, colour, ' font-weight="bold"'))
+        x += 8.5 * len(name) + 30.0
+    return found
 
 
 def _bands(boxes: list[Room], width: float) -> list[str]:
@@ -203,7 +207,7 @@ def _box(box: Room) -> str:
         [
             f'<g data-room="{box.name}">',
             f'<rect {size} rx="6" fill="white" stroke="{box.colour}" stroke-width="1.6"/>',
-            _text(inside, box.middle - 2, box.name, 14.5, box.colour, ' font-weight="bold"'),
+            _text(inside, box.middle - 2, box.name, 14, box.colour, ' font-weight="bold"'),
             _text(inside, box.middle + 13, f"{box.lines:,} lines".replace(",", " "), 11, MUTED),
             *(_text(beside, first + 15 * i, line, 12, MUTED, ' text-anchor="end"') for i, line in enumerate(caption)),
             "</g>",

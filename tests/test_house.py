@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import re
 import subprocess
+import textwrap
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -168,6 +169,31 @@ def test_ci_makefile_and_hooks_run_the_same_checks() -> None:
     assert set(re.findall(r"repo: (.*)$", hooks, re.MULTILINE)) == {"local"}, "no network for a commit"
     for check in CHECKS:
         assert f"`{check}`" in text("CONTRIBUTING.md")
+
+
+# --- the way into the project ------------------------------------------------------------------------------------
+
+MADE_UP = ("governor", "swell", "heights", "fig16", "draw_<what>")
+"""What the recipes add."""
+
+
+def test_recipes_name_files_that_exist_and_code_that_parses() -> None:
+    guide = text("CONTRIBUTING.md")
+    named = set(re.findall(r"`((?:gyroctl|controllers|studies|tests|docs|benchmarks)/[^` ]*)`", guide))
+    missing = [name for name in named if not (ROOT / name).exists() and not any(word in name for word in MADE_UP)]
+    assert len(named) > 30 and missing == []
+    for block in re.findall(r"^ *```python\n(.*?)^ *```$", guide, re.MULTILINE | re.DOTALL):
+        code = textwrap.dedent(block).strip()
+        ast.parse(f"{{{code}}}" if code.startswith('"') and '": ' in code else code)
+
+
+def test_law_of_the_recipe_is_one(tmp_path: Path) -> None:
+    blocks = re.findall(r"^```python\n(.*?)^```$", text("CONTRIBUTING.md"), re.MULTILINE | re.DOTALL)
+    (tmp_path / "governor.py").write_text(next(block for block in blocks if "class Governor" in block))
+    law = gy.law(f"{tmp_path}/governor.py:Governor")
+    faster = gy.Measurement(psi=0.0, psi_rate=3.5, omega_rate=70.0, phi1=0.0, phi3=0.0, phi1_rate=0.0, phi3_rate=0.0)
+    (cc, cg), _ = law.step(0.0, faster, law.init())
+    assert cc == 0.06 and cg > 4e-4
 
 
 # --- made-up houses ----------------------------------------------------------------------------------------------
