@@ -33,7 +33,7 @@ STOREYS = (
 """Storeys from above to below: last layer by one of its rooms, colour of its rooms and their arrows, what it is."""
 
 LEFT, TOP = 28, 112
-CAPTIONS = 290
+CAPTIONS = 306
 """Room to the left of the first box. [px]"""
 
 ROW, GAP, COLUMN = 46, 8, 43
