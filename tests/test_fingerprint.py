@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
-from gyroctl.controllers.supervisor import Supervisor
+from gyroctl.controllers.supervisor import wrap
 from gyroctl.fingerprint import fingerprint, listing
 from gyroctl.harness.law_fingerprint import law_fingerprint, law_source
 
@@ -166,7 +166,7 @@ class Holding:
 
 
 def test_law_with_hidden_state_cannot_be_hashed() -> None:
-    for law in (Hiding(3e-4), Holding(lambda: None), Supervisor(Hiding(3e-4))):
+    for law in (Hiding(3e-4), Holding(lambda: None), wrap(Hiding(3e-4))):
         assert law_fingerprint(law) == ""
     assert law_source(Hiding(3e-4)) == law_source(Hiding(4e-4)) != ""
     assert law_fingerprint(Holding(np.array([1.0]))) != law_fingerprint(Holding(np.array([2.0]))) != ""
@@ -176,4 +176,4 @@ def test_law_that_was_typed_in_by_hand_cannot_be_hashed() -> None:
     typed: dict[str, Any] = {}
     exec(compile(EXAMPLE.read_text().replace("from __future__", "# from __future__"), "<stdin>", "exec"), typed)
     assert law_fingerprint(typed["MyLaw"]()) == law_source(typed["MyLaw"]()) == ""
-    assert law_fingerprint(Supervisor(typed["MyLaw"]())) == law_source(Supervisor(typed["MyLaw"]())) == ""
+    assert law_fingerprint(wrap(typed["MyLaw"]())) == law_source(wrap(typed["MyLaw"]())) == ""

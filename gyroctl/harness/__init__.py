@@ -1,1 +1,1 @@
-"""The closed loop: laws, sensors, actuators, one run, and the fair comparison."""
+"""The closed loop: what a law is, sensors, actuators, one run, and the check of a law."""

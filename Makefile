@@ -1,0 +1,29 @@
+# `compare` and `test` are the README's two commands; the others need the environment that `test` makes.
+.PHONY: compare test lint types imports checks docs-rooms same-bits
+
+compare:
+	python3 -m venv .venv && .venv/bin/pip install -q -c constraints.txt . && .venv/bin/gyroctl compare
+
+test:
+	python3 -m venv .venv && .venv/bin/pip install -q -c constraints.txt -e ".[dev]" && .venv/bin/python -m pytest -n 2
+
+checks: lint types imports
+
+lint:
+	.venv/bin/ruff check .
+	.venv/bin/ruff format --check .
+
+types:
+	.venv/bin/mypy
+
+imports:
+	.venv/bin/lint-imports
+
+# the picture in docs/architecture.md
+docs-rooms:
+	.venv/bin/python docs/draw_rooms.py
+
+# hashes of a fixed experiment; after a move: make same-bits AGAINST=before.json
+same-bits:
+	mkdir -p results
+	.venv/bin/python benchmarks/same_bits.py --out results/same_bits.json $(if $(AGAINST),--against $(AGAINST))
