@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from contextlib import ExitStack
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 from gyroctl.comparison import store
 from gyroctl.comparison.items import Item, Outcome, perform
 from gyroctl.harness.law_entry import compile_law
+from gyroctl.harness.protocol import Preparing, innermost
 from gyroctl.simulation.progress import Progress
 
 Outcomes = dict[tuple[str, int], Outcome]
@@ -45,24 +47,34 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
         compiled = {item.name: compile_law(item.law) is not None for item in todo}
         fast = [item for item in todo if compiled[item.name]]
         slow = [item for item in todo if not compiled[item.name]]
-        # One run of a slow law goes ahead, beside the fast ones: on a new installation it compiles what it calls, and
-        # the other processes find that done.
-        ahead = slow[:1] if fast and workers > 1 else []
-        threads = pools.enter_context(ThreadPoolExecutor(max(workers - len(ahead), 1)))
+        threads = pools.enter_context(ThreadPoolExecutor(workers))
         processes = pools.enter_context(_processes(workers, slow))
-        for stage in ([(threads, fast), (processes, ahead)], [(processes, slow[len(ahead) :])]):
-            futures = {pool.submit(perform, item): item for pool, batch in stage for item in batch}
-            try:
-                for future in as_completed(futures):
-                    item, outcome = futures[future], future.result()
-                    store.save(results, item.key, outcome.sha256, outcome.values, outcome.series)
-                    outcomes[item.name, item.seed] = outcome
-                    progress.advance()
-            except BaseException:
-                for pool in (threads, processes):
-                    pool.shutdown(wait=False, cancel_futures=True)
-                raise
+        try:
+            parts = _preparations(slow, processes)  # on a new installation they compile, beside the fast runs
+            for pool, batch, beside in ((threads, fast, parts), (processes, slow, [])):
+                futures: dict[Future[Any], Item] = {pool.submit(perform, item): item for item in batch}
+                for future in as_completed([*futures, *beside]):
+                    outcome = future.result()
+                    if future in futures:
+                        item = futures[future]
+                        store.save(results, item.key, outcome.sha256, outcome.values, outcome.series)
+                        outcomes[item.name, item.seed] = outcome
+                        progress.advance()
+        except BaseException:
+            for pool in (threads, processes):
+                pool.shutdown(wait=False, cancel_futures=True)
+            raise
     return outcomes
+
+
+def _preparations(slow: Sequence[Item], processes: Executor) -> list[Future[Any]]:
+    """Have slow laws compile what they call, part by part at once: their runs find it done."""
+    if not isinstance(processes, ProcessPoolExecutor):
+        return []
+    laws = {item.name: innermost(item.law) for item in slow}
+    return [
+        processes.submit(part) for law in laws.values() if isinstance(law, Preparing) for part in law.preparations()
+    ]
 
 
 def _processes(workers: int, batch: Sequence[Item]) -> Executor:
