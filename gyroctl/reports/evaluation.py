@@ -75,6 +75,12 @@ class LawResult:
     starts: int | None  # of a supervisor, sum over realisations
     unloads: int | None  # of a supervisor, sum over realisations
 
+    @property
+    def flows(self) -> dict[str, float]:
+        """Where the wave input goes. [W]"""
+        lost = {"slip": self.slip_loss_w, "hinge": self.hinge_w, "radiated": self.radiated_w}
+        return {"generator": self.power.value, **lost, "stored": self.stored_w}
+
 
 @dataclass(frozen=True)
 class Evaluation:

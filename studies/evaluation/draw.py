@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.reports.layout import REFERENCE
-from gyroctl.reports.theme import LOCK_SCALE, MARKERS, LawStyle, law_styles
+from gyroctl.reports.theme import LOCK_SCALE, STYLES, LawStyle, law_styles
 from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation.rows import Row
 from gyroctl.studies.evaluation.targets import BARS, LOCKED, MOTION, Bar
@@ -153,7 +153,7 @@ def _styles(names: Sequence[str]) -> dict[str, LawStyle]:
     """Colour and marker of each law; where the colours begin again, the markers are shifted, so that no two agree."""
     styles = law_styles(names, REFERENCE)
     for i, name in enumerate(name for name in names if name != REFERENCE):
-        styles[name] = styles[name]._replace(marker=MARKERS[(i + i // len(MARKERS)) % len(MARKERS)])
+        styles[name] = styles[name]._replace(marker=STYLES[(i + i // len(STYLES)) % len(STYLES)].marker)
     return styles
 
 
