@@ -51,11 +51,14 @@ def draw_seas(tables: Mapping[float, Sequence[Row]], asked: Mapping[str, Any]) -
 def draw_information(levels: Mapping[str, Row], asked: Mapping[str, Any]) -> Figure:
     """Power and CV over what is known of the waves."""
     figure, axes = sheet(1, 2, (10.0, 4.6), "The price of information", note(asked))
-    panels = ("Mean power", "mean power [W]", "power"), ("Smoothness", "CV of power", "cv")
-    for axis, (title, unit, quantity) in zip(axes, panels, strict=True):
-        for at, row in enumerate(levels.values()):
+    rows = list(levels.values())
+    for axis, title, unit, estimates in (
+        (axes[0], "Mean power", "mean power [W]", [row.power for row in rows]),
+        (axes[1], "Smoothness", "CV of power", [row.cv for row in rows]),
+    ):
+        for at, (row, estimate) in enumerate(zip(rows, estimates, strict=True)):
             style, place = _styles([row.law])[row.law], Estimate(float(at), math.nan, math.nan)
-            _point(axis, place, getattr(row, quantity), style, _kept(row), "")
+            _point(axis, place, estimate, style, _kept(row), "")
         axis.set_xticks(range(len(levels)), list(levels), rotation=20, ha="right")
         axis.set_ylim(bottom=0.0)
         label(axis, title, "", unit)
@@ -75,21 +78,8 @@ def draw_offdesign(groups: Mapping[str, Sequence[tuple[str, Mapping[str, Row]]]]
         for law in names:
             rows = {i: table[law] for i, (_, table) in enumerate(group) if law in table}
             at = np.array(list(rows)) + 0.04 * (names.index(law) - 0.5 * len(names))
-            for axis, estimates in (
-                (above, [row.ratio for row in rows.values()]),
-                (below, [row.lock for row in rows.values()]),
-            ):
-                axis.errorbar(
-                    at,
-                    [estimate.value for estimate in estimates],
-                    yerr=_arms(estimates),
-                    color=styles[law].colour,
-                    marker=styles[law].marker,
-                    ms=5,
-                    lw=0.9,
-                    elinewidth=0.8,
-                    label=law,
-                )
+            _errors(above, at, [row.ratio for row in rows.values()], styles[law], law)
+            _errors(below, at, [row.lock for row in rows.values()], styles[law], law)
         above.axhline(1.0, color=INK, lw=0.9)
         above.set_ylim(bottom=0.0)
         below.set_ylim(-0.03, 1.03)
@@ -158,21 +148,16 @@ def _kept(row: Row) -> bool:
     return not missed_by_limit(row).keys() & {"motion", "lock"}
 
 
+def _errors(axis: Axes, x: Any, estimates: Sequence[Estimate], style: LawStyle, name: str) -> None:
+    values = [estimate.value for estimate in estimates]
+    look: dict[str, Any] = {"color": style.colour, "marker": style.marker, "ms": 5, "lw": 0.9, "elinewidth": 0.8}
+    axis.errorbar(x, values, yerr=_arms(estimates), label=name, **look)
+
+
 def _point(axis: Axes, x: Estimate, y: Estimate, style: LawStyle, kept: bool, name: str) -> None:
-    axis.errorbar(
-        x.value,
-        y.value,
-        xerr=_arms([x]),
-        yerr=_arms([y]),
-        color=style.colour,
-        marker=style.marker,
-        ms=7,
-        mfc=style.colour if kept else "white",
-        mew=1.4,
-        lw=0,
-        elinewidth=1.0,
-        label=name,
-    )
+    look: dict[str, Any] = {"color": style.colour, "marker": style.marker, "mfc": style.colour if kept else "white"}
+    look |= {"ms": 7, "mew": 1.4, "lw": 0, "elinewidth": 1.0}
+    axis.errorbar(x.value, y.value, xerr=_arms([x]), yerr=_arms([y]), label=name, **look)
 
 
 def _arms(estimates: Sequence[Estimate]) -> Any:
