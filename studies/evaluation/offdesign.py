@@ -110,7 +110,7 @@ def offdesign_table(
     ask : Request
         Laws, seeds, length.
     seas : sequence of OffSea, optional
-        Other seas than those of the issue.
+        Other seas than `off_seas`.
     search : callable
         Finds the best constant pair of a sea.
     """
