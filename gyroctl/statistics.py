@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -174,18 +174,9 @@ def lock_survival(loss_time: ArrayLike, duration: float, confidence: float = CON
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)
         bounds = curve.confidence_interval(confidence, method="log-log")
-    knots = np.asarray(curve.quantiles, dtype=np.float64)
-
-    def steps(values: NDArray[np.float64], start: float) -> NDArray[np.float64]:
-        return np.concatenate([[start], values, values[-1:]])
-
-    return Survival(
-        np.concatenate([[0.0], knots, [duration]]),
-        steps(curve.probabilities, 1.0),
-        steps(bounds.low.probabilities, np.nan),
-        steps(bounds.high.probabilities, np.nan),
-        held,
-    )
+    parts = (curve.probabilities, 1.0), (bounds.low.probabilities, np.nan), (bounds.high.probabilities, np.nan)
+    probability, low, high = (np.concatenate([[start], values, values[-1:]]) for values, start in parts)
+    return Survival(np.concatenate([[0.0], curve.quantiles, [duration]]), probability, low, high, held)
 
 
 def bootstrap_mean(values: ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
@@ -203,18 +194,12 @@ def bootstrap_mean(values: ArrayLike, confidence: float = CONFIDENCE) -> Estimat
     Estimate
         Mean and interval in the unit of `values`; no interval below four values.
     """
-    given = np.asarray(values, dtype=np.float64)
-    kept = given[np.isfinite(given)]
+    kept, given = _finite(values), np.size(values)
     if kept.size == 0:
         return Estimate(np.nan, np.nan, np.nan, "no finite value")
-    left_out = f"{given.size - kept.size} of {given.size} values not finite" if kept.size < given.size else ""
-    mean = float(kept.mean())
-    if kept.size < FEWEST:
-        return Estimate(mean, np.nan, np.nan, _join(_too_few(kept.size), left_out))
-    if _constant(kept):
-        return Estimate(mean, mean, mean, _join("all values equal", left_out))
-    low, high = _resampled((kept,), _mean, confidence)
-    return Estimate(mean, low, high, left_out)
+    left_out = f"{given - kept.size} of {given} values not finite" if kept.size < given else ""
+    same = "all values equal" if _constant(kept, float(np.abs(kept).mean())) else ""
+    return _bootstrapped(float(kept.mean()), (kept,), _mean, confidence, same, left_out)
 
 
 def paired_ratio(values: ArrayLike, reference: ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
@@ -236,12 +221,9 @@ def paired_ratio(values: ArrayLike, reference: ArrayLike, confidence: float = CO
     if first.size == 0 or not second.mean() > 0.0:
         return Estimate(np.nan, np.nan, np.nan, _join("the reference mean is not positive", left_out))
     ratio = float(first.mean() / second.mean())
-    if first.size < FEWEST:
-        return Estimate(ratio, np.nan, np.nan, _join(_too_few(first.size), left_out))
-    if _constant(first - ratio * second, scale=float(np.abs(first).mean())):
-        return Estimate(ratio, ratio, ratio, _join("proportional to the reference", left_out))
-    low, high = _resampled((first, second), _mean_ratio, confidence)
-    return Estimate(ratio, low, high, left_out)
+    proportional = _constant(first - ratio * second, float(np.abs(first).mean()))
+    same = "proportional to the reference" if proportional else ""
+    return _bootstrapped(ratio, (first, second), _mean_ratio, confidence, same, left_out)
 
 
 def paired_difference(
@@ -271,14 +253,14 @@ def paired_difference(
     if difference.size == 0:
         return Estimate(np.nan, np.nan, np.nan, "no finite pair"), np.nan
     mean = float(difference.mean())
-    if difference.size < FEWEST:
-        return Estimate(mean, np.nan, np.nan, _join(_too_few(difference.size), left_out)), np.nan
     scale = float(np.abs(np.concatenate([first, second])).mean())
-    if _constant(difference, scale=scale):
-        same = abs(mean) <= 1e-12 * scale
-        return Estimate(mean, mean, mean, _join("all differences equal", left_out)), 1.0 if same else 0.0
-    low, high = _resampled((difference,), _mean, confidence)
-    return Estimate(mean, low, high, left_out), float(ttest_1samp(difference, 0.0).pvalue)
+    same = "all differences equal" if _constant(difference, scale) else ""
+    estimate = _bootstrapped(mean, (difference,), _mean, confidence, same, left_out)
+    if difference.size < FEWEST:
+        return estimate, np.nan
+    if same:
+        return estimate, 1.0 if abs(mean) <= 1e-12 * scale else 0.0
+    return estimate, float(ttest_1samp(difference, 0.0).pvalue)
 
 
 def holm(p_values: Sequence[float]) -> list[float]:
@@ -328,24 +310,35 @@ def paired_differences(
     results = [paired_difference(values[a], values[b], confidence) for a, b in pairs]
     corrected = holm([p for _, p in results])
     return tuple(
-        PairedDifference(names[a], names[b], estimate, p, p_holm, _words(estimate, p_holm, 1.0 - confidence, words))
+        PairedDifference(names[a], names[b], estimate, p, p_holm, in_words(estimate, p_holm, words, 1.0 - confidence))
         for (a, b), (estimate, p), p_holm in zip(pairs, results, corrected, strict=True)
     )
 
 
 def finite_mean(values: ArrayLike) -> float:
     """Mean of the finite values, NaN without a warning when there are none."""
-    given = np.asarray(values, dtype=np.float64)
-    kept = given[np.isfinite(given)]
+    kept = _finite(values)
     return float(kept.mean()) if kept.size else float("nan")
 
 
-def _words(estimate: Estimate, p_holm: float, level: float, words: tuple[str, str]) -> str:
+def finite_largest(values: ArrayLike) -> float:
+    """Largest of the finite values, NaN when there are none."""
+    kept = _finite(values)
+    return float(kept.max()) if kept.size else float("nan")
+
+
+def in_words(difference: Estimate, p_holm: float, words: tuple[str, str], level: float) -> str:
+    """Say what a difference is: the first or the second of `words` where the corrected test and the interval agree."""
     if not np.isfinite(p_holm):
-        return estimate.note
-    if p_holm < level and (estimate.low > 0.0 or estimate.high < 0.0):
-        return words[0] if estimate.value > 0.0 else words[1]
+        return difference.note
+    if p_holm < level and (difference.low > 0.0 or difference.high < 0.0):
+        return words[0] if difference.value > 0.0 else words[1]
     return NOT_DISTINGUISHABLE
+
+
+def _finite(values: ArrayLike) -> NDArray[np.float64]:
+    given = np.asarray(values, dtype=np.float64)
+    return given[np.isfinite(given)]
 
 
 def _pairs(values: ArrayLike, reference: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64], str]:
@@ -357,29 +350,35 @@ def _pairs(values: ArrayLike, reference: ArrayLike) -> tuple[NDArray[np.float64]
     return first[both], second[both], note
 
 
-def _resampled(
-    samples: tuple[NDArray[np.float64], ...], statistic: Callable[..., NDArray[np.float64]], confidence: float
-) -> tuple[float, float]:
-    """BCa bounds; percentile bounds where BCa does not exist (acceleration undefined for nearly degenerate samples)."""
+def _bootstrapped(
+    value: float,
+    samples: tuple[NDArray[np.float64], ...],
+    statistic: Callable[..., NDArray[np.float64]],
+    confidence: float,
+    same: str,
+    left_out: str,
+) -> Estimate:
+    """Value of the statistic with its interval; `same` says why all resamples agree, where they do.
+
+    BCa bounds, and percentile bounds where BCa does not exist (acceleration undefined for nearly degenerate samples).
+    """
     from scipy.stats import bootstrap
 
+    count = samples[0].size
+    if count < FEWEST:
+        few = f"no interval from {count} realisation{'s' if count > 1 else ''} (at least {FEWEST})"
+        return Estimate(value, np.nan, np.nan, _join(few, left_out))
+    if same:
+        return Estimate(value, value, value, _join(same, left_out))
+    options: dict[str, Any] = {"paired": True, "vectorized": True, "n_resamples": RESAMPLES, "batch": 1000}
     for method in ("BCa", "percentile"):
+        options |= {"method": method, "rng": np.random.default_rng(SEED)}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            bounds = bootstrap(
-                samples,
-                statistic,
-                paired=True,
-                vectorized=True,
-                n_resamples=RESAMPLES,
-                batch=1000,
-                confidence_level=confidence,
-                method=method,
-                rng=np.random.default_rng(SEED),
-            ).confidence_interval
+            bounds = bootstrap(samples, statistic, confidence_level=confidence, **options).confidence_interval
         if np.isfinite(bounds.low) and np.isfinite(bounds.high):
             break
-    return float(bounds.low), float(bounds.high)
+    return Estimate(value, float(bounds.low), float(bounds.high), left_out)
 
 
 def _mean(values: NDArray[np.float64], axis: int = -1) -> NDArray[np.float64]:
@@ -390,13 +389,8 @@ def _mean_ratio(values: NDArray[np.float64], reference: NDArray[np.float64], axi
     return np.asarray(np.mean(values, axis=axis) / np.mean(reference, axis=axis))
 
 
-def _constant(values: NDArray[np.float64], scale: float | None = None) -> bool:
-    size = float(np.abs(values).mean()) if scale is None else scale
-    return bool(np.ptp(values) <= 1e-12 * size)
-
-
-def _too_few(count: int) -> str:
-    return f"no interval from {count} realisation{'s' if count > 1 else ''} (at least {FEWEST})"
+def _constant(values: NDArray[np.float64], scale: float) -> bool:
+    return bool(np.ptp(values) <= 1e-12 * scale)
 
 
 def _join(*notes: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,7 @@ from gyroctl.statistics import (
     PairedDifference,
     Survival,
     bootstrap_mean,
+    finite_largest,
     finite_mean,
     lock_probability,
     lock_survival,
@@ -31,113 +32,68 @@ class LawResult:
     """One law over all realisations.
 
     Means are over all realisations, lost runs included, so that losing lock costs power here as it does at sea.
-
-    Parameters
-    ----------
-    name, label, information : str
-        Name in the experiment, name in words, and what the law may see (none, sensors, forecast, oracle).
-    runs, locked : int
-        Number of runs, and of those that held lock to the end.
-    power, power_cv, ratio : Estimate
-        Mean electrical power [W], coefficient of variation of power within a run [1], mean power over that of the
-        reference [1].
-    power_locked : float
-        Mean electrical power of the runs that held lock. [W]
-    p98_over_mean, cycle_slips : float
-        98 % quantile of power over its mean [1]; cycle slips per 1000 waves.
-    lock, mttl : Estimate
-        Probability to hold lock [1]; mean time to lose lock [s].
-    survival : Survival
-        Kaplan-Meier curve of lock.
-    phi1_p98, phi3_p98, phi1_worst, phi3_worst : float
-        98 % of |phi1|, |phi3|: mean over realisations and the worst realisation. [rad]
-    over_limit, outside_model : int
-        Runs whose 98 % motion exceeds the limit; runs that leave the range of the linear float model.
-    wave_input_w, radiated_w, hinge_w, slip_loss_w, stored_w : float
-        Mean power flows. [W]
-    ledger_residual : float
-        Largest |residual| of the energy ledger, relative to the wave input. [1]
-    capture_width_ratio, saturations, step_ms_median, step_ms_p99 : float
-        Mean capture width ratio [1], saturated samples (mean of what is stored), median and worst 99 % time of a
-        step. [ms]
-    deadline_misses, fallbacks, starts, unloads : int or None
-        Sums over realisations, None where not recorded: the last two count what a supervisor did.
-    availability, lock_begins, payback_time : float
-        Mean share of time in locked production [1]; medians of the time at which that begins, and from which the net
-        energy stays positive [s], NaN where half of the runs never get there.
-    motor_energy, net_energy : float
-        Mean energy that the motor took, and of the generator less that. [J]
+    Sums are None, other numbers NaN where the file does not record them.
     """
 
-    name: str
-    label: str
-    information: str
+    name: str  # in the experiment
+    label: str  # in words
+    information: str  # what the law may see: none, sensors, forecast, oracle
     runs: int
-    locked: int
-    power: Estimate
-    power_locked: float
-    power_cv: Estimate
-    p98_over_mean: float
-    ratio: Estimate
-    lock: Estimate
-    mttl: Estimate
-    survival: Survival
-    cycle_slips: float
-    phi1_p98: float
-    phi3_p98: float
-    phi1_worst: float
-    phi3_worst: float
-    over_limit: int
-    outside_model: int
-    wave_input_w: float
-    radiated_w: float
-    hinge_w: float
-    slip_loss_w: float
-    stored_w: float
-    ledger_residual: float
-    capture_width_ratio: float
-    saturations: float
-    step_ms_median: float
-    step_ms_p99: float
-    deadline_misses: int | None
-    fallbacks: int | None
-    availability: float
-    lock_begins: float
-    payback_time: float
-    motor_energy: float
-    net_energy: float
-    starts: int | None
-    unloads: int | None
+    locked: int  # runs that held lock to the end
+    power: Estimate  # mean electrical power [W]
+    power_locked: float  # mean electrical power of the runs that held lock [W]
+    power_cv: Estimate  # coefficient of variation of power within a run [1]
+    p98_over_mean: float  # 98 % quantile of power over its mean [1]
+    ratio: Estimate  # mean power over that of the reference [1]
+    lock: Estimate  # probability to hold lock [1]
+    mttl: Estimate  # mean time to lose lock [s]
+    survival: Survival  # Kaplan-Meier curve of lock
+    cycle_slips: float  # per 1000 waves
+    phi1_p98: float  # 98 % of |phi1|, mean over realisations [rad]
+    phi3_p98: float  # 98 % of |phi3|, mean over realisations [rad]
+    phi1_worst: float  # 98 % of |phi1|, worst realisation [rad]
+    phi3_worst: float  # 98 % of |phi3|, worst realisation [rad]
+    over_limit: int  # runs whose 98 % motion exceeds the limit
+    outside_model: int  # runs that leave the range of the linear float model
+    wave_input_w: float  # mean power flow, as the next four [W]
+    radiated_w: float  # [W]
+    hinge_w: float  # [W]
+    slip_loss_w: float  # [W]
+    stored_w: float  # [W]
+    ledger_residual: float  # largest |residual| of the energy ledger, relative to the wave input [1]
+    capture_width_ratio: float  # [1]
+    saturations: float  # saturated samples, mean of what is stored
+    step_ms_median: float  # time of a step [ms]
+    step_ms_p99: float  # 99 % of the time of a step, worst run [ms]
+    deadline_misses: int | None  # sum over realisations
+    fallbacks: int | None  # sum over realisations
+    availability: float  # mean share of time in locked production [1]
+    lock_begins: float  # median time at which that begins, NaN where half of the runs never get there [s]
+    payback_time: float  # median time from which the net energy stays positive, NaN likewise [s]
+    motor_energy: float  # mean energy that the motor took [J]
+    net_energy: float  # mean energy of the generator less that of the motor [J]
+    starts: int | None  # of a supervisor, sum over realisations
+    unloads: int | None  # of a supervisor, sum over realisations
+
+    @property
+    def flows(self) -> dict[str, float]:
+        """Where the wave input goes. [W]"""
+        lost = {"slip": self.slip_loss_w, "hinge": self.hinge_w, "radiated": self.radiated_w}
+        return {"generator": self.power.value, **lost, "stored": self.stored_w}
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """A whole comparison: the laws, their paired differences and what the numbers refer to.
+    """A whole comparison: the laws, their paired differences and what the numbers refer to."""
 
-    Parameters
-    ----------
-    laws : tuple of LawResult
-        In the order of the file.
-    power_differences, cv_differences : tuple of PairedDifference
-        Every pair of laws on identical realisations, in mean power [W] and in power CV [1]; each family Holm-corrected.
-    reference : str or None
-        The law that ratios refer to, None where the comparison has none.
-    seeds, tuning_seeds : tuple of int
-        Evaluation seeds and tuning seeds.
-    duration : float
-        Duration of every run. [s]
-    motion_limit : float
-        Limit of the 98 % motion. [rad]
-    """
-
-    laws: tuple[LawResult, ...]
-    power_differences: tuple[PairedDifference, ...]
-    cv_differences: tuple[PairedDifference, ...]
-    reference: str | None
-    seeds: tuple[int, ...]
+    laws: tuple[LawResult, ...]  # in the order of the file
+    power_differences: tuple[PairedDifference, ...]  # mean power of every pair of laws, Holm-corrected [W]
+    cv_differences: tuple[PairedDifference, ...]  # power CV of every pair of laws, Holm-corrected [1]
+    reference: str | None  # the law that ratios refer to, None where the comparison has none
+    seeds: tuple[int, ...]  # evaluation seeds
     tuning_seeds: tuple[int, ...]
-    duration: float
-    motion_limit: float
+    duration: float  # of every run [s]
+    motion_limit: float  # of the 98 % motion [rad]
 
     def law(self, name: str) -> LawResult:
         """Find the result of the law `name`."""
@@ -180,86 +136,58 @@ def evaluate(source: xr.Dataset) -> Evaluation:
     laws = layout.names(ds)
     reference = layout.REFERENCE if layout.REFERENCE in laws else None
     limit = float(ds.attrs.get("motion_limit", layout.MOTION_LIMIT))
+    tuning_seeds = layout.read_json(ds, "tuning_seeds", [])
     return Evaluation(
-        laws=tuple(_law(ds, index, reference, limit) for index in range(len(laws))),
-        power_differences=paired_differences(laws, _values(ds, "mean_power")),
-        cv_differences=paired_differences(laws, _values(ds, "power_cv"), words=("rougher", "smoother")),
+        laws=tuple(_law(ds, name, reference, limit) for name in laws),
+        power_differences=paired_differences(laws, layout.values(ds, "mean_power")),
+        cv_differences=paired_differences(laws, layout.values(ds, "power_cv"), words=("rougher", "smoother")),
         reference=reference,
         seeds=tuple(int(seed) for seed in ds["realisation"].values),
-        tuning_seeds=_tuning_seeds(ds),
+        tuning_seeds=tuple(int(seed) for seed in tuning_seeds) if isinstance(tuning_seeds, list) else (),
         duration=layout.duration(ds),
         motion_limit=limit,
     )
 
 
-def _law(ds: xr.Dataset, index: int, reference: str | None, limit: float) -> LawResult:
-    name = layout.names(ds)[index]
-    row = {v: _values(ds, v)[index] for v in (*layout.REQUIRED, *layout.OPTIONAL)}
-    locked = _flags(ds, "locked")[index]
-    length = layout.duration(ds)
-    power = row["mean_power"]
-    if reference is None:
-        ratio = Estimate(np.nan, np.nan, np.nan, "no best_constant in this comparison")
-    else:
-        ratio = paired_ratio(power, _values(ds, "mean_power")[layout.names(ds).index(reference)])
+def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawResult:
+    row = {variable: layout.of_law(ds, variable, name) for variable in (*layout.REQUIRED, *layout.OPTIONAL)}
+    facts = ds.sel(law=name)
+    locked, duration = _flags(row["locked"]), layout.duration(ds)
+    ratio = Estimate(np.nan, np.nan, np.nan, "no best_constant in this comparison")
+    if reference is not None:
+        ratio = paired_ratio(row["mean_power"], layout.of_law(ds, "mean_power", reference))
+    means = ("p98_over_mean", "cycle_slips", "capture_width_ratio", "saturations", *layout.MOTION, *layout.FLOWS)
+    supervised = ("availability", "motor_energy", "net_energy")
+    same: dict[str, Any] = {variable: finite_mean(row[variable]) for variable in (*means, *supervised)}
+    same |= {variable: _total(row[variable]) for variable in ("deadline_misses", "fallbacks", "starts", "unloads")}
     return LawResult(
         name=name,
-        label=str(ds["label"].values[index]) if "label" in ds.variables else name,
-        information=str(ds["information"].values[index]),
+        label=str(facts["label"].values) if "label" in ds.variables else name,
+        information=str(facts["information"].values),
         runs=locked.size,
         locked=int(locked.sum()),
-        power=bootstrap_mean(power),
-        power_locked=finite_mean(power[locked]),
+        power=bootstrap_mean(row["mean_power"]),
+        power_locked=finite_mean(row["mean_power"][locked]),
         power_cv=bootstrap_mean(row["power_cv"]),
-        p98_over_mean=finite_mean(row["p98_over_mean"]),
         ratio=ratio,
         lock=lock_probability(locked),
-        mttl=mean_time_to_loss(row["loss_time"], length),
-        survival=lock_survival(row["loss_time"], length),
-        cycle_slips=finite_mean(row["cycle_slips"]),
-        phi1_p98=finite_mean(row["phi1_p98"]),
-        phi3_p98=finite_mean(row["phi3_p98"]),
-        phi1_worst=_largest(row["phi1_p98"]),
-        phi3_worst=_largest(row["phi3_p98"]),
+        mttl=mean_time_to_loss(row["loss_time"], duration),
+        survival=lock_survival(row["loss_time"], duration),
+        phi1_worst=finite_largest(row["phi1_p98"]),
+        phi3_worst=finite_largest(row["phi3_p98"]),
         over_limit=int(((row["phi1_p98"] > limit) | (row["phi3_p98"] > limit)).sum()),
-        outside_model=int(_flags(ds, "outside_model")[index].sum()),
-        wave_input_w=finite_mean(row["wave_input_w"]),
-        radiated_w=finite_mean(row["radiated_w"]),
-        hinge_w=finite_mean(row["hinge_w"]),
-        slip_loss_w=finite_mean(row["slip_loss_w"]),
-        stored_w=finite_mean(row["stored_w"]),
-        ledger_residual=_largest(np.abs(row["ledger_residual"])),
-        capture_width_ratio=finite_mean(row["capture_width_ratio"]),
-        saturations=finite_mean(row["saturations"]),
+        outside_model=int(_flags(row["outside_model"]).sum()),
+        ledger_residual=finite_largest(np.abs(row["ledger_residual"])),
         step_ms_median=_median(row["step_ms_median"]),
-        step_ms_p99=_largest(row["step_ms_p99"]),
-        deadline_misses=_total(row["deadline_misses"]),
-        fallbacks=_total(row["fallbacks"]),
-        availability=finite_mean(row["availability"]),
+        step_ms_p99=finite_largest(row["step_ms_p99"]),
         lock_begins=_usual(row["lock_begins"]),
         payback_time=_usual(row["payback_time"]),
-        motor_energy=finite_mean(row["motor_energy"]),
-        net_energy=finite_mean(row["net_energy"]),
-        starts=_total(row["starts"]),
-        unloads=_total(row["unloads"]),
+        **same,
     )
 
 
-def _values(ds: xr.Dataset, variable: str) -> NDArray[np.float64]:
-    """Values over (law, realisation), NaN where the file has no such variable."""
-    if variable not in ds.variables:
-        return np.full((ds.sizes["law"], ds.sizes["realisation"]), np.nan)
-    return np.asarray(ds[variable].transpose("law", "realisation").values, dtype=np.float64)
-
-
-def _flags(ds: xr.Dataset, variable: str) -> NDArray[np.bool_]:
-    values = _values(ds, variable)
+def _flags(values: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(values) & (values != 0.0), dtype=np.bool_)
-
-
-def _largest(values: NDArray[np.float64]) -> float:
-    kept = values[np.isfinite(values)]
-    return float(kept.max()) if kept.size else float("nan")
 
 
 def _median(values: NDArray[np.float64]) -> float:
@@ -276,8 +204,3 @@ def _usual(values: NDArray[np.float64]) -> float:
 def _total(values: NDArray[np.float64]) -> int | None:
     kept = values[np.isfinite(values)]
     return int(kept.sum()) if kept.size else None
-
-
-def _tuning_seeds(ds: xr.Dataset) -> tuple[int, ...]:
-    seeds = layout.read_json(ds, "tuning_seeds", [])
-    return tuple(int(seed) for seed in seeds) if isinstance(seeds, list) else ()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 MOST_PAIRS = 15
 MOST_LINES = 64
+LOST = {"size": 8, "symbol": "x-thin-open", "color": WARNING, "line": {"width": 2}}
+MEAN = {"size": 13, "symbol": "line-ew-open", "color": REFERENCE_GREY, "line": {"width": 2.5}}
 
 
 def power_per_realisation(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
@@ -29,12 +31,10 @@ def power_per_realisation(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
 
     laws, styles = evaluation.by_power, law_styles(layout.names(ds), evaluation.reference)
     ranked = ds.sel(law=[law.name for law in laws])
-    power = ranked["mean_power"].transpose("law", "realisation").values.astype(float)
-    locked = ranked["locked"].transpose("law", "realisation").values.astype(bool)
-    seeds = [str(seed) for seed in evaluation.seeds]
+    power, locked = layout.values(ranked, "mean_power"), layout.values(ranked, "locked").astype(bool)
     figure = go.Figure()
-    shift = _spread(len(seeds))
-    for column in range(min(len(seeds), MOST_LINES)):
+    shift = _spread(len(evaluation.seeds))
+    for column in range(min(shift.size, MOST_LINES)):
         figure.add_scatter(
             x=np.arange(len(laws)) + shift[column],
             y=power[:, column],
@@ -45,59 +45,33 @@ def power_per_realisation(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
             showlegend=False,
         )
     for index, law in enumerate(laws):
-        held = locked[index]
-        for chosen, kind in ((held, "held lock"), (~held, "lost lock")):
-            if not chosen.any():
-                continue
-            colour = styles[law.name].colour if kind == "held lock" else WARNING
-            figure.add_scatter(
-                x=index + shift[chosen],
-                y=power[index, chosen],
-                mode="markers",
-                marker={
-                    "size": 8,
-                    "color": colour,
-                    "symbol": "circle" if kind == "held lock" else "x-thin-open",
-                    "line": {"width": 2},
-                }
-                if kind == "lost lock"
-                else {"size": 8, "color": colour, "opacity": 0.85},
-                customdata=[seeds[k] for k in np.flatnonzero(chosen)],
-                hovertemplate=f"{law.name}, seed %{{customdata}}<br>%{{y:.3g}} W, {kind}<extra></extra>",
-                showlegend=False,
-            )
+        held = {"size": 8, "color": styles[law.name].colour, "opacity": 0.85}
+        for chosen, kind, marker in ((locked[index], "held lock", held), (~locked[index], "lost lock", LOST)):
+            if chosen.any():
+                figure.add_scatter(
+                    x=index + shift[chosen],
+                    y=power[index, chosen],
+                    mode="markers",
+                    marker=marker,
+                    customdata=[str(evaluation.seeds[k]) for k in np.flatnonzero(chosen)],
+                    hovertemplate=f"{law.name}, seed %{{customdata}}<br>%{{y:.3g}} W, {kind}<extra></extra>",
+                    showlegend=False,
+                )
         figure.add_scatter(
             x=[index + 0.36],
             y=[law.power.value],
             error_y=error_bars([law.power]),
             mode="markers",
-            marker={"size": 13, "symbol": "line-ew-open", "color": REFERENCE_GREY, "line": {"width": 2.5}},
+            marker=MEAN,
             hovertemplate=f"{law.name}: mean %{{y:.3g}} W ({interval(law.power)})<extra></extra>",
             showlegend=False,
         )
     if not locked.all():
-        figure.add_scatter(
-            x=[None],
-            y=[None],
-            mode="markers",
-            name="lost lock",
-            marker={"size": 8, "symbol": "x-thin-open", "color": WARNING, "line": {"width": 2}},
-        )
-    figure.add_scatter(
-        x=[None],
-        y=[None],
-        mode="markers",
-        name="mean and 95 % interval",
-        marker={"size": 13, "symbol": "line-ew-open", "color": REFERENCE_GREY, "line": {"width": 2.5}},
-    )
+        figure.add_scatter(x=[None], y=[None], mode="markers", name="lost lock", marker=LOST)
+    figure.add_scatter(x=[None], y=[None], mode="markers", name="mean and 95 % interval", marker=MEAN)
     figure.update_layout(showlegend=True, margin_b=36)
-    figure.update_xaxes(
-        tickvals=list(range(len(laws))),
-        ticktext=[law.name for law in laws],
-        showgrid=False,
-        range=[-0.5, len(laws) - 0.4],
-        zeroline=False,
-    )
+    ticks = {"tickvals": list(range(len(laws))), "ticktext": [law.name for law in laws]}
+    figure.update_xaxes(**ticks, showgrid=False, range=[-0.5, len(laws) - 0.4], zeroline=False)
     figure.update_yaxes(title_text="Mean power of a run [W]", rangemode="tozero")
     return finished(figure, 440)
 
@@ -145,10 +119,11 @@ def motion(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
     from plotly.subplots import make_subplots
 
     laws, styles = evaluation.by_power, law_styles(layout.names(ds), evaluation.reference)
-    ranked = ds.sel(law=[law.name for law in laws])
+    names = [law.name for law in laws]
     figure = make_subplots(rows=1, cols=2, shared_yaxes=True, horizontal_spacing=0.04)
-    for column, variable in enumerate(("phi1_p98", "phi3_p98"), start=1):
-        values = ranked[variable].transpose("law", "realisation").values.astype(float)
+    panels = ("phi1_p98", "|φ<sub>1</sub>|, horizontal"), ("phi3_p98", "|φ<sub>3</sub>|, vertical")
+    for column, (variable, title) in enumerate(panels, start=1):
+        values = layout.values(ds.sel(law=names), variable)
         for index, law in enumerate(laws):
             over = values[index] > evaluation.motion_limit
             figure.add_scatter(
@@ -167,29 +142,21 @@ def motion(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
                 row=1,
                 col=column,
             )
-        figure.add_vline(
-            x=evaluation.motion_limit, line={"color": WARNING, "width": 1.5, "dash": "dash"}, row=1, col=column
-        )
+        limit, axis = evaluation.motion_limit, "" if column == 1 else column
+        figure.add_vline(x=limit, line={"color": WARNING, "width": 1.5, "dash": "dash"}, row=1, col=column)
         figure.add_annotation(
-            x=evaluation.motion_limit,
+            x=limit,
             y=1.0,
-            yref="y domain" if column == 1 else "y2 domain",
-            xref=f"x{'' if column == 1 else column}",
-            text=f"limit {evaluation.motion_limit:g}",
+            xref=f"x{axis}",
+            yref=f"y{axis} domain",
+            text=f"limit {limit:g}",
             showarrow=False,
             yanchor="bottom",
             font={"color": WARNING, "size": 12},
         )
-        widest = max(float(np.nanmax(values, initial=0.0)), evaluation.motion_limit)
-        title = f"{'|φ<sub>1</sub>|, horizontal' if column == 1 else '|φ<sub>3</sub>|, vertical'}: 98 % quantile [rad]"
-        figure.update_xaxes(title_text=title, range=[0, 1.08 * widest], row=1, col=column)
-    figure.update_yaxes(
-        tickvals=list(range(len(laws))),
-        ticktext=[law.name for law in laws],
-        range=[len(laws) - 0.5, -0.5],
-        showgrid=False,
-        zeroline=False,
-    )
+        widest = max(float(np.nanmax(values, initial=0.0)), limit)
+        figure.update_xaxes(title_text=f"{title}: 98 % quantile [rad]", range=[0, 1.08 * widest], row=1, col=column)
+    figure.update_yaxes(**_rows(names))
     return finished(figure, 130 + 52 * len(laws))
 
 
@@ -202,35 +169,27 @@ def paired_forest(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         centre = evaluation.reference or evaluation.by_power[0].name
         pairs = [d for d in pairs if centre in (d.first, d.second)]
     figure = go.Figure()
-    for same, name, colour, symbol in (
-        (False, "distinguishable", "#0072B2", "square"),
-        (True, "not distinguishable, or no interval", REFERENCE_GREY, "square-open"),
-    ):
-        rows = [k for k, d in enumerate(pairs) if (d.words not in ("more", "less")) is same]
-        if not rows:
-            continue
-        figure.add_scatter(
-            x=[pairs[k].estimate.value for k in rows],
-            y=rows,
-            error_x=error_bars([pairs[k].estimate for k in rows], colour=colour, width=1.8),
-            mode="markers",
-            marker={"size": 10, "color": colour, "symbol": symbol, "line": {"width": 2, "color": colour}},
-            name=name,
-            customdata=[
-                [interval(pairs[k].estimate) or pairs[k].estimate.note, number(pairs[k].p_holm, 2)] for k in rows
-            ],
-            hovertemplate="%{x:.3g} W (%{customdata[0]})<br>Holm-corrected p = %{customdata[1]}<extra></extra>",
-        )
+    looks = (
+        ("distinguishable", "#0072B2", "square"),
+        ("not distinguishable, or no interval", REFERENCE_GREY, "square-open"),
+    )
+    for apart, (name, colour, symbol) in zip((True, False), looks, strict=True):
+        rows = {k: d for k, d in enumerate(pairs) if (d.words in ("more", "less")) is apart}
+        if rows:
+            figure.add_scatter(
+                x=[d.estimate.value for d in rows.values()],
+                y=list(rows),
+                error_x=error_bars([d.estimate for d in rows.values()], colour=colour, width=1.8),
+                mode="markers",
+                marker={"size": 10, "color": colour, "symbol": symbol, "line": {"width": 2, "color": colour}},
+                name=name,
+                customdata=[[interval(d.estimate) or d.estimate.note, number(d.p_holm, 2)] for d in rows.values()],
+                hovertemplate="%{x:.3g} W (%{customdata[0]})<br>Holm-corrected p = %{customdata[1]}<extra></extra>",
+            )
     figure.add_vline(x=0, line={"color": REFERENCE_GREY, "width": 1.2})
     figure.update_layout(showlegend=True)
     figure.update_xaxes(title_text="Paired difference in mean power [W]", zeroline=False)
-    figure.update_yaxes(
-        tickvals=list(range(len(pairs))),
-        ticktext=[f"{d.first} − {d.second}" for d in pairs],
-        range=[len(pairs) - 0.5, -0.5],
-        showgrid=False,
-        zeroline=False,
-    )
+    figure.update_yaxes(**_rows([f"{d.first} − {d.second}" for d in pairs]))
     for k, pair in enumerate(pairs):
         words = f"{signed(pair.estimate.value)} W" if pair.words in ("more", "less") else NOT_DISTINGUISHABLE
         words = words if math.isfinite(pair.p_holm) else "no interval"
@@ -244,23 +203,16 @@ def energy(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
     import plotly.graph_objects as go
 
     laws = evaluation.by_power
-    flows = {
-        "generator": [law.power.value for law in laws],
-        "slip": [law.slip_loss_w for law in laws],
-        "hinge": [law.hinge_w for law in laws],
-        "radiated": [law.radiated_w for law in laws],
-        "stored": [law.stored_w for law in laws],
-    }
     rows = list(range(len(laws)))
     figure = go.Figure()
-    for name, watts in flows.items():
+    for name, colour in FLOWS.items():
         figure.add_bar(
-            x=watts,
+            x=[law.flows[name] for law in laws],
             y=rows,
             orientation="h",
             name=name,
             width=0.56,
-            marker={"color": FLOWS[name], "line": {"width": 0}},
+            marker={"color": colour, "line": {"width": 0}},
             hovertemplate=f"{name} %{{x:.3g}} W<extra></extra>",
         )
     figure.add_scatter(
@@ -272,22 +224,18 @@ def energy(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         hovertemplate="wave input %{x:.3g} W<extra></extra>",
     )
     figure.update_layout(barmode="relative", legend_traceorder="normal")
-    ends = [law.wave_input_w for law in laws] + [
-        sum(max(w, 0.0) for w in row) for row in zip(*flows.values(), strict=True)
-    ]
-    starts = [sum(min(w, 0.0) for w in row) for row in zip(*flows.values(), strict=True)]
-    figure.update_xaxes(
-        title_text="Mean power [W]",
-        range=[_lowest(starts), 1.04 * max([e for e in ends if math.isfinite(e)], default=1.0)],
-    )
-    figure.update_yaxes(
-        tickvals=rows,
-        ticktext=[law.name for law in laws],
-        range=[len(laws) - 0.5, -0.5],
-        showgrid=False,
-        zeroline=False,
-    )
+    ends = [law.wave_input_w for law in laws] + [sum(max(w, 0.0) for w in law.flows.values()) for law in laws]
+    starts = [sum(min(w, 0.0) for w in law.flows.values()) for law in laws]
+    right = 1.04 * max([end for end in ends if math.isfinite(end)], default=1.0)
+    figure.update_xaxes(title_text="Mean power [W]", range=[_lowest(starts), right])
+    figure.update_yaxes(**_rows([law.name for law in laws]))
     return finished(figure, 130 + 46 * len(laws))
+
+
+def _rows(names: Sequence[str]) -> dict[str, Any]:
+    """Vertical axis with a name in each row, the first on top."""
+    ticks = {"tickvals": list(range(len(names))), "ticktext": list(names)}
+    return {**ticks, "range": [len(names) - 0.5, -0.5], "showgrid": False, "zeroline": False}
 
 
 def _banded(evaluation: Evaluation) -> set[str]:

@@ -6,6 +6,9 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gyroctl.errors import InputError
 
 if TYPE_CHECKING:
@@ -17,41 +20,17 @@ REFERENCE = "best_constant"
 MOTION_LIMIT = 0.35
 """Default limit of the 98 % motion, for either rotation. [rad]"""
 
-REQUIRED = (
-    "mean_power",
-    "power_cv",
-    "p98_over_mean",
-    "locked",
-    "loss_time",
-    "cycle_slips",
-    "phi1_p98",
-    "phi3_p98",
-    "wave_input_w",
-    "radiated_w",
-    "hinge_w",
-    "slip_loss_w",
-    "stored_w",
-    "ledger_residual",
-)
+POWER = ("mean_power", "power_cv", "p98_over_mean")
+LOCK = ("locked", "loss_time", "cycle_slips")
+MOTION = ("phi1_p98", "phi3_p98")
+FLOWS = ("wave_input_w", "radiated_w", "hinge_w", "slip_loss_w", "stored_w")
+REQUIRED = (*POWER, *LOCK, *MOTION, *FLOWS, "ledger_residual")
 """Variables over (law, realisation) without which there is no report."""
 
-OPTIONAL = (
-    "power_cv_1s",
-    "capture_width_ratio",
-    "saturations",
-    "step_ms_median",
-    "step_ms_p99",
-    "deadline_misses",
-    "fallbacks",
-    "outside_model",
-    "availability",
-    "motor_energy",
-    "net_energy",
-    "lock_begins",
-    "payback_time",
-    "starts",
-    "unloads",
-)
+EXTRAS = ("power_cv_1s", "capture_width_ratio", "saturations", "outside_model")
+STEPS = ("step_ms_median", "step_ms_p99", "deadline_misses", "fallbacks")
+SUPERVISED = ("availability", "motor_energy", "net_energy", "lock_begins", "payback_time", "starts", "unloads")
+OPTIONAL = (*EXTRAS, *STEPS, *SUPERVISED)
 """Variables over (law, realisation) shown where present."""
 
 EXAMPLES = ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")
@@ -60,6 +39,7 @@ EXAMPLES = ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")
 ENGINES: dict[bytes, Literal["h5netcdf", "scipy"]] = {b"\x89HDF\r\n\x1a\n": "h5netcdf", b"CDF": "scipy"}
 """xarray engine for the first bytes of a file: NetCDF 4 or NetCDF classic."""
 
+MEND = "Give the results.nc that gyroctl compare wrote"
 COORDINATES = ("law", "realisation", "sha256", "information")
 ATTRIBUTES = ("experiment", "gyroctl_version", "created", "tuning_seeds")
 
@@ -89,24 +69,19 @@ def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
     path = Path(source)
     path = path / "results.nc" if path.is_dir() else path
     if not path.is_file():
-        raise InputError(
-            "results",
-            str(path),
-            "there is no such file",
-            "Give the directory that gyroctl compare wrote, or its results.nc",
-        )
+        mend = "Give the directory that gyroctl compare wrote, or its results.nc"
+        raise InputError("results", str(path), "there is no such file", mend)
     with path.open("rb") as stream:
         start = stream.read(8)
     engine = next((engine for magic, engine in ENGINES.items() if start.startswith(magic)), None)
-    mend = "Give the results.nc that gyroctl compare wrote"
     if engine is None:
-        raise InputError("results", str(path), "this is not a NetCDF file", mend)
+        raise InputError("results", str(path), "this is not a NetCDF file", MEND)
     try:
         ds = xr.load_dataset(path, engine=engine)
     except ImportError as error:
         raise InputError("results", str(path), f"reading NetCDF 4 needs a library ({error})", "Install h5py") from error
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
-        raise InputError("results", str(path), f"this NetCDF file cannot be read ({error})", mend) from error
+        raise InputError("results", str(path), f"this NetCDF file cannot be read ({error})", MEND) from error
     return check_layout(ds, str(path))
 
 
@@ -123,11 +98,10 @@ def check_layout(ds: xr.Dataset, name: str) -> xr.Dataset:
     missing += [f"attribute {attribute}" for attribute in ATTRIBUTES if attribute not in ds.attrs]
     if not duration(ds) > 0.0:
         missing.append("attribute duration (or run.duration in the experiment, or the coordinate time)")
-    mend = "Give the results.nc that gyroctl compare wrote"
     if missing:
-        raise InputError("results", name, f"this is no comparison of laws; missing: {', '.join(missing)}", mend)
+        raise InputError("results", name, f"this is no comparison of laws; missing: {', '.join(missing)}", MEND)
     if ds.sizes["law"] == 0 or ds.sizes["realisation"] == 0:
-        raise InputError("results", name, "the comparison holds no run", mend)
+        raise InputError("results", name, "the comparison holds no run", MEND)
     return ds
 
 
@@ -160,6 +134,18 @@ def duration(ds: xr.Dataset) -> float:
 def names(ds: xr.Dataset) -> list[str]:
     """Names of the laws in the order of the file."""
     return [str(name) for name in ds["law"].values]
+
+
+def values(ds: xr.Dataset, variable: str) -> NDArray[np.float64]:
+    """Read a variable over (law, realisation), NaN where the file has no such variable."""
+    if variable not in ds.variables:
+        return np.full((ds.sizes["law"], ds.sizes["realisation"]), np.nan)
+    return np.asarray(ds[variable].transpose("law", "realisation").values, dtype=np.float64)
+
+
+def of_law(ds: xr.Dataset, variable: str, law: str) -> NDArray[np.float64]:
+    """Read a variable of one law, one value a realisation."""
+    return values(ds.sel(law=[law]), variable).ravel()
 
 
 def has_examples(ds: xr.Dataset) -> bool:

@@ -23,8 +23,8 @@ STYLE: Any = {
     "font.family": "sans-serif",
     "font.sans-serif": ["Liberation Sans", "Arial", "Helvetica", "DejaVu Sans"],
     "font.size": 10,
-    "axes.edgecolor": LIGHT["axis"],
-    "axes.labelcolor": LIGHT["muted"],
+    "axes.edgecolor": LIGHT.axis,
+    "axes.labelcolor": LIGHT.muted,
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.grid": True,
@@ -32,12 +32,12 @@ STYLE: Any = {
     "axes.titlelocation": "left",
     "axes.titlesize": 11,
     "axes.titleweight": "bold",
-    "axes.titlecolor": LIGHT["ink"],
-    "grid.color": LIGHT["grid"],
+    "axes.titlecolor": LIGHT.ink,
+    "grid.color": LIGHT.grid,
     "grid.linewidth": 0.8,
-    "text.color": LIGHT["ink"],
-    "xtick.color": LIGHT["muted"],
-    "ytick.color": LIGHT["muted"],
+    "text.color": LIGHT.ink,
+    "xtick.color": LIGHT.muted,
+    "ytick.color": LIGHT.muted,
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
 }
@@ -98,7 +98,7 @@ def _pareto(axes: Axes, ds: xr.Dataset, evaluation: Evaluation) -> None:
     for law, side in zip(laws, pareto_labels(laws, right, top), strict=True):
         x, y = law.power_cv, law.power
         axes.errorbar(
-            x.value, y.value, xerr=_arms(x), yerr=_arms(y), color=LIGHT["axis"], linewidth=1.2, capsize=2.5, zorder=2
+            x.value, y.value, xerr=_arms(x), yerr=_arms(y), color=LIGHT.axis, linewidth=1.2, capsize=2.5, zorder=2
         )
         points = axes.scatter(
             x.value,

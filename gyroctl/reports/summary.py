@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from gyroctl.reports import layout
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
-from gyroctl.statistics import Estimate
+from gyroctl.statistics import Estimate, PairedDifference
 from gyroctl.writing import plain
 
 if TYPE_CHECKING:
@@ -47,18 +47,7 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
                 for seed, digest in zip(found.seeds, ds["sha256"].values, strict=True)
             ],
             "laws": {law.name: _law(law) for law in found.laws},
-            "power_differences": [
-                {
-                    "first": d.first,
-                    "second": d.second,
-                    "difference_w": d.estimate.value,
-                    "ci95": _interval(d.estimate),
-                    "p_value": d.p_value,
-                    "p_holm": d.p_holm,
-                    "verdict": d.words,
-                }
-                for d in found.power_differences
-            ],
+            "power_differences": [_difference(difference) for difference in found.power_differences],
             "tuning_seeds": list(found.tuning_seeds),
             "duration_s": found.duration,
             "motion_limit_rad": found.motion_limit,
@@ -70,6 +59,8 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
 
 
 def _law(law: LawResult) -> dict[str, Any]:
+    estimates = {"mean_power_ci95": law.power, "power_cv_ci95": law.power_cv}
+    estimates |= {"mttl_ci95": law.mttl, "ratio_ci95": law.ratio}
     return {
         "information": law.information,
         "mean_power_w": law.power.value,
@@ -110,16 +101,19 @@ def _law(law: LawResult) -> dict[str, Any]:
         "unloads": law.unloads,
         "ratio_to_best_constant": law.ratio.value,
         "ratio_ci95": _interval(law.ratio),
-        "notes": {
-            key: estimate.note
-            for key, estimate in (
-                ("mean_power_ci95", law.power),
-                ("power_cv_ci95", law.power_cv),
-                ("mttl_ci95", law.mttl),
-                ("ratio_ci95", law.ratio),
-            )
-            if estimate.note
-        },
+        "notes": {name: estimate.note for name, estimate in estimates.items() if estimate.note},
+    }
+
+
+def _difference(difference: PairedDifference) -> dict[str, Any]:
+    return {
+        "first": difference.first,
+        "second": difference.second,
+        "difference_w": difference.estimate.value,
+        "ci95": _interval(difference.estimate),
+        "p_value": difference.p_value,
+        "p_holm": difference.p_holm,
+        "verdict": difference.words,
     }
 
 

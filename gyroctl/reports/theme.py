@@ -17,34 +17,6 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 FONT = "-apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', 'Liberation Sans', Arial, system-ui, sans-serif"
-HUES = (
-    "#0072B2",
-    "#D55E00",
-    "#009E73",
-    "#CC79A7",
-    "#E69F00",
-    "#56B4E9",
-    "#8C6BB1",
-    "#A0522D",
-    "#C2185B",
-    "#999933",
-    "#5C6BC0",
-)
-SYMBOLS = (
-    "circle",
-    "square",
-    "diamond",
-    "triangle-up",
-    "cross",
-    "pentagon",
-    "star",
-    "hexagon",
-    "triangle-down",
-    "x",
-    "hourglass",
-)
-MARKERS = ("o", "s", "D", "^", "P", "p", "*", "h", "v", "X", "8")
-DASHES = ("solid", "solid", "solid", "solid", "dash", "dash", "dash", "dash", "dot", "dot", "dot")
 REFERENCE_GREY = "#7A828C"
 WARNING = "#CF3F35"
 
@@ -54,26 +26,23 @@ FLOWS = {"generator": "#0072B2", "slip": "#E69F00", "hinge": "#CC79A7", "radiate
 LOCK_SCALE = ((0.0, "#B5472F"), (0.5, "#E3B873"), (0.8, "#8FB3B0"), (1.0, "#12626E"))
 """Probability of lock: warm is bad, petrol is good, pale between; red-green blindness leaves orange against blue."""
 
-LIGHT = {
-    "ink": "#1F2933",
-    "muted": "#5B6672",
-    "grid": "#E6E9ED",
-    "axis": "#C3C9D0",
-    "paper": "rgba(0,0,0,0)",
-    "label": "#FFFFFF",
-}
-DARK = {
-    "ink": "#E4E8EC",
-    "muted": "#A3ADB8",
-    "grid": "#2E363F",
-    "axis": "#4A545F",
-    "paper": "rgba(0,0,0,0)",
-    "label": "#1B2127",
-}
+
+class Page(NamedTuple):
+    """Colours of a page: text, faint text, grid, axes."""
+
+    ink: str
+    muted: str
+    grid: str
+    axis: str
+
+
+LIGHT = Page("#1F2933", "#5B6672", "#E6E9ED", "#C3C9D0")
+DARK = Page("#E4E8EC", "#A3ADB8", "#2E363F", "#4A545F")
+CLEAR = "rgba(0,0,0,0)"
 
 
 class LawStyle(NamedTuple):
-    """How one law looks everywhere."""
+    """How one law looks everywhere: colour, plotly symbol, matplotlib marker and dash."""
 
     colour: str
     symbol: str
@@ -81,25 +50,38 @@ class LawStyle(NamedTuple):
     dash: str
 
 
+STYLES = (
+    LawStyle("#0072B2", "circle", "o", "solid"),
+    LawStyle("#D55E00", "square", "s", "solid"),
+    LawStyle("#009E73", "diamond", "D", "solid"),
+    LawStyle("#CC79A7", "triangle-up", "^", "solid"),
+    LawStyle("#E69F00", "cross", "P", "dash"),
+    LawStyle("#56B4E9", "pentagon", "p", "dash"),
+    LawStyle("#8C6BB1", "star", "*", "dash"),
+    LawStyle("#A0522D", "hexagon", "h", "dash"),
+    LawStyle("#C2185B", "triangle-down", "v", "dot"),
+    LawStyle("#999933", "x", "X", "dot"),
+    LawStyle("#5C6BC0", "hourglass", "8", "dot"),
+)
+"""Of the laws under test, in their order."""
+
+HUES = [style.colour for style in STYLES]
+
+
 def law_styles(names: Sequence[str], reference: str | None) -> dict[str, LawStyle]:
-    """Colour, plotly symbol, matplotlib marker and dash of each law; grey for the reference."""
-    styles, used = {}, 0
-    for name in names:
-        if name == reference:
-            styles[name] = LawStyle(REFERENCE_GREY, "circle-open", "o", "solid")
-            continue
-        slot = used % len(HUES)
-        styles[name] = LawStyle(HUES[slot], SYMBOLS[slot], MARKERS[slot], DASHES[slot])
-        used += 1
-    return styles
+    """Look of each law by its name; grey for the reference."""
+    tested = [name for name in names if name != reference]
+    styles = {name: STYLES[i % len(STYLES)] for i, name in enumerate(tested)}
+    grey = LawStyle(REFERENCE_GREY, "circle-open", "o", "solid")
+    return {name: styles.get(name, grey) for name in names}
 
 
-def template(colours: dict[str, str] = LIGHT) -> go.layout.Template:
+def template(colours: Page = LIGHT) -> go.layout.Template:
     """Make the plotly template of the project.
 
     Parameters
     ----------
-    colours : dict
+    colours : Page
         `LIGHT` or `DARK`.
 
     Returns
@@ -110,40 +92,33 @@ def template(colours: dict[str, str] = LIGHT) -> go.layout.Template:
     import plotly.graph_objects as go
 
     axis = {
-        "gridcolor": colours["grid"],
-        "linecolor": colours["axis"],
-        "tickcolor": colours["axis"],
-        "zerolinecolor": colours["axis"],
+        "gridcolor": colours.grid,
+        "linecolor": colours.axis,
+        "tickcolor": colours.axis,
+        "zerolinecolor": colours.axis,
         "zerolinewidth": 1,
         "showline": True,
         "ticks": "outside",
         "ticklen": 4,
-        "tickfont": {"color": colours["muted"], "size": 12},
-        "title": {"font": {"color": colours["muted"], "size": 13}, "standoff": 10},
+        "tickfont": {"color": colours.muted, "size": 12},
+        "title": {"font": {"color": colours.muted, "size": 13}, "standoff": 10},
         "automargin": True,
     }
+    above = {"x": 0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"}
     return go.layout.Template(
         layout={
-            "font": {"family": FONT, "size": 13, "color": colours["ink"]},
-            "paper_bgcolor": colours["paper"],
-            "plot_bgcolor": colours["paper"],
-            "colorway": list(HUES),
+            "font": {"family": FONT, "size": 13, "color": colours.ink},
+            "paper_bgcolor": CLEAR,
+            "plot_bgcolor": CLEAR,
+            "colorway": HUES,
             "margin": {"l": 70, "r": 24, "t": 46, "b": 52},
             "xaxis": axis,
             "yaxis": axis,
-            "legend": {
-                "orientation": "h",
-                "x": 0,
-                "xanchor": "left",
-                "y": 1.02,
-                "yanchor": "bottom",
-                "font": {"size": 12.5},
-                "bgcolor": "rgba(0,0,0,0)",
-            },
+            "legend": {"orientation": "h", "font": {"size": 12.5}, "bgcolor": CLEAR, **above},
             "hoverlabel": {"font": {"family": FONT, "size": 12.5}},
-            "annotationdefaults": {"font": {"color": colours["ink"]}},
+            "annotationdefaults": {"font": {"color": colours.ink}},
             "hovermode": "closest",
-            "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": colours["axis"], "activecolor": colours["muted"]},
+            "modebar": {"bgcolor": CLEAR, "color": colours.axis, "activecolor": colours.muted},
         }
     )
 
@@ -152,15 +127,8 @@ def error_bars(estimates: Sequence[Estimate], colour: str = REFERENCE_GREY, widt
     """Error bars; none where an interval is missing."""
     up = [e.high - e.value if math.isfinite(e.high) else None for e in estimates]
     down = [e.value - e.low if math.isfinite(e.low) else None for e in estimates]
-    return {
-        "type": "data",
-        "symmetric": False,
-        "array": up,
-        "arrayminus": down,
-        "color": colour,
-        "thickness": width,
-        "width": 4,
-    }
+    look = {"color": colour, "thickness": width, "width": 4}
+    return {"type": "data", "symmetric": False, "array": up, "arrayminus": down, **look}
 
 
 def finished(figure: go.Figure, height: int) -> go.Figure:

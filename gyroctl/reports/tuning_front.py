@@ -52,7 +52,7 @@ def write_tuning_front(
             handles, labels, loc="outside lower center", ncols=min(5, 2 * len(seas)), frameon=False, fontsize=9
         )
         if title:
-            figure.suptitle(title, x=0.01, ha="left", color=LIGHT["muted"])
+            figure.suptitle(title, x=0.01, ha="left", color=LIGHT.muted)
         with written_whole(path) as part:
             figure.savefig(part, dpi=150)
         plt.close(figure)
@@ -84,5 +84,5 @@ def _panel(ax: Axes, rows: Sequence[FrontRow], limit: float | None) -> None:
     ax.set_xlim(0.0, 1.08 * max(sorted(row.power_cv for row in shown)[int(0.95 * (len(shown) - 1))], limit or 0.0))
     ax.set_ylim(0.0, 1.1 * max(row.mean_power for row in shown))
     if limit is not None:
-        ax.axvline(limit, color=LIGHT["muted"], lw=0.9, ls="--")
-        ax.annotate("limit", (limit, 0.0), xytext=(3, 4), textcoords="offset points", color=LIGHT["muted"], fontsize=8)
+        ax.axvline(limit, color=LIGHT.muted, lw=0.9, ls="--")
+        ax.annotate("limit", (limit, 0.0), xytext=(3, 4), textcoords="offset points", color=LIGHT.muted, fontsize=8)

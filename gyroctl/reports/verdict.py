@@ -137,30 +137,24 @@ def _caveats(evaluation: Evaluation) -> list[str]:
             f"Seeds {seed_ranges(evaluation.seed_overlap)} were used for tuning as well as for evaluation: "
             "the results of tuned laws are too good."
         )
-    over = [law for law in evaluation.laws if law.over_limit]
-    if over:
-        runs = listed([f"{law.name} {law.over_limit} of {law.runs}" for law in over])
-        caveats.append(f"Runs over the motion limit of {plain(evaluation.motion_limit)} rad: {runs}.")
-    outside = [law for law in evaluation.laws if law.outside_model]
-    if outside:
-        runs = listed([f"{law.name} {law.outside_model} of {law.runs}" for law in outside])
-        caveats.append(f"Runs that leave the small-angle model (|phi| above 0.3 rad at some time): {runs}.")
     # In lulls the phase of the waves itself jumps, so even a locked ring counts slips: judge against the reference.
     usual = evaluation.law(evaluation.reference).cycle_slips if evaluation.reference else 0.0
-    sliding = [law for law in evaluation.laws if law.cycle_slips > max(10.0, 2.0 * usual)]
-    if sliding:
-        slips = listed([f"{law.name} {number(law.cycle_slips, 2)}" for law in sliding])
-        against = f" ({evaluation.reference} {number(usual, 2)})" if evaluation.reference else ""
-        caveats.append(f"Many cycle slips per 1000 waves: {slips}{against}. Power won by sliding is not locked power.")
-    fallen = [law for law in evaluation.laws if law.fallbacks]
-    if fallen:
-        caveats.append(
-            f"Steps that fell back to a simpler law: {listed([f'{law.name} {law.fallbacks}' for law in fallen])}."
-        )
-    unbalanced = [law for law in evaluation.laws if law.ledger_residual > 1e-4]
-    if unbalanced:
-        worst = listed([f"{law.name} {number(law.ledger_residual, 2)}" for law in unbalanced])
-        caveats.append(f"The energy ledger does not close (relative residual): {worst}.")
+    against = f" ({evaluation.reference} {number(usual, 2)})" if evaluation.reference else ""
+    laws = evaluation.laws
+    over = [f"{law.name} {law.over_limit} of {law.runs}" for law in laws if law.over_limit]
+    outside = [f"{law.name} {law.outside_model} of {law.runs}" for law in laws if law.outside_model]
+    sliding = [f"{law.name} {number(law.cycle_slips, 2)}" for law in laws if law.cycle_slips > max(10.0, 2.0 * usual)]
+    fallen = [f"{law.name} {law.fallbacks}" for law in laws if law.fallbacks]
+    unbalanced = [f"{law.name} {number(law.ledger_residual, 2)}" for law in laws if law.ledger_residual > 1e-4]
+    for concerned, lead, tail in (
+        (over, f"Runs over the motion limit of {plain(evaluation.motion_limit)} rad", ""),
+        (outside, "Runs that leave the small-angle model (|phi| above 0.3 rad at some time)", ""),
+        (sliding, "Many cycle slips per 1000 waves", f"{against}. Power won by sliding is not locked power"),
+        (fallen, "Steps that fell back to a simpler law", ""),
+        (unbalanced, "The energy ledger does not close (relative residual)", ""),
+    ):
+        if concerned:
+            caveats.append(f"{lead}: {listed(concerned)}{tail}.")
     return caveats
 
 

@@ -81,6 +81,11 @@ def plain(value: float) -> str:
     return f"{value:g}"
 
 
+def integer(count: int | None) -> str:
+    """Write a count, an en dash where nothing was counted."""
+    return NOTHING if count is None else str(count)
+
+
 def minutes(seconds: float) -> str:
     """Time in minutes, the one unit of time to lose lock in tables, so that rows compare at a glance."""
     return number(seconds / 60.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, fields, is_dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,56 +20,27 @@ from gyroctl.studies.evaluation.entrants import Entrant, kind
 from gyroctl.studies.evaluation.request import RUNS, Request
 from gyroctl.waves import Sea
 
-if TYPE_CHECKING:
-    import xarray
-
 
 @dataclass(frozen=True)
 class Case:
-    """A device in a sea.
+    """A device in a sea."""
 
-    Parameters
-    ----------
-    name : str
-        Name in the table.
-    truth : Plant
-        The device that is simulated. No law ever gets it: laws bring a design model of their own.
-    sea : Sea
-        The waves.
-    settings : Settings
-        Steps, sensors and actuators.
-    """
-
-    name: str
-    truth: Plant
+    name: str  # in the table
+    truth: Plant  # the device that is simulated; no law ever gets it: laws bring a design model of their own
     sea: Sea
-    settings: Settings
+    settings: Settings  # steps, sensors and actuators
 
 
 @dataclass(frozen=True)
 class Runs:
-    """A law in a case: one value of every metric a realisation.
-
-    Parameters
-    ----------
-    entrant : Entrant
-        The law.
-    kind, information : str
-        What it is and what it sees.
-    seeds : (n,) array
-        The realisations.
-    hashes : tuple of str
-        Content of their waves.
-    values : mapping of str to (n,) array
-        By the names of `gyroctl.simulation.metrics.UNITS` and the counters.
-    """
+    """A law in a case: one value of every metric a realisation."""
 
     entrant: Entrant
-    kind: str
-    information: str
-    seeds: NDArray[np.int64]
-    hashes: tuple[str, ...]
-    values: Mapping[str, NDArray[np.float64]]
+    kind: str  # what the law is
+    information: str  # what it sees
+    seeds: NDArray[np.int64]  # the realisations, (n,)
+    hashes: tuple[str, ...]  # content of their waves
+    values: Mapping[str, NDArray[np.float64]]  # (n,) by the names of `simulation.metrics.UNITS` and the counters
 
     def on(self, seeds: Sequence[int], name: str) -> NDArray[np.float64]:
         """Values of a metric on some of the realisations, in their order."""
@@ -89,6 +60,11 @@ class Outcome:
     def reference(self) -> Runs:
         """Runs of the best constant pair."""
         return self.runs[REFERENCE]
+
+    @property
+    def failures(self) -> dict[str, str]:
+        """Why laws have no runs, by case and law."""
+        return {f"{self.case.name}, {law}": why for law, why in self.failed.items()}
 
 
 def run_case(case: Case, entrants: Iterable[Entrant], ask: Request) -> Outcome:
@@ -116,7 +92,9 @@ def run_case(case: Case, entrants: Iterable[Entrant], ask: Request) -> Outcome:
     runs: dict[str, Runs] = {}
     failed: dict[str, str] = {}
     for seeds, group in groups.items():
-        _run_group(case, group, seeds, ask, runs, failed)
+        done, broken = _run_group(case, group, seeds, ask)
+        runs |= done
+        failed |= broken
     if REFERENCE in failed:
         raise InputError("case", case.name, f"the reference cannot be run: {failed[REFERENCE]}", "Choose another sea")
     check_waves(runs.values())
@@ -134,23 +112,15 @@ def check_waves(runs: Iterable[Runs]) -> None:
     for law in runs:
         for seed, sha256 in zip(law.seeds.tolist(), law.hashes, strict=True):
             if met.setdefault(seed, sha256) != sha256:
-                raise InputError(
-                    f"laws.{law.entrant.label}",
-                    sha256[:12],
-                    f"met other waves under seed {seed}",
-                    "Empty the folder of finished runs",
-                )
+                problem, mend = f"met other waves under seed {seed}", "Empty the folder of finished runs"
+                raise InputError(f"laws.{law.entrant.label}", sha256[:12], problem, mend)
 
 
 def check_design(built: Law, truth: Plant) -> None:
     """Refuse a law that holds the very device that is simulated."""
     if any(model is truth for model in designs(built)):
-        raise InputError(
-            "laws",
-            type(built).__name__,
-            "plans with the device itself, not with a model of it",
-            "Give the law a design model of its own",
-        )
+        problem, mend = "plans with the device itself, not with a model of it", "Give the law a design model of its own"
+        raise InputError("laws", type(built).__name__, problem, mend)
 
 
 def designs(built: Any) -> list[Plant]:
@@ -161,20 +131,46 @@ def designs(built: Any) -> list[Plant]:
         members = list(built) if isinstance(built, tuple) else []
     found = [member for member in members if isinstance(member, Plant)]
     for member in members:
-        if hasattr(member, "step") and hasattr(member, "init"):
+        if isinstance(member, Law):
             found += designs(member)
     return found
 
 
 def _run_group(
-    case: Case,
-    group: Sequence[Entrant],
-    seeds: tuple[int, ...],
-    ask: Request,
-    runs: dict[str, Runs],
-    failed: dict[str, str],
-) -> None:
+    case: Case, group: Sequence[Entrant], seeds: tuple[int, ...], ask: Request
+) -> tuple[dict[str, Runs], dict[str, str]]:
+    """Run laws that have the same seeds; what fails is told from what does not by running one by one."""
+    laws, failed = _build(case, group)
+    if not laws:
+        return {}, failed
+    waves = Realisations(case.sea, seeds, ask.duration)
+    try:
+        ds = compare(case.truth, laws, waves, case.settings, ask.workers, ask.out / RUNS, ask.tuned_on, quiet=ask.quiet)
+    except (InputError, LawError, BrokenProcessPool) as error:
+        if len(laws) == 1:
+            return {}, {**failed, next(iter(laws)): str(error)}
+        runs: dict[str, Runs] = {}
+        for entrant in group:  # what the others have finished is stored
+            if entrant.label in laws:
+                done, broken = _run_group(case, [entrant], seeds, ask)
+                runs |= done
+                failed |= broken
+        return runs, failed
+    hashes = tuple(str(sha256) for sha256 in ds["sha256"].values)
+    names = [str(name) for name in ds.data_vars if ds[name].dims == ("law", "realisation")]
+
+    def gathered(entrant: Entrant) -> Runs:
+        built, row = laws[entrant.label], ds.sel(law=entrant.label)
+        values = {name: np.asarray(row[name].values, np.float64) for name in names}
+        return Runs(entrant, kind(built), built.information, np.asarray(seeds, np.int64), hashes, values)
+
+    return {entrant.label: gathered(entrant) for entrant in group if entrant.label in laws}, failed
+
+
+def _build(case: Case, group: Sequence[Entrant]) -> tuple[dict[str, Law], dict[str, str]]:
+    """Laws by label, and in words why some cannot be built."""
     laws: dict[str, Law] = {}
+    failed: dict[str, str] = {}
     for entrant in group:
         try:
             laws[entrant.label] = entrant.build()
@@ -182,38 +178,4 @@ def _run_group(
             failed[entrant.label] = str(error)
             continue
         check_design(laws[entrant.label], case.truth)
-    if not laws:
-        return
-    try:
-        ds = _compare(case, laws, seeds, ask)
-    except (InputError, LawError, BrokenProcessPool) as error:
-        if len(laws) == 1:
-            failed[next(iter(laws))] = str(error)
-            return
-        for entrant in group:  # one by one: what the others have finished is stored
-            if entrant.label in laws:
-                _run_group(case, [entrant], seeds, ask, runs, failed)
-        return
-    hashes = tuple(str(sha256) for sha256 in ds["sha256"].values)
-    names = [str(name) for name in ds.data_vars if ds[name].dims == ("law", "realisation")]
-    for entrant in group:
-        if entrant.label in laws:
-            row = ds.sel(law=entrant.label)
-            values = {name: np.asarray(row[name].values, np.float64) for name in names}
-            built = laws[entrant.label]
-            runs[entrant.label] = Runs(
-                entrant, kind(built), built.information, np.asarray(seeds, np.int64), hashes, values
-            )
-
-
-def _compare(case: Case, laws: Mapping[str, Law], seeds: tuple[int, ...], ask: Request) -> xarray.Dataset:
-    return compare(
-        case.truth,
-        laws,
-        Realisations(case.sea, seeds, ask.duration),
-        case.settings,
-        ask.workers,
-        ask.out / RUNS,
-        ask.tuned_on,
-        quiet=ask.quiet,
-    )
+    return laws, failed

@@ -9,18 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.reports.layout import REFERENCE
-from gyroctl.reports.theme import LOCK_SCALE, MARKERS, LawStyle, law_styles
+from gyroctl.reports.theme import LOCK_SCALE, STYLES, LawStyle, law_styles
 from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation.rows import Row
-from gyroctl.studies.evaluation.targets import BARS, LOCKED, MOTION, Bar
+from gyroctl.studies.evaluation.targets import BARS, LOCKED, MOTION, Bar, missed_by_limit
 from gyroctl.studies.style import INK, MUTED, label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-OPEN = "white"
-"""Face of a marker whose limits of motion or lock are not kept."""
 
 
 def draw_seas(tables: Mapping[float, Sequence[Row]], asked: Mapping[str, Any]) -> Figure:
@@ -51,19 +48,18 @@ def draw_seas(tables: Mapping[float, Sequence[Row]], asked: Mapping[str, Any]) -
     return figure
 
 
-def draw_information(levels: Sequence[tuple[str, Row]], asked: Mapping[str, Any]) -> Figure:
+def draw_information(levels: Mapping[str, Row], asked: Mapping[str, Any]) -> Figure:
     """Power and CV over what is known of the waves."""
     figure, axes = sheet(1, 2, (10.0, 4.6), "The price of information", note(asked))
-    x = np.arange(len(levels))
-    names = [name for name, _ in levels]
-    for axis, title, unit, values in (
-        (axes[0], "Mean power", "mean power [W]", [row.power for _, row in levels]),
-        (axes[1], "Smoothness", "CV of power", [row.cv for _, row in levels]),
+    rows = list(levels.values())
+    for axis, title, unit, estimates in (
+        (axes[0], "Mean power", "mean power [W]", [row.power for row in rows]),
+        (axes[1], "Smoothness", "CV of power", [row.cv for row in rows]),
     ):
-        for at, value, (_, row) in zip(x, values, levels, strict=True):
-            style = _styles([row.law])[row.law]
-            _point(axis, Estimate(float(at), math.nan, math.nan), value, style, _kept(row), "")
-        axis.set_xticks(x, names, rotation=20, ha="right")
+        for at, (row, estimate) in enumerate(zip(rows, estimates, strict=True)):
+            style, place = _styles([row.law])[row.law], Estimate(float(at), math.nan, math.nan)
+            _point(axis, place, estimate, style, _kept(row), "")
+        axis.set_xticks(range(len(levels)), list(levels), rotation=20, ha="right")
         axis.set_ylim(bottom=0.0)
         label(axis, title, "", unit)
     return figure
@@ -77,41 +73,18 @@ def draw_offdesign(groups: Mapping[str, Sequence[tuple[str, Mapping[str, Row]]]]
     figure, axes = sheet(
         2, len(groups), (13.0, 7.4), "Off the design, same parameters", note(asked), width_ratios=widths
     )
-    count = len(groups)
     for column, (title, group) in enumerate(groups.items()):
-        above, below = axes[column], axes[count + column]
-        x = np.arange(len(group))
+        above, below = axes[column], axes[len(groups) + column]
         for law in names:
-            rows = [table.get(law) for _, table in group]
-            style, at = styles[law], [i for i, row in enumerate(rows) if row is not None]
-            kept = [row for row in rows if row is not None]
-            spread = x[at] + 0.04 * (names.index(law) - 0.5 * len(names))
-            above.errorbar(
-                spread,
-                [row.ratio.value for row in kept],
-                yerr=_arms([row.ratio for row in kept]),
-                color=style.colour,
-                marker=style.marker,
-                ms=5,
-                lw=0.9,
-                elinewidth=0.8,
-                label=law,
-            )
-            below.errorbar(
-                spread,
-                [row.lock.value for row in kept],
-                yerr=_arms([row.lock for row in kept]),
-                color=style.colour,
-                marker=style.marker,
-                ms=5,
-                lw=0.9,
-                elinewidth=0.8,
-            )
+            rows = {i: table[law] for i, (_, table) in enumerate(group) if law in table}
+            at = np.array(list(rows)) + 0.04 * (names.index(law) - 0.5 * len(names))
+            _errors(above, at, [row.ratio for row in rows.values()], styles[law], law)
+            _errors(below, at, [row.lock for row in rows.values()], styles[law], law)
         above.axhline(1.0, color=INK, lw=0.9)
         above.set_ylim(bottom=0.0)
         below.set_ylim(-0.03, 1.03)
         for axis in (above, below):
-            axis.set_xticks(x, [name for name, _ in group])
+            axis.set_xticks(range(len(group)), [name for name, _ in group])
             axis.set_xlim(-0.6, len(group) - 0.4)
         label(above, title, "", "power of the best constant pair's" if column == 0 else "")
         label(below, "", "", "runs that held lock" if column == 0 else "")
@@ -125,19 +98,23 @@ def draw_robustness(
     """Lock probability and kept power over cases and laws, as two maps with numbers."""
     from matplotlib.colors import LinearSegmentedColormap
 
-    laws, cases = list(dict.fromkeys(law for table in tables.values() for law in table)), list(tables)
-    figure, axes = sheet(
-        1,
-        2,
-        (3.6 + 1.5 * len(laws), 2.2 + 0.38 * len(cases)),
-        "Laws on devices that differ from their design",
-        note(asked),
-    )
-    lock = [[table[law].lock.value if law in table else np.nan for law in laws] for table in tables.values()]
-    power = [[kept[name][law].value if law in kept[name] else np.nan for law in laws] for name in cases]
+    laws = list(dict.fromkeys(law for table in tables.values() for law in table))
+    size = (3.6 + 1.5 * len(laws), 2.2 + 0.38 * len(tables))
+    figure, axes = sheet(1, 2, size, "Laws on devices that differ from their design", note(asked))
+    lock = {name: {law: row.lock for law, row in table.items()} for name, table in tables.items()}
     scale = LinearSegmentedColormap.from_list("lock", LOCK_SCALE)
-    _map(axes[0], np.array(lock), laws, cases, scale, (0.0, 1.0), "Probability to hold lock")
-    _map(axes[1], np.array(power), laws, cases, scale, (0.5, 1.1), "Mean power over that on the nominal device")
+    for axis, found, span, title in (
+        (axes[0], lock, (0.0, 1.0), "Probability to hold lock"),
+        (axes[1], kept, (0.5, 1.1), "Mean power over that on the nominal device"),
+    ):
+        values = [[found[name][law].value if law in found[name] else np.nan for law in laws] for name in tables]
+        axis.imshow(np.array(values), cmap=scale, vmin=span[0], vmax=span[1], aspect="auto")
+        _numbers(axis, values, span)
+        axis.set_xticks(range(len(laws)), laws, rotation=30, ha="right")
+        axis.set_yticks(range(len(tables)), list(tables))
+        axis.tick_params(length=0, labelcolor=MUTED)
+        axis.grid(False)
+        axis.set_title(title)
     axes[1].set_yticklabels([])
     return figure
 
@@ -153,7 +130,7 @@ def _styles(names: Sequence[str]) -> dict[str, LawStyle]:
     """Colour and marker of each law; where the colours begin again, the markers are shifted, so that no two agree."""
     styles = law_styles(names, REFERENCE)
     for i, name in enumerate(name for name in names if name != REFERENCE):
-        styles[name] = styles[name]._replace(marker=MARKERS[(i + i // len(MARKERS)) % len(MARKERS)])
+        styles[name] = styles[name]._replace(marker=STYLES[(i + i // len(STYLES)) % len(STYLES)].marker)
     return styles
 
 
@@ -168,24 +145,19 @@ def _high(estimate: Estimate) -> float:
 
 
 def _kept(row: Row) -> bool:
-    return row.motion <= MOTION and row.locked >= LOCKED * row.runs
+    return not missed_by_limit(row).keys() & {"motion", "lock"}
+
+
+def _errors(axis: Axes, x: Any, estimates: Sequence[Estimate], style: LawStyle, name: str) -> None:
+    values = [estimate.value for estimate in estimates]
+    look: dict[str, Any] = {"color": style.colour, "marker": style.marker, "ms": 5, "lw": 0.9, "elinewidth": 0.8}
+    axis.errorbar(x, values, yerr=_arms(estimates), label=name, **look)
 
 
 def _point(axis: Axes, x: Estimate, y: Estimate, style: LawStyle, kept: bool, name: str) -> None:
-    axis.errorbar(
-        x.value,
-        y.value,
-        xerr=_arms([x]),
-        yerr=_arms([y]),
-        color=style.colour,
-        marker=style.marker,
-        ms=7,
-        mfc=style.colour if kept else OPEN,
-        mew=1.4,
-        lw=0,
-        elinewidth=1.0,
-        label=name,
-    )
+    look: dict[str, Any] = {"color": style.colour, "marker": style.marker, "mfc": style.colour if kept else "white"}
+    look |= {"ms": 7, "mew": 1.4, "lw": 0, "elinewidth": 1.0}
+    axis.errorbar(x.value, y.value, xerr=_arms([x]), yerr=_arms([y]), label=name, **look)
 
 
 def _arms(estimates: Sequence[Estimate]) -> Any:
@@ -203,23 +175,10 @@ def _legend(figure: Figure, axes: Iterable[Axes]) -> None:
     figure.legend(found.values(), found.keys(), loc="outside right upper")
 
 
-def _map(
-    axis: Axes,
-    values: Any,
-    columns: Sequence[str],
-    lines: Sequence[str],
-    scale: Any,
-    span: tuple[float, float],
-    title: str,
-) -> None:
-    axis.imshow(values, cmap=scale, vmin=span[0], vmax=span[1], aspect="auto")
+def _numbers(axis: Axes, values: Sequence[Sequence[float]], span: tuple[float, float]) -> None:
+    """Write the numbers into a map, white where it is dark."""
     for i, line in enumerate(values):
         for j, value in enumerate(line):
             if math.isfinite(value):
                 dark = abs(value - span[0]) > 0.9 * (span[1] - span[0])
                 axis.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=8, color="white" if dark else INK)
-    axis.set_xticks(range(len(columns)), columns, rotation=30, ha="right")
-    axis.set_yticks(range(len(lines)), lines)
-    axis.tick_params(length=0, labelcolor=MUTED)
-    axis.grid(False)
-    axis.set_title(title)

@@ -19,24 +19,12 @@ ALL = "all"
 
 @dataclass(frozen=True)
 class Entrant:
-    """A law as it takes part.
+    """A law as it takes part."""
 
-    Parameters
-    ----------
-    label : str
-        Name in the tables.
-    name : str
-        Registered name, or "file.py:Name".
-    parameters : mapping
-        What differs from its defaults.
-    tuning : str
-        Set of tuned parameters: "all", or one for a sea alone.
-    """
-
-    label: str
-    name: str
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    tuning: str = ALL
+    label: str  # name in the tables
+    name: str  # registered name, or "file.py:Name"
+    parameters: Mapping[str, Any] = field(default_factory=dict)  # what differs from its defaults
+    tuning: str = ALL  # set of tuned parameters: "all", or one for a sea alone
 
     def build(self) -> Law:
         """Build the law anew: a law that was run may keep what it has worked out, and would be stored as another."""
@@ -111,12 +99,8 @@ def _one(text: str) -> Entrant:
     for item in inside[:-1].split(","):
         key, equals, value = item.partition("=")
         if not equals or not key.strip() or not value.strip():
-            raise InputError(
-                "laws",
-                text,
-                f"{item.strip() or 'nothing'} is no parameter with its value",
-                "Write key=value between the brackets",
-            )
+            problem = f"{item.strip() or 'nothing'} is no parameter with its value"
+            raise InputError("laws", text, problem, "Write key=value between the brackets")
         parameters[key.strip()] = _value(value.strip())
     tuning = str(parameters.pop("tuning", ALL))
     return Entrant(text, name, parameters, tuning)

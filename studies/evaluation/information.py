@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.devices import zhang2017
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.reports.wording import number
-from gyroctl.statistics import Estimate, holm, paired_difference
+from gyroctl.statistics import holm, in_words, paired_difference
 from gyroctl.studies.evaluation.cases import Case, Outcome, common_seeds, run_case
 from gyroctl.studies.evaluation.entrants import Entrant, parse, reference
 from gyroctl.studies.evaluation.request import Request
-from gyroctl.studies.evaluation.rows import Row, rows
-from gyroctl.studies.evaluation.targets import limits_missed
-from gyroctl.studies.evaluation.writing import markdown_table, with_interval
+from gyroctl.studies.evaluation.rows import rows
+from gyroctl.studies.evaluation.targets import limits_in_words, limits_missed
+from gyroctl.studies.evaluation.writing import MEASURED, cells, markdown_table, row_table, with_interval
 from gyroctl.waves import SeaState
 
 if TYPE_CHECKING:
@@ -42,30 +41,23 @@ def information_table(ask: Request, gamma: float = 5.0) -> tuple[dict[str, Any],
     ask.say("information")
     wanted = levels(ask.planner)
     outcome = run_case(Case("information", zhang2017(), SeaState(gamma=gamma), ask.settings), wanted.values(), ask)
-    by_law = {row.law: row for row in rows(outcome)}
-    found = [(name, by_law[entrant.label]) for name, entrant in wanted.items() if entrant.label in by_law]
-    steps = prices(outcome, {name: entrant.label for name, entrant in wanted.items() if entrant.label in by_law})
+    by_law = rows(outcome)
+    found = {name: by_law[entrant.label] for name, entrant in wanted.items() if entrant.label in by_law}
+    steps = prices(outcome, {name: row.law for name, row in found.items()})
     content = {
         "gamma": gamma,
-        "levels": {
-            name: {**{f: getattr(row, f) for f in row.__dataclass_fields__}, "limits_missed": limits_missed(row)}
-            for name, row in found
-        },
+        "levels": {name: {**vars(row), "limits_missed": limits_missed(row)} for name, row in found.items()},
         "differences": steps,
         "failed": dict(outcome.failed),
     }
-    table = markdown_table(
-        ("information", "power [W]", "of best constant", "CV", "locked", "P(lock)", "φ1, φ3 98 % [rad]", "limits"),
-        [_line(name, row) for name, row in found],
-    )
-    differences = markdown_table(
-        ("less information", "more information", "worth [W]", "pairs", "p (Holm)", "in words"),
-        [
-            (s["less"], s["more"], with_interval(s["difference"]), str(s["pairs"]), number(s["p_holm"], 2), s["words"])
-            for s in steps
-        ],
-        2,
-    )
+    lines = [{**cells(row), "information": name, "limits": limits_in_words(row)} for name, row in found.items()]
+    table = row_table(("information", "power [W]", "of best constant", *MEASURED, "limits"), lines)
+    worth = [
+        (s["less"], s["more"], with_interval(s["difference"]), str(s["pairs"]), number(s["p_holm"], 2), s["words"])
+        for s in steps
+    ]
+    headings = ("less information", "more information", "worth [W]", "pairs", "p (Holm)", "in words")
+    differences = markdown_table(headings, worth, 2)
     text = f"{table}\n\n## Worth of information, paired on the same realisations\n\n{differences}"
     return content, text, draw_information(found, ask.record())
 
@@ -82,27 +74,6 @@ def prices(outcome: Outcome, labels: dict[str, str]) -> list[dict[str, Any]]:
         estimate, p = paired_difference(first.on(seeds, "mean_power"), second.on(seeds, "mean_power"))
         steps.append({"more": more, "less": less, "difference": estimate, "pairs": len(seeds), "p": p})
     for step, corrected in zip(steps, holm([step["p"] for step in steps]), strict=True):
-        step |= {"p_holm": corrected, "words": _words(step["difference"], corrected)}
+        words = in_words(step["difference"], corrected, ("worth it", "harmful"), LEVEL)
+        step |= {"p_holm": corrected, "words": words}
     return steps
-
-
-def _words(difference: Estimate, p_holm: float) -> str:
-    if math.isnan(p_holm):
-        return difference.note
-    if p_holm < LEVEL and (difference.low > 0.0 or difference.high < 0.0):
-        return "worth it" if difference.value > 0.0 else "harmful"
-    return "not distinguishable"
-
-
-def _line(name: str, row: Row) -> tuple[str, ...]:
-    missing = limits_missed(row)
-    return (
-        name,
-        with_interval(row.power),
-        with_interval(row.ratio),
-        number(row.cv.value, 2),
-        f"{row.locked}/{row.runs}",
-        f"{row.lock.low:.3f}–{row.lock.high:.3f}",
-        f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",
-        f"not kept: {', '.join(missing)}" if missing else "kept",
-    )

@@ -16,11 +16,11 @@ from gyroctl.plant import Plant
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.reports.wording import number
 from gyroctl.studies.evaluation.cases import Case, run_case
-from gyroctl.studies.evaluation.entrants import Entrant, pair
+from gyroctl.studies.evaluation.entrants import pair
 from gyroctl.studies.evaluation.request import PAIRS, Request
 from gyroctl.studies.evaluation.rows import Row, rows
 from gyroctl.studies.evaluation.targets import limits_missed
-from gyroctl.studies.evaluation.writing import markdown_table, with_interval
+from gyroctl.studies.evaluation.writing import MEASURED, cells, markdown_table, row_table
 from gyroctl.tuning.best_pair import BestPair, best_pair
 from gyroctl.tuning.goal import Goal
 from gyroctl.waves import DriftingSea, Sea, SeaState
@@ -35,6 +35,9 @@ DRIFT = (2.8, 3.5)
 
 TUNING_SEEDS = range(100000, 100064)
 """On which the best constant pair of each sea is found, as every law is tuned on such seeds."""
+
+
+HEADINGS = ("law", "power [W]", "of best constant", "less best constant [W]", "verdict", *MEASURED, "slips /1000")
 
 
 class OffSea(NamedTuple):
@@ -69,8 +72,7 @@ def found_pair(plant: Plant, sea: Sea, ask: Request) -> dict[str, Any]:
     content = {
         "coefficients": plain(plant.coefficients),
         "excitation": plant.excitation.sha256,
-        "kind": type(sea).__name__,
-        "sea": asdict(sea),
+        **_sea(sea),
         "settings": plain(ask.settings),
         "budget": ask.budget,
         "seeds": list(TUNING_SEEDS),
@@ -87,23 +89,15 @@ def found_pair(plant: Plant, sea: Sea, ask: Request) -> dict[str, Any]:
     waived = not best.met and max(best.means["phi1_p98"], best.means["phi3_p98"]) > goal.motion
     if waived:
         best = _best(plant, sea, ask, replace(goal, motion=math.inf))
-    found = {
-        "cc": best.cc,
-        "cg": best.cg,
-        "means": best.means,
-        "met": best.met,
-        "motion_waived": waived,
-        "spent_s": best.spent,
-        **content,
-    }
+    chosen = {"cc": best.cc, "cg": best.cg, "means": best.means, "met": best.met}
+    found = {**chosen, "motion_waived": waived, "spent_s": best.spent, **content}
     write_json(path, found)
     return dict(plain(found))
 
 
 def _best(plant: Plant, sea: Sea, ask: Request, goal: Goal) -> BestPair:
-    return best_pair(
-        plant, sea, ask.budget, TUNING_SEEDS, goal, ask.settings, ask.workers or os.cpu_count() or 1, quiet=ask.quiet
-    )
+    workers = ask.workers or os.cpu_count() or 1
+    return best_pair(plant, sea, ask.budget, TUNING_SEEDS, goal, ask.settings, workers, quiet=ask.quiet)
 
 
 def offdesign_table(
@@ -116,7 +110,7 @@ def offdesign_table(
     ask : Request
         Laws, seeds, length.
     seas : sequence of OffSea, optional
-        Other seas than those of the issue.
+        Other seas than `off_seas`.
     search : callable
         Finds the best constant pair of a sea.
     """
@@ -132,41 +126,34 @@ def offdesign_table(
         title = f"{off.group} {off.name}"
         try:
             best = search(zhang2017(), off.sea, ask)
-            outcome = run_case(Case(title, zhang2017(), off.sea, ask.settings), _with_pair(ask, best), ask)
+            case = Case(title, zhang2017(), off.sea, ask.settings)
+            outcome = run_case(case, [pair(best["cc"], best["cg"]), *ask.entrants], ask)
         except InputError as error:  # a sea in which no lock begins tells something too
             failed[title] = str(error)
             continue
-        failed |= {f"{title}, {law}": why for law, why in outcome.failed.items()}
-        table = {row.law: row for row in rows(outcome)}
+        failed |= outcome.failures
+        table = rows(outcome)
         groups.setdefault(off.group, []).append((off.name, table))
-        cases.append(
-            {
-                "group": off.group,
-                "name": off.name,
-                "kind": type(off.sea).__name__,
-                "sea": asdict(off.sea),
-                "pair": best,
-                "laws": [_record(row) for row in table.values()],
-            }
-        )
+        laws = [
+            {**vars(row), "verdict": sea_verdict(row), "limits_missed": limits_missed(row)} for row in table.values()
+        ]
+        cases.append({"group": off.group, "name": off.name, **_sea(off.sea), "pair": best, "laws": laws})
         parts.append(_section(title, best, table))
     summary = never_worse(groups)
     content = {"cases": cases, "never_worse": summary, "failed": failed}
-    head = "## Never worse than the best constant pair?\n\n" + markdown_table(
-        ("law", "answer", "least ratio", "worse in", "lock lost in"),
-        [
-            (
-                law,
-                s["answer"],
-                f"{number(s['least_ratio'])} ({s['least_ratio_at']})",
-                "; ".join(s["worse"]) or "none",
-                "; ".join(s["lost"]) or "none",
-            )
-            for law, s in summary.items()
-        ],
-        2,
-    )
-    return content, "\n\n".join([head, *parts]), draw_offdesign(groups, ask.record())
+    answers = [
+        (
+            law,
+            judged["answer"],
+            f"{number(judged['least_ratio'])} ({judged['least_ratio_at']})",
+            "; ".join(judged["worse"]) or "none",
+            "; ".join(judged["lost"]) or "none",
+        )
+        for law, judged in summary.items()
+    ]
+    table_of_answers = markdown_table(("law", "answer", "least ratio", "worse in", "lock lost in"), answers, 2)
+    parts.insert(0, f"## Never worse than the best constant pair?\n\n{table_of_answers}")
+    return content, "\n\n".join(parts), draw_offdesign(groups, ask.record())
 
 
 def never_worse(groups: dict[str, list[tuple[str, dict[str, Row]]]]) -> dict[str, dict[str, Any]]:
@@ -175,43 +162,41 @@ def never_worse(groups: dict[str, list[tuple[str, dict[str, Row]]]]) -> dict[str
     Worse in a sea is a mean power below that of the best constant pair there: surely so where the interval of the
     paired difference lies below zero, else within what chance explains.
     """
-    found: dict[str, dict[str, Any]] = {}
+    met: dict[str, dict[str, tuple[Row, Row]]] = {}
     for group, seas in groups.items():
         for name, table in seas:
             for law, row in table.items():
-                if law == REFERENCE:
-                    continue
-                at = f"{group} {name}"
-                entry = found.setdefault(law, _unjudged())
-                if row.ratio.value < entry["least_ratio"]:
-                    entry |= {"least_ratio": row.ratio.value, "least_ratio_at": at}
-                word = sea_verdict(row)
-                if word != "not worse":
-                    entry["worse"].append(f"{at} ({number(row.difference.value, 2)} W, {word})")
-                    entry["surely_worse"] += [at] if word == "worse" else []
-                if row.locked < row.runs:
-                    reference = table[REFERENCE]
-                    entry["lost"].append(
-                        f"{at} {row.runs - row.locked}/{row.runs} (constant "
-                        f"{reference.runs - reference.locked}/{reference.runs})"
-                    )
-    for entry in found.values():
-        if entry["surely_worse"]:
-            entry["answer"] = "worse"
-        elif entry["worse"]:
-            entry["answer"] = "not distinguishable where worse"
-    return found
+                if law != REFERENCE:
+                    met.setdefault(law, {})[f"{group} {name}"] = row, table[REFERENCE]
+    return {law: _judged(seas) for law, seas in met.items()}
 
 
-def _unjudged() -> dict[str, Any]:
+def _judged(seas: dict[str, tuple[Row, Row]]) -> dict[str, Any]:
+    """Verdict on a law from its row and that of the constant pair in each sea."""
+    worse, surely_worse, lost = [], [], []
+    for at, (row, constant) in seas.items():
+        word = sea_verdict(row)
+        if word != "not worse":
+            worse.append(f"{at} ({number(row.difference.value, 2)} W, {word})")
+        if word == "worse":
+            surely_worse.append(at)
+        if row.locked < row.runs:
+            lost.append(f"{at} {_lost(row)} (constant {_lost(constant)})")
+    ratios = [(row.ratio.value, at) for at, (row, _) in seas.items() if row.ratio.value < math.inf]
+    least, least_at = min(ratios, key=lambda ratio: ratio[0], default=(math.inf, ""))
+    answer = "worse" if surely_worse else "not distinguishable where worse" if worse else "never worse"
     return {
-        "answer": "never worse",
-        "least_ratio": float("inf"),
-        "least_ratio_at": "",
-        "worse": [],
-        "surely_worse": [],
-        "lost": [],
+        "answer": answer,
+        "least_ratio": least,
+        "least_ratio_at": least_at,
+        "worse": worse,
+        "surely_worse": surely_worse,
+        "lost": lost,
     }
+
+
+def _lost(row: Row) -> str:
+    return f"{row.runs - row.locked}/{row.runs}"
 
 
 def sea_verdict(row: Row) -> str:
@@ -221,48 +206,16 @@ def sea_verdict(row: Row) -> str:
     return "worse" if row.difference.high < 0.0 else "not distinguishable"
 
 
-def _with_pair(ask: Request, best: dict[str, Any]) -> list[Entrant]:
-    return [pair(best["cc"], best["cg"]), *ask.entrants]
-
-
-def _record(row: Row) -> dict[str, Any]:
-    return {
-        **{f: getattr(row, f) for f in row.__dataclass_fields__},
-        "verdict": sea_verdict(row),
-        "limits_missed": limits_missed(row),
-    }
+def _sea(sea: Sea) -> dict[str, Any]:
+    return {"kind": type(sea).__name__, "sea": asdict(sea)}
 
 
 def _section(title: str, best: dict[str, Any], table: dict[str, Row]) -> str:
-    lines = [
-        (
-            row.law,
-            with_interval(row.power),
-            with_interval(row.ratio),
-            with_interval(row.difference),
-            "" if row.law == REFERENCE else sea_verdict(row),
-            number(row.cv.value, 2),
-            f"{row.locked}/{row.runs}",
-            f"{row.lock.low:.3f}–{row.lock.high:.3f}",
-            f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",
-            number(row.cycle_slips, 2),
-        )
-        for row in sorted(table.values(), key=lambda row: -row.power.value)
-    ]
-    headings = (
-        "law",
-        "power [W]",
-        "of best constant",
-        "less best constant [W]",
-        "verdict",
-        "CV",
-        "locked",
-        "P(lock)",
-        "φ1, φ3 98 % [rad]",
-        "slips /1000",
-    )
+    strongest = sorted(table.values(), key=lambda row: -row.power.value)
+    verdicts = {row.law: sea_verdict(row) for row in strongest if row.law != REFERENCE}
+    lines = [{**cells(row), "verdict": verdicts.get(row.law, "")} for row in strongest]
     words = f"Best constant pair of this sea: cc {best['cc']:.3g}, cg {best['cg']:.3g} Nms"
     if best.get("motion_waived"):
         words += ". No pair keeps the motion limit here; this is the best without it"
     words += "." if best.get("met", True) else "; none holds lock in 99 % of the tuning seeds, this one comes nearest."
-    return f"## {title}\n\n{words}\n\n" + markdown_table(headings, lines)
+    return f"## {title}\n\n{words}\n\n{row_table(HEADINGS, lines)}"

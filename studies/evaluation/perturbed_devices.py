@@ -5,12 +5,11 @@ The laws stay as they are and plan with the nominal model. Every truth is built 
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from typing import NamedTuple
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from gyroctl.devices import zhang2017
-from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.run import Settings
 from gyroctl.harness.sensing import CHANNELS, Sensors
 from gyroctl.hydrodynamics import ExcitationTable
@@ -38,21 +37,11 @@ angle of the ring is uniform within a turn. [rad, rad/s]"""
 
 
 class Truth(NamedTuple):
-    """A device as it is simulated.
+    """A device as it is simulated."""
 
-    Parameters
-    ----------
-    name : str
-        What differs.
-    plant : Plant
-        The device.
-    settings : Settings
-        Its sensors and actuators.
-    """
-
-    name: str
+    name: str  # what differs
     plant: Plant
-    settings: Settings
+    settings: Settings  # sensors and actuators
 
 
 def truths(settings: Settings | None = None) -> tuple[Truth, ...]:
@@ -64,23 +53,25 @@ def truths(settings: Settings | None = None) -> tuple[Truth, ...]:
         Those of the nominal case.
     """
     given = settings or Settings()
-    found = [Truth(NOMINAL, zhang2017(), given)]
+    devices = {NOMINAL: zhang2017()}
     for name in ("k1", "d1", "J14"):
         for sign in (-1, 1):
             base = zhang2017()
-            changed = base.replace(**{name: (1.0 + sign * OFF) * getattr(base.parameters, name)})
-            found.append(Truth(_named(name, sign), changed, given))
+            changed = {name: (1.0 + sign * OFF) * getattr(base.parameters, name)}
+            devices[_named(name, sign)] = base.replace(**changed)
     for sign in (-1, 1):
-        found.append(Truth(_named("He", sign), scaled_excitation(zhang2017(), 1.0 + sign * OFF), given))
-    for sign in (-1, 1):
-        actuators = dataclasses.replace(given.actuators, cc_gain=(1.0 + sign * OFF) * given.actuators.cc_gain)
-        found.append(Truth(_named("cc given", sign), zhang2017(), dataclasses.replace(given, actuators=actuators)))
-    late: Actuators = dataclasses.replace(given.actuators, delay=given.actuators.delay + 1)
-    found.append(Truth("one sample late", zhang2017(), dataclasses.replace(given, actuators=late)))
-    noisy = dataclasses.replace(given, sensors=noisy_sensors(given.sensors))
-    found.append(Truth("5 % sensor noise", zhang2017(), noisy))
-    found.append(Truth("finer radiation", zhang2017(radiation="fine"), given))
-    return tuple(found)
+        devices[_named("He", sign)] = scaled_excitation(zhang2017(), 1.0 + sign * OFF)
+    equipped = {
+        _named("cc given", sign): _actuated(given, cc_gain=(1.0 + sign * OFF) * given.actuators.cc_gain)
+        for sign in (-1, 1)
+    }
+    equipped["one sample late"] = _actuated(given, delay=given.actuators.delay + 1)
+    equipped["5 % sensor noise"] = replace(given, sensors=noisy_sensors(given.sensors))
+    return (
+        *(Truth(name, plant, given) for name, plant in devices.items()),
+        *(Truth(name, zhang2017(), changed) for name, changed in equipped.items()),
+        Truth("finer radiation", zhang2017(radiation="fine"), given),
+    )
 
 
 def scaled_excitation(plant: Plant, factor: float) -> Plant:
@@ -88,13 +79,17 @@ def scaled_excitation(plant: Plant, factor: float) -> Plant:
     table = plant.excitation
     if not isinstance(table, ExcitationTable):
         raise TypeError(f"no table of moments to scale: {type(table).__name__}")
-    return plant.replace(excitation=dataclasses.replace(table, values=factor * table.values))
+    return plant.replace(excitation=replace(table, values=factor * table.values))
 
 
 def noisy_sensors(sensors: Sensors, part: float = NOISE) -> Sensors:
     """White noise of that part of the typical rms on every channel, instead of what it has."""
-    changes = {name: dataclasses.replace(getattr(sensors, name), noise=part * TYPICAL_RMS[name]) for name in CHANNELS}
-    return dataclasses.replace(sensors, **changes)
+    changes = {name: replace(getattr(sensors, name), noise=part * TYPICAL_RMS[name]) for name in CHANNELS}
+    return replace(sensors, **changes)
+
+
+def _actuated(settings: Settings, **changes: Any) -> Settings:
+    return replace(settings, actuators=replace(settings.actuators, **changes))
 
 
 def _named(quantity: str, sign: int) -> str:

@@ -18,48 +18,20 @@ RUNS, PAIRS = "runs", "pairs"
 
 @dataclass(frozen=True)
 class Request:
-    """Common to all tables.
+    """Common to all tables."""
 
-    Parameters
-    ----------
-    out : Path
-        Folder of tables, figures and finished runs.
-    entrants : tuple of Entrant
-        The laws, the reference aside.
-    plan : SeedPlan
-        Realisations of each law.
-    duration : float
-        Length of the runs. [s]
-    workers : int, optional
-        Workers; they change no result.
-    tuned_on : tuple of int
-        Seeds that no run may use.
-    budget : float
-        Simulated time for the search of each sea's best constant pair. [s]
-    settings : Settings
-        Steps, sensors and actuators of the nominal case.
-    named : bool
-        Whether the laws were asked for by name.
-    planner : str
-        The law whose information is varied.
-    quiet : bool
-        No progress.
-    say : callable
-        Told what is being done.
-    """
-
-    out: Path
-    entrants: tuple[Entrant, ...]
-    plan: SeedPlan
-    duration: float = 2000.0
-    workers: int | None = None
-    tuned_on: tuple[int, ...] = ()
-    budget: float = 4e6
-    settings: Settings = field(default_factory=Settings)
-    named: bool = False
-    planner: str = "nmpc"
-    quiet: bool = False
-    say: Callable[[str], None] = lambda _: None
+    out: Path  # folder of tables, figures and finished runs
+    entrants: tuple[Entrant, ...]  # the laws, the reference aside
+    plan: SeedPlan  # realisations of each law
+    duration: float = 2000.0  # length of the runs [s]
+    workers: int | None = None  # they change no result
+    tuned_on: tuple[int, ...] = ()  # seeds that no run may use
+    budget: float = 4e6  # simulated time for the search of each sea's best constant pair [s]
+    settings: Settings = field(default_factory=Settings)  # steps, sensors and actuators of the nominal case
+    named: bool = False  # whether the laws were asked for by name
+    planner: str = "nmpc"  # the law whose information is varied
+    quiet: bool = False  # no progress
+    say: Callable[[str], None] = lambda _: None  # told what is being done
 
     def record(self) -> dict[str, Any]:
         """For the JSON files."""
@@ -104,25 +76,11 @@ def request(
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
     settings = Settings()
     if not duration > settings.score_from:
-        raise InputError(
-            "duration",
-            duration,
-            f"is not longer than the blend of {settings.blend:g} s",
-            "Give a longer one, for example 2000",
-        )
+        problem = f"is not longer than the blend of {settings.blend:g} s"
+        raise InputError("duration", duration, problem, "Give a longer one, for example 2000")
     for entrant in entrants:
         entrant.build()
+    refused, named = () if allow_tuning_seeds else tuned_on, bool(laws)
     return Request(
-        out,
-        entrants,
-        plan,
-        duration,
-        workers or None,
-        () if allow_tuning_seeds else tuned_on,
-        budget,
-        settings,
-        bool(laws),
-        planner,
-        quiet,
-        say,
+        out, entrants, plan, duration, workers or None, refused, budget, settings, named, planner, quiet, say
     )

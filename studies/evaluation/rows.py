@@ -3,81 +3,60 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.reports.layout import MOTION_LIMIT
-from gyroctl.statistics import Estimate, bootstrap_mean, finite_mean, lock_probability, paired_difference, paired_ratio
+from gyroctl.statistics import (
+    Estimate,
+    bootstrap_mean,
+    finite_largest,
+    finite_mean,
+    lock_probability,
+    paired_difference,
+    paired_ratio,
+)
 from gyroctl.studies.evaluation.cases import Outcome, Runs, common_seeds
 
 
 @dataclass(frozen=True)
 class Row:
-    """A law in a case. Means are over all runs, lost ones included; ratios and differences over the common ones.
+    """A law in a case.
 
-    Parameters
-    ----------
-    law, kind, information, tuning : str
-        Which law, with which set of parameters.
-    runs, locked : int
-        Number of runs, and of those that held lock.
-    lock : Estimate
-        Probability to hold lock, with Wilson's interval. [1]
-    power, cv, cv_1s : Estimate
-        Mean power [W], its coefficient of variation within a run, and that of its means over 1 s. [1]
-    ratio, difference : Estimate
-        Mean power over that of the best constant pair of the sea [1], and less it [W].
-    p_value : float
-        Of the difference, by a paired t-test.
-    pairs : int
-        Realisations on which both were run.
-    power_locked : float
-        Mean power of the runs that held lock. [W]
-    phi1_p98, phi3_p98, phi1_worst, phi3_worst : float
-        98 % motion: mean over the runs and the worst run. [rad]
-    cycle_slips : float
-        Per 1000 waves.
-    slip_loss_w, wave_input_w, saturations, ledger_residual : float
-        Means [W], samples a run, and the largest residual of the energy ledger. [1]
-    over_limit, outside_model : int
-        Runs whose 98 % motion is beyond its limit; runs with any motion beyond the range of the model.
-    step_ms_median, step_ms_p99 : float
-        Time of a step, median and the worst run's 99 %. [ms]
-    fallbacks, deadline_misses : int
-        Sums over the runs.
+    Means are over all runs, lost ones included; ratios and differences over the realisations that both have.
     """
 
     law: str
     kind: str
     information: str
-    tuning: str
+    tuning: str  # set of parameters
     runs: int
-    locked: int
-    lock: Estimate
-    power: Estimate
-    cv: Estimate
-    cv_1s: Estimate
-    ratio: Estimate
-    difference: Estimate
-    p_value: float
-    pairs: int
-    power_locked: float
-    phi1_p98: float
-    phi3_p98: float
-    phi1_worst: float
-    phi3_worst: float
-    cycle_slips: float
-    slip_loss_w: float
-    wave_input_w: float
-    saturations: float
-    ledger_residual: float
-    over_limit: int
-    outside_model: int
-    step_ms_median: float
-    step_ms_p99: float
-    fallbacks: int
-    deadline_misses: int
+    locked: int  # runs that held lock
+    lock: Estimate  # probability to hold lock, with Wilson's interval [1]
+    power: Estimate  # mean power [W]
+    cv: Estimate  # coefficient of variation of power within a run [1]
+    cv_1s: Estimate  # that of its means over 1 s [1]
+    ratio: Estimate  # mean power over that of the best constant pair of the sea [1]
+    difference: Estimate  # mean power less that of the best constant pair [W]
+    p_value: float  # of the difference, by a paired t-test
+    pairs: int  # realisations on which both were run
+    power_locked: float  # mean power of the runs that held lock [W]
+    phi1_p98: float  # 98 % motion, mean over the runs [rad]
+    phi3_p98: float  # 98 % motion, mean over the runs [rad]
+    phi1_worst: float  # 98 % motion of the worst run [rad]
+    phi3_worst: float  # 98 % motion of the worst run [rad]
+    cycle_slips: float  # per 1000 waves
+    slip_loss_w: float  # [W]
+    wave_input_w: float  # [W]
+    saturations: float  # samples a run
+    ledger_residual: float  # largest of the energy ledger [1]
+    over_limit: int  # runs whose 98 % motion is beyond its limit
+    outside_model: int  # runs with any motion beyond the range of the model
+    step_ms_median: float  # time of a step [ms]
+    step_ms_p99: float  # 99 % of the time of a step in the worst run [ms]
+    fallbacks: int  # sum over the runs
+    deadline_misses: int  # sum over the runs
 
     @property
     def motion(self) -> float:
@@ -85,9 +64,9 @@ class Row:
         return float(np.maximum(self.phi1_p98, self.phi3_p98))  # what is no number stays none, unlike with max
 
 
-def rows(outcome: Outcome) -> list[Row]:
-    """Rows of a case in the order of its laws, the reference among them."""
-    return [row(runs, outcome.reference) for runs in outcome.runs.values()]
+def rows(outcome: Outcome) -> dict[str, Row]:
+    """Rows of a case by law, in the order in which they were run, the reference among them."""
+    return {law: row(runs, outcome.reference) for law, runs in outcome.runs.items()}
 
 
 def row(runs: Runs, reference: Runs) -> Row:
@@ -96,7 +75,10 @@ def row(runs: Runs, reference: Runs) -> Row:
     own, other = runs.on(both, "mean_power"), reference.on(both, "mean_power")
     difference, p_value = paired_difference(own, other)
     value = runs.values
-    locked = value["locked"] > 0.5
+    locked, motion = value["locked"] > 0.5, np.maximum(value["phi1_p98"], value["phi3_p98"])
+    means = ("phi1_p98", "phi3_p98", "cycle_slips", "slip_loss_w", "wave_input_w", "saturations")
+    same: dict[str, Any] = {name: finite_mean(value[name]) for name in means}
+    same |= {name: int(np.nansum(value[name])) for name in ("outside_model", "fallbacks", "deadline_misses")}
     return Row(
         law=runs.entrant.label,
         kind=runs.kind,
@@ -113,24 +95,11 @@ def row(runs: Runs, reference: Runs) -> Row:
         p_value=p_value,
         pairs=len(both),
         power_locked=finite_mean(value["mean_power"][locked]),
-        phi1_p98=finite_mean(value["phi1_p98"]),
-        phi3_p98=finite_mean(value["phi3_p98"]),
-        phi1_worst=_largest(value["phi1_p98"]),
-        phi3_worst=_largest(value["phi3_p98"]),
-        cycle_slips=finite_mean(value["cycle_slips"]),
-        slip_loss_w=finite_mean(value["slip_loss_w"]),
-        wave_input_w=finite_mean(value["wave_input_w"]),
-        saturations=finite_mean(value["saturations"]),
-        ledger_residual=_largest(np.abs(value["ledger_residual"])),
-        over_limit=int(np.sum(~(np.maximum(value["phi1_p98"], value["phi3_p98"]) <= MOTION_LIMIT))),
-        outside_model=int(np.nansum(value["outside_model"])),
+        phi1_worst=finite_largest(value["phi1_p98"]),
+        phi3_worst=finite_largest(value["phi3_p98"]),
+        ledger_residual=finite_largest(np.abs(value["ledger_residual"])),
+        over_limit=int(np.sum(~(motion <= MOTION_LIMIT))),
         step_ms_median=float(np.median(value["step_ms_median"])),
-        step_ms_p99=_largest(value["step_ms_p99"]),
-        fallbacks=int(np.nansum(value["fallbacks"])),
-        deadline_misses=int(np.nansum(value["deadline_misses"])),
+        step_ms_p99=finite_largest(value["step_ms_p99"]),
+        **same,
     )
-
-
-def _largest(values: NDArray[np.float64]) -> float:
-    kept = values[np.isfinite(values)]
-    return float(kept.max()) if kept.size else float("nan")

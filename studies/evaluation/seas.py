@@ -11,8 +11,18 @@ from gyroctl.studies.evaluation.cases import Case, run_case
 from gyroctl.studies.evaluation.entrants import Entrant, parse, reference, with_sets
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.rows import Row, rows
-from gyroctl.studies.evaluation.targets import BARS, LOCKED, MOTION, answers, limits_missed, one_set_laws
-from gyroctl.studies.evaluation.writing import markdown_table, with_interval
+from gyroctl.studies.evaluation.targets import (
+    LOCKED,
+    MOTION,
+    Bar,
+    answers,
+    bars_for,
+    limits_in_words,
+    limits_missed,
+    nearest_missed,
+    one_set_laws,
+)
+from gyroctl.studies.evaluation.writing import COST, MEASURED, cells, markdown_table, row_table
 from gyroctl.waves import SeaState
 
 if TYPE_CHECKING:
@@ -20,24 +30,7 @@ if TYPE_CHECKING:
 
 GAMMAS = (1.0, 5.0, 50.0)
 
-HEADINGS = (
-    "law",
-    "sees",
-    "power [W]",
-    "of best constant",
-    "CV",
-    "locked",
-    "P(lock)",
-    "φ1, φ3 98 % [rad]",
-    "runs over it",
-    "slips /1000",
-    "slip loss [W]",
-    "saturated",
-    "step [ms]",
-    "fallbacks",
-    "late",
-    "bars",
-)
+HEADINGS = ("law", "sees", "power [W]", "of best constant", *MEASURED, "runs over it", "slips /1000", *COST, "bars")
 
 
 def seas_table(ask: Request, gammas: Sequence[float] = GAMMAS) -> tuple[dict[str, Any], str, Figure]:
@@ -59,8 +52,8 @@ def seas_table(ask: Request, gammas: Sequence[float] = GAMMAS) -> tuple[dict[str
         ask.say(f"seas: gamma {gamma:g}")
         case = Case(f"gamma {gamma:g}", zhang2017(), SeaState(gamma=gamma), ask.settings)
         outcome = run_case(case, [reference(gamma), *with_sets(_entrants(ask), f"gamma{gamma:g}")], ask)
-        tables[gamma] = sorted(rows(outcome), key=lambda row: -row.power.value)
-        failed |= {f"gamma {gamma:g}, {law}": why for law, why in outcome.failed.items()}
+        tables[gamma] = sorted(rows(outcome).values(), key=lambda row: -row.power.value)
+        failed |= outcome.failures
     verdicts, served = answers(tables), one_set_laws(tables)
     content = {
         "seas": {f"gamma{gamma:g}": [_record(gamma, row) for row in table] for gamma, table in tables.items()},
@@ -71,48 +64,35 @@ def seas_table(ask: Request, gammas: Sequence[float] = GAMMAS) -> tuple[dict[str
     }
     parts = []
     for gamma, table in tables.items():
-        parts.append(f"## gamma {gamma:g}\n\n" + markdown_table(HEADINGS, [_line(gamma, row) for row in table], 2))
-    parts.append(
-        "## Bars\n\n"
-        + markdown_table(
-            ("bar", "sea", "demand", "met", "by, or nearest", "missed"),
-            [
-                (
-                    v.bar.name,
-                    f"gamma {v.bar.gamma:g}",
-                    _demand(v.bar),
-                    "yes" if v.met else "no",
-                    v.law or "–",
-                    "; ".join(v.missed) or "nothing",
-                )
-                for v in verdicts
-            ],
-            6,
-        )
-    )
-    parts.append(
+        lines = [{**cells(row), "bars": bar_words(gamma, row)} for row in table]
+        parts.append(f"## gamma {gamma:g}\n\n{row_table(HEADINGS, lines, 2)}")
+    demands = [
+        (v.bar.name, f"gamma {v.bar.gamma:g}", _demand(v.bar), _yes(v.met), v.law or "–", _all(v.missed))
+        for v in verdicts
+    ]
+    headings = ("bar", "sea", "demand", "met", "by, or nearest", "missed")
+    parts += [
+        f"## Bars\n\n{markdown_table(headings, demands, 6)}",
         f"Every bar also asks for a 98 % motion of at most {MOTION:g} rad and lock in at least {100 * LOCKED:g} % of "
-        "the realisations. The word met goes by the numbers in the table, not by the ends of their intervals."
-    )
+        "the realisations. The word met goes by the numbers in the table, not by the ends of their intervals.",
+    ]
     if served:
-        lines = [(law, "yes" if not missed else "no", "; ".join(missed) or "nothing") for law, missed in served.items()]
-        parts.append(
-            "## One set of parameters for all seas\n\n" + markdown_table(("law", "met in all", "missed"), lines, 3)
-        )
+        answered = [(law, _yes(not missed), _all(missed)) for law, missed in served.items()]
+        table_of_sets = markdown_table(("law", "met in all", "missed"), answered, 3)
+        parts.append(f"## One set of parameters for all seas\n\n{table_of_sets}")
     return content, "\n\n".join(parts), draw_seas(tables, ask.record())
 
 
 def bar_words(gamma: float, row: Row) -> str:
     """Say of a row which bars of its kind it meets; where it meets none, what it misses of the nearest."""
-    bars = [bar for bar in BARS if bar.gamma == gamma and bar.concerns(row)]
+    bars = bars_for(gamma, row)
     met = [bar.name for bar in bars if not bar.missed(row)]
     if met:
         return "met: " + "; ".join(met)
     if bars:
-        nearest = min(bars, key=lambda bar: bar.shortfall(row))
-        return f"not met: {', '.join(nearest.missed(row))} ({nearest.name})"
-    missing = limits_missed(row)
-    return "no bar; limits " + (f"not kept: {', '.join(missing)}" if missing else "kept")
+        bar, missed = nearest_missed(bars, row)
+        return f"not met: {missed} ({bar.name})"
+    return f"no bar; limits {limits_in_words(row)}"
 
 
 def _entrants(ask: Request) -> list[Entrant]:
@@ -124,44 +104,20 @@ def _entrants(ask: Request) -> list[Entrant]:
 
 
 def _record(gamma: float, row: Row) -> dict[str, Any]:
-    bars = {
-        bar.name: {"met": not bar.missed(row), "missed": bar.missed(row)}
-        for bar in BARS
-        if bar.gamma == gamma and bar.concerns(row)
-    }
-    return {
-        **{name: getattr(row, name) for name in row.__dataclass_fields__},
-        "bars": bars,
-        "limits_missed": limits_missed(row),
-    }
+    missed = {bar.name: bar.missed(row) for bar in bars_for(gamma, row)}
+    bars = {name: {"met": not missing, "missed": missing} for name, missing in missed.items()}
+    return {**vars(row), "bars": bars, "limits_missed": limits_missed(row)}
 
 
-def _line(gamma: float, row: Row) -> tuple[str, ...]:
-    return (
-        row.law,
-        row.information,
-        with_interval(row.power),
-        with_interval(row.ratio),
-        number(row.cv.value, 2),
-        f"{row.locked}/{row.runs}",
-        f"{row.lock.low:.3f}–{row.lock.high:.3f}",
-        f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",
-        f"{row.over_limit}",
-        number(row.cycle_slips, 2),
-        number(row.slip_loss_w, 2),
-        number(row.saturations, 2),
-        f"{_time(row.step_ms_median)}, {_time(row.step_ms_p99)}",
-        str(row.fallbacks),
-        str(row.deadline_misses),
-        bar_words(gamma, row),
-    )
+def _yes(met: bool) -> str:
+    return "yes" if met else "no"
 
 
-def _time(milliseconds: float) -> str:
-    return "< 0.01" if milliseconds < 0.01 else number(milliseconds, 2)
+def _all(missed: Sequence[str]) -> str:
+    return "; ".join(missed) or "nothing"
 
 
-def _demand(bar: Any) -> str:
+def _demand(bar: Bar) -> str:
     parts = [
         f">= {number(bar.power)} W" if bar.power else "",
         f">= {number(bar.ratio)} x constant" if bar.ratio else "",

@@ -14,18 +14,10 @@ MEND = "Give for example 1:64, or nmpc=1:16 for one law"
 
 
 class SeedPlan(NamedTuple):
-    """Seeds of all laws, and those of laws that have their own.
+    """Seeds of all laws, and those of laws that have their own."""
 
-    Parameters
-    ----------
-    common : tuple of int
-        For every law that is not named.
-    own : mapping of str to tuple of int
-        For laws that are too slow for all of them.
-    """
-
-    common: tuple[int, ...]
-    own: Mapping[str, tuple[int, ...]]
+    common: tuple[int, ...]  # for every law that is not named
+    own: Mapping[str, tuple[int, ...]]  # for laws that are too slow for all of them
 
     def of(self, *names: str) -> tuple[int, ...]:
         """Seeds of the law that has these names; the first that is listed counts."""
@@ -66,12 +58,8 @@ def seed_plan(texts: Iterable[str], allow_tuning: bool = False, tuned_on: Sequen
     plan = SeedPlan(common, own)
     used = sorted(set(plan.all) & (set(KEPT_FOR_TUNING) | set(tuned_on)))
     if used and not allow_tuning:
-        raise InputError(
-            "seeds",
-            f"{used[0]} to {used[-1]}",
-            "are kept for tuning and cannot judge a law",
-            "Choose others, for example 1:64, or try things out with --allow-tuning-seeds",
-        )
+        mend = "Choose others, for example 1:64, or try things out with --allow-tuning-seeds"
+        raise InputError("seeds", f"{used[0]} to {used[-1]}", "are kept for tuning and cannot judge a law", mend)
     return plan
 
 

@@ -24,36 +24,16 @@ SHARE = 0.85
 
 @dataclass(frozen=True)
 class Bar:
-    """A demand on some law of a kind.
+    """A demand on some law of a kind."""
 
-    Parameters
-    ----------
-    name : str
-        In words.
-    gamma : float
-        Sea.
-    kind : str
-        Kind of law.
-    information : str
-        What it may see at most.
-    power : float
-        Least mean power. [W]
-    ratio : float
-        Least mean power over that of the best constant pair of the sea. [1]
-    cv : float
-        Largest power CV. [1]
-    one_set : bool
-        Only with the one set of parameters for all seas.
-    """
-
-    name: str
-    gamma: float
+    name: str  # in words
+    gamma: float  # sea
     kind: Kind
-    information: str
-    power: float = 0.0
-    ratio: float = 0.0
-    cv: float = math.inf
-    one_set: bool = False
+    information: str  # what the law may see at most
+    power: float = 0.0  # least mean power [W]
+    ratio: float = 0.0  # least mean power over that of the best constant pair of the sea [1]
+    cv: float = math.inf  # largest power CV [1]
+    one_set: bool = False  # only with the one set of parameters for all seas
 
     def concerns(self, row: Row) -> bool:
         """Whether the row may answer the bar."""
@@ -97,13 +77,24 @@ class Verdict(NamedTuple):
 
 def limits_missed(row: Row) -> list[str]:
     """Which of the limits that hold for every law the row misses."""
-    missing = []
+    return list(missed_by_limit(row).values())
+
+
+def limits_in_words(row: Row) -> str:
+    """Say whether the row keeps those limits."""
+    missing = limits_missed(row)
+    return f"not kept: {', '.join(missing)}" if missing else "kept"
+
+
+def missed_by_limit(row: Row) -> dict[str, str]:
+    """What the row misses by the limit: motion, lock, or power, which every run must have as a number."""
+    missing = {}
     if not row.motion <= MOTION:
-        missing.append(f"motion {number(row.motion, 3)} > {MOTION:g} rad")
+        missing["motion"] = f"motion {number(row.motion, 3)} > {MOTION:g} rad"
     if not row.locked >= LOCKED * row.runs:
-        missing.append(f"locked {row.locked}/{row.runs}")
+        missing["lock"] = f"locked {row.locked}/{row.runs}"
     if "not finite" in row.power.note:
-        missing.append(f"power: {row.power.note}")
+        missing["power"] = f"power: {row.power.note}"
     return missing
 
 
@@ -129,6 +120,17 @@ BARS = _bars()
 """The same limits of motion and lock hold in all of them."""
 
 
+def bars_for(gamma: float, row: Row) -> list[Bar]:
+    """Bars of a sea that the row may answer."""
+    return [bar for bar in BARS if bar.gamma == gamma and bar.concerns(row)]
+
+
+def nearest_missed(bars: Sequence[Bar], row: Row) -> tuple[Bar, str]:
+    """Of some bars the one that the row comes nearest to, and in words what it misses of that."""
+    nearest = min(bars, key=lambda bar: bar.shortfall(row))
+    return nearest, ", ".join(nearest.missed(row))
+
+
 def answer(bar: Bar, table: Sequence[Row]) -> Verdict:
     """Verdict on a bar from the rows of its sea: the strongest law that meets it, or the one that comes nearest."""
     concerned = [row for row in table if bar.concerns(row)]
@@ -152,11 +154,8 @@ def one_set_laws(tables: Mapping[float, Sequence[Row]]) -> dict[str, list[str]]:
     found: dict[str, list[str]] = {}
     for gamma, table in tables.items():
         for row in table:
-            bars = [bar for bar in BARS if bar.one_set and bar.gamma == gamma and bar.concerns(row)]
-            if not bars:
-                continue
-            missing = found.setdefault(row.law, [])
-            if all(bar.missed(row) for bar in bars):
-                nearest = min(bars, key=lambda bar: bar.shortfall(row))
-                missing.append(f"gamma {gamma:g}: {', '.join(nearest.missed(row))}")
+            bars = [bar for bar in bars_for(gamma, row) if bar.one_set]
+            missing = found.setdefault(row.law, []) if bars else []
+            if bars and all(bar.missed(row) for bar in bars):
+                missing.append(f"gamma {gamma:g}: {nearest_missed(bars, row)[1]}")
     return found

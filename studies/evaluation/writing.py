@@ -1,11 +1,45 @@
-"""Tables as markdown and as JSON."""
+"""Tables as markdown: what is written of a law in a case, and in which form."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from gyroctl.reports.wording import interval, number
 from gyroctl.statistics import Estimate
+from gyroctl.studies.evaluation.rows import Row
+
+LOCK = ("locked", "P(lock)")
+PHI = "φ1, φ3 98 % [rad]"
+MEASURED = ("CV", *LOCK, PHI)
+COST = ("slip loss [W]", "saturated", "step [ms]", "fallbacks", "late")
+"""Headings of columns, see `cells`."""
+
+
+def cells(row: Row) -> dict[str, str]:
+    """Write a row, each number under the heading of its column."""
+    return {
+        "law": row.law,
+        "sees": row.information,
+        "power [W]": with_interval(row.power),
+        "of best constant": with_interval(row.ratio),
+        "less best constant [W]": with_interval(row.difference),
+        "CV": number(row.cv.value, 2),
+        "locked": f"{row.locked}/{row.runs}",
+        "P(lock)": f"{row.lock.low:.3f}–{row.lock.high:.3f}",
+        PHI: f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",
+        "runs over it": str(row.over_limit),
+        "slips /1000": number(row.cycle_slips, 2),
+        "slip loss [W]": number(row.slip_loss_w, 2),
+        "saturated": number(row.saturations, 2),
+        "step [ms]": f"{_time(row.step_ms_median)}, {_time(row.step_ms_p99)}",
+        "fallbacks": str(row.fallbacks),
+        "late": str(row.deadline_misses),
+    }
+
+
+def row_table(headings: Sequence[str], lines: Sequence[Mapping[str, str]], text: int = 1) -> str:
+    """Write the cells under these headings, see `markdown_table`."""
+    return markdown_table(headings, [[line[heading] for heading in headings] for line in lines], text)
 
 
 def markdown_table(headings: Sequence[str], lines: Sequence[Sequence[str]], text: int = 1) -> str:
@@ -18,3 +52,7 @@ def with_interval(estimate: Estimate, digits: int = 3) -> str:
     """Write a number with its interval in brackets."""
     bounds = interval(estimate, digits)
     return f"{number(estimate.value, digits)} ({bounds})" if bounds else number(estimate.value, digits)
+
+
+def _time(milliseconds: float) -> str:
+    return "< 0.01" if milliseconds < 0.01 else number(milliseconds, 2)
