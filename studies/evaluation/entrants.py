@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 from gyroctl.errors import InputError
-from gyroctl.harness.protocol import Law
+from gyroctl.harness.protocol import Law, innermost
 from gyroctl.harness.registry import law, registered, tuned_sets
 from gyroctl.reports.layout import REFERENCE
 
@@ -81,8 +81,7 @@ def with_sets(entrants: Iterable[Entrant], sea: str) -> list[Entrant]:
 
 def kind(built: Law) -> Kind:
     """Whether a law is constant, simple (rules or tables on the sensors) or plans ahead."""
-    while hasattr(built, "law"):  # a law around a law
-        built = built.law
+    built = innermost(built)
     if built.information == "none":
         return "constant"
     planning = ".nmpc" in type(built).__module__ or built.information in ("forecast", "oracle")
