@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.orbits.flow import Vector
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.orbit_map import OrbitMap, ParametricMap
-from gyroctl.orbits.pseudo_arclength import Palc, Point, System, Vector, begin, correct, follow, locate
+from gyroctl.orbits.pseudo_arclength import Limits, Palc, Point, System, begin, correct, joined, locate, one_way
 from gyroctl.orbits.symmetry import free_rows
 from gyroctl.plant.equations import PSI
 
@@ -57,7 +58,7 @@ class ScaledMap(NamedTuple):
         """Return the orbit of scaled unknowns."""
         return self.orbit_map.orbit(*self.split(y))
 
-    def system(self, _: Point | None = None) -> System:
+    def system(self, _: Point | Vector | None = None) -> System:
         """Return the equations of a fixed point."""
 
         def equations(y: Vector) -> tuple[Vector, NDArray[np.float64]]:
@@ -205,26 +206,16 @@ def scaled_map(
     plain = OrbitMap(orbit.plant, orbit.wave, orbit.cc, orbit.cg, orbit.sense, orbit.dt, parameters, symmetric)
     for name, (low, high) in zip(parameters, limits, strict=True):
         value = plain.value(name)
+        given, least = (low, high), plain.least(name)
         if not (np.isfinite(low) and np.isfinite(high) and low <= value <= high and low < high):
-            raise InputError(
-                "limits",
-                (low, high),
-                f"must enclose the orbit's {name} = {value:.6g}",
-                "Give (low, high) around it, or start from another orbit",
-            )
-        if low < plain.least(name):
-            raise InputError(
-                "limits", (low, high), f"{name} cannot be below {plain.least(name):g}", "Raise the lower limit"
-            )
-        if name == "wp":
-            band = orbit.plant.excitation.omega
-            if low < band[0] or high > band[-1]:
-                raise InputError(
-                    "limits",
-                    (low, high),
-                    "the excitation is not known at these frequencies",
-                    f"Stay in the tabulated band, {band[0]:g} to {band[-1]:g} rad/s",
-                )
+            problem = f"must enclose the orbit's {name} = {value:.6g}"
+            raise InputError("limits", given, problem, "Give (low, high) around it, or start from another orbit")
+        if low < least:
+            raise InputError("limits", given, f"{name} cannot be below {least:g}", "Raise the lower limit")
+        band = orbit.plant.excitation.omega
+        if name == "wp" and (low < band[0] or high > band[-1]):
+            mend = f"Stay in the tabulated band, {band[0]:g} to {band[-1]:g} rad/s"
+            raise InputError("limits", given, "the excitation is not known at these frequencies", mend)
     # the size of each state over the period: at phase zero one of them may be small by chance
     scale = np.maximum(np.max(np.abs(orbit.states(8)), axis=0)[free_rows(orbit.plant)], 1e-6)
     scale[PSI] = 1.0
@@ -239,39 +230,13 @@ def unknowns(scaled: ScaledMap, orbit: Orbit) -> Vector:
 
 def _both_ways(scaled: ScaledMap, start: Point, limits: tuple[float, float], options: Palc) -> tuple[list[Point], bool]:
     low, high = (limit / scaled.value_scale[0] for limit in limits)
-
-    def inside(y: Vector) -> bool:
-        return bool(low <= y[-1] <= high)
-
-    ways: list[list[Point]] = []
+    ways = []
     for sense in (1.0, -1.0):
-        turned = start._replace(tangent=sense * start.tangent)
-        way: list[Point] = []
-        left = False
-        for point in follow(scaled.system, turned, options, inside):
-            if not inside(point.y):
-                end = _end(scaled, way[-1] if way else turned, point, low if point.y[-1] < low else high, options)
-                way += [end] if end is not None else []
-                break
-            way.append(point)
-            distance = float(np.linalg.norm(point.y - start.y))
-            left = left or distance > 2.0 * options.longest
-            if left and distance < options.longest and point.tangent @ turned.tangent > 0.9:
-                return [start, *way, start], True
+        way, end = one_way(scaled.system, start.turned(sense), {start.y.size - 1: Limits(low, high)}, options)
+        if end == "closed":
+            return [start, *way, start], True
         ways.append(way)
-    back = [point._replace(tangent=-point.tangent) for point in reversed(ways[1])]
-    return [*back, start, *ways[0]], False
-
-
-def _end(scaled: ScaledMap, inner: Point, outer: Point, limit: float, options: Palc) -> Point | None:
-    """Return the point on the limit."""
-    row = np.zeros(inner.y.size)
-    row[-1] = 1.0
-    part = (limit - inner.y[-1]) / (outer.y[-1] - inner.y[-1])
-    point, _ = correct(scaled.system(), inner.y + part * (outer.y - inner.y), row, limit, options)
-    if point is None or np.linalg.norm(point.y - inner.y) < 1e-9:
-        return None
-    return point._replace(tangent=point.tangent * np.sign(point.tangent @ inner.tangent))
+    return joined(start, *ways), False
 
 
 def _eigenvalues(point: Point) -> NDArray[np.complex128]:
@@ -341,24 +306,16 @@ def _classify(scaled: ScaledMap, kind: Kind, point: Point) -> SpecialPoint | Non
 
 
 def _branch(scaled: ScaledMap, chain: list[Point], points: tuple[SpecialPoint, ...], closed: bool) -> Branch:
+    over_a_period = 2 if scaled.orbit_map.symmetric else 1
     states, values, multipliers, power = [], [], [], []
     for point in chain:
         x, at = scaled.split(point.y)
-        own = _eigenvalues(point) ** (2 if scaled.orbit_map.symmetric else 1)
+        own = _eigenvalues(point) ** over_a_period
         states.append(x)
         values.append(float(at[0]))
         multipliers.append(own[np.argsort(-np.abs(own))])
         power.append(scaled.orbit_map.evaluate(x, at, derivative=False).power)
-    spectrum = np.array(multipliers)
-    return Branch(
-        scaled.orbit_map.parameters[0],
-        np.array(values),
-        np.array(states),
-        spectrum,
-        np.all(np.abs(spectrum) < 1.0, axis=1),
-        np.array(power),
-        points,
-        closed,
-        tuple(chain),
-        scaled,
-    )
+    name, spectrum = scaled.orbit_map.parameters[0], np.array(multipliers)
+    stable = np.all(np.abs(spectrum) < 1.0, axis=1)
+    columns = (np.array(values), np.array(states), spectrum, stable, np.array(power))
+    return Branch(name, *columns, points, closed, tuple(chain), scaled)

@@ -12,17 +12,14 @@ class RegularWave(Protocol):
     @property
     def height(self) -> float:
         """Wave height. [m]"""
-        ...
 
     @property
     def wp(self) -> float:
         """Angular frequency. [rad/s]"""
-        ...
 
     @property
     def heading(self) -> float:
         """Heading. [deg]"""
-        ...
 
 
 @dataclass(frozen=True)
