@@ -19,10 +19,8 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.linearisation.lifted import lift_matrices
 from gyroctl.linearisation.norms import hinf_of
-from gyroctl.linearisation.periodic import transition
-from gyroctl.loop_margins.closed_loop_orbit import CONTROLS, SENSORS, LoopOrbit
-
-Matrix = NDArray[np.float64]
+from gyroctl.linearisation.periodic import multipliers_of, transition
+from gyroctl.loop_margins.closed_loop_orbit import CONTROLS, SENSORS, LoopOrbit, Matrix
 
 GAIN_MAX = 100.0
 """Gains beyond this are reported as infinite: they are no longer a matter of stability but of saturation."""
@@ -54,8 +52,7 @@ class OpenedLoop:
 
     def multipliers(self, gain: complex = 1.0) -> NDArray[np.complex128]:
         """Multipliers over one wave period with w = gain v, largest first."""
-        values = np.linalg.eigvals(self.closed(gain)).astype(complex)
-        return values[np.argsort(-np.abs(values))]
+        return multipliers_of(self.closed(gain))
 
     def closed(self, gain: complex = 1.0) -> NDArray[np.complex128] | Matrix:
         """Transition matrix over one wave period with w = gain v."""
@@ -184,15 +181,8 @@ def channel_margins(loop: LoopOrbit, channel: str) -> ChannelMargins:
         delay = _crossings(lambda time: _radius(after(time)), grid, None)[1]
     alpha = opened.disk()
     bounds = ((2.0 - alpha) / (2.0 + alpha), (2.0 + alpha) / (2.0 - alpha)) if alpha < 2.0 - 1e-6 else (0.0, np.inf)
-    return ChannelMargins(
-        names,
-        opened.gain_margin(),
-        opened.phase_margin(),
-        delay,
-        alpha,
-        bounds,
-        float(np.degrees(2.0 * np.arctan(0.5 * alpha))),
-    )
+    turn = float(np.degrees(2.0 * np.arctan(0.5 * alpha)))
+    return ChannelMargins(names, opened.gain_margin(), opened.phase_margin(), delay, alpha, bounds, turn)
 
 
 def members(channel: str) -> tuple[str, ...]:
@@ -209,12 +199,8 @@ def open_loop(loop: LoopOrbit, channels: tuple[str, ...]) -> OpenedLoop:
         For an unknown signal, or controls and sensors mixed.
     """
     if not channels or not (set(channels) <= set(CONTROLS) or set(channels) <= set(SENSORS)):
-        raise InputError(
-            "channels",
-            channels,
-            "must be controls or sensors, not both",
-            f"Choose from {', '.join(CONTROLS)} or from {', '.join(SENSORS)}",
-        )
+        mend = f"Choose from {', '.join(CONTROLS)} or from {', '.join(SENSORS)}"
+        raise InputError("channels", channels, "must be controls or sensors, not both", mend)
     a, b, c = zip(*(_open_sample(loop, channels, k) for k in range(loop.flow.samples)), strict=True)
     return OpenedLoop(channels, np.array(a), np.array(b), np.array(c))
 
