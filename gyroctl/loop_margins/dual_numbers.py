@@ -153,8 +153,8 @@ def _hypot(*numbers: Any) -> Any:
     return _UNARY["sqrt"](sum(n * n for n in numbers))
 
 
-def _remainder(x: Any, y: float) -> Any:
-    return Dual(math.remainder(x.value, y), x.gradient) if isinstance(x, Dual) else math.remainder(x, y)
+def _modulo(function: Callable[[float, float], float]) -> Callable[[Any, float], Any]:
+    return lambda x, y: Dual(function(x.value, y), x.gradient) if isinstance(x, Dual) else function(x, y)
 
 
 def _to_float(number: Any = 0.0) -> Any:
@@ -167,8 +167,8 @@ _MATH = SimpleNamespace(
         **_UNARY,
         "atan2": _atan2,
         "hypot": _hypot,
-        "remainder": _remainder,
-        "fmod": lambda x, y: Dual(math.fmod(x.value, y), x.gradient) if isinstance(x, Dual) else math.fmod(x, y),
+        "remainder": _modulo(math.remainder),
+        "fmod": _modulo(math.fmod),
         "pow": lambda x, y: x**y,
         "isfinite": lambda x: math.isfinite(_value(x)),
         "isnan": lambda x: math.isnan(_value(x)),

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
@@ -64,12 +64,12 @@ class OpenedLoop:
 
     def gain_margin(self) -> tuple[float, float]:
         """Gains below and above 1 at which stability ends: 0 where the loop may be cut, infinite above `GAIN_MAX`."""
-        low, high = _crossings(self.radius, np.geomspace(1.0, GAIN_MAX, 80), np.linspace(1.0, 0.0, 41))
-        return low if np.isfinite(low) else 0.0, high
+        low = _crossing(self.radius, np.linspace(1.0, 0.0, 41))
+        return low if np.isfinite(low) else 0.0, _crossing(self.radius, np.geomspace(1.0, GAIN_MAX, 80))
 
     def phase_margin(self) -> float:
         """Constant phase, of either sign, at which stability ends; 180 where it does not. [deg]"""
-        angle = _crossings(lambda turn: self.radius(np.exp(1j * turn)), np.linspace(0.0, np.pi, 91), None)[1]
+        angle = _crossing(lambda turn: self.radius(np.exp(1j * turn)), np.linspace(0.0, np.pi, 91))
         return float(np.degrees(min(angle, np.pi)))
 
     def loop_gain(self, angles: NDArray[np.float64]) -> NDArray[np.complex128]:
@@ -178,7 +178,7 @@ def channel_margins(loop: LoopOrbit, channel: str) -> ChannelMargins:
     if len(names) == 1:
         after = delayed_transition(loop, channel)
         grid = np.arange(0.0, DELAY_MAX * loop.flow.samples + 0.25, 0.5) * loop.flow.period
-        delay = _crossings(lambda time: _radius(after(time)), grid, None)[1]
+        delay = _crossing(lambda time: _radius(after(time)), grid)
     alpha = opened.disk()
     bounds = ((2.0 - alpha) / (2.0 + alpha), (2.0 + alpha) / (2.0 - alpha)) if alpha < 2.0 - 1e-6 else (0.0, np.inf)
     turn = float(np.degrees(2.0 * np.arctan(0.5 * alpha)))
@@ -213,16 +213,11 @@ def delayed_transition(loop: LoopOrbit, channel: str) -> Callable[[float], Matri
     A delay of a control moves the instant at which the held value changes; a delay of a sensor lets the law see the
     deviation of an earlier instant, between samples too. Both are exact.
     """
-    h = loop.flow.period
-
-    @lru_cache(maxsize=64)
-    def matrices(fraction: float) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix]:
-        return _split(loop, channel, fraction)
+    split = lru_cache(maxsize=64)(partial(_split, loop, channel))
 
     def over_a_period(delay: float) -> Matrix:
-        whole = int(np.floor(delay / h + 1e-9))
-        fraction = max(round(delay / h - whole, 12), 0.0)
-        a, new, old, out, through = matrices(fraction)
+        whole, fraction = in_samples(delay, loop.flow.period)
+        a, new, old, out, through = split(fraction)
         # the line holds v of the samples before, the latest first; w is its entry `whole` (new) or the next (old)
         n, line = a.shape[1], whole + 1
         product = np.eye(n + line)
@@ -242,6 +237,12 @@ def delayed_transition(loop: LoopOrbit, channel: str) -> Callable[[float], Matri
         return product
 
     return over_a_period
+
+
+def in_samples(delay: float, period: float) -> tuple[int, float]:
+    """Whole samples in a delay, and the fraction of one that is left."""
+    whole = int(np.floor(delay / period + 1e-9))
+    return whole, max(round(delay / period - whole, 12), 0.0)
 
 
 def _open_sample(loop: LoopOrbit, channels: tuple[str, ...], k: int) -> tuple[Matrix, Matrix, Matrix]:
@@ -275,9 +276,9 @@ def _split(loop: LoopOrbit, channel: str, fraction: float) -> tuple[Matrix, Matr
     Returns A (N, n, n), entries (N, n) of the newer and of the older value of w, output row (N, n) and what it takes
     (N,) from w itself.
     """
-    samples, n, ns = loop.flow.samples, loop.A.shape[1], loop.by_state.shape[2]
-    a, new, old, out, through = [], [], [], [], []
-    for k in range(samples):
+    n, ns = loop.A.shape[1], loop.by_state.shape[2]
+    samples = []
+    for k in range(loop.flow.samples):
         opened, entry, row = _open_sample(loop, (channel,), k)
         x, (cc, cg) = loop.states[k], loop.controls[k]
         first, second, taken = entry[:, 0], np.zeros(n + ns), 0.0
@@ -299,30 +300,20 @@ def _split(loop: LoopOrbit, channel: str, fraction: float) -> tuple[Matrix, Matr
             row = loop.sensing[i] @ (np.hstack([part, np.zeros((n, ns))]) + held[:, :2] @ command)
             taken = float(loop.sensing[i] @ held[:, :2] @ loop.by_measurement[k, :2, i])
             first, second = second, first  # it can be used one sample later only
-        a.append(opened)
-        new.append(first)
-        old.append(second)
-        out.append(row)
-        through.append(taken)
-    return np.array(a), np.array(new), np.array(old), np.array(out), np.array(through)
+        samples.append((opened, first, second, row, taken))
+    a, new, old, out, through = (np.array(each) for each in zip(*samples, strict=True))
+    return a, new, old, out, through
 
 
 def _radius(matrix: NDArray[np.complex128] | Matrix) -> float:
     return float(np.max(np.abs(np.linalg.eigvals(matrix))))
 
 
-def _crossings(
-    radius: Callable[[float], float], above: NDArray[np.float64], below: NDArray[np.float64] | None
-) -> tuple[float, float]:
-    """Nearest points below and above the first of each grid where `radius` passes 1; infinite where it does not."""
+def _crossing(radius: Callable[[float], float], grid: NDArray[np.float64]) -> float:
+    """Nearest point to the first of a grid where `radius` passes 1; infinite where it does not."""
     from scipy.optimize import brentq
 
-    found = []
-    for grid in (below, above):
-        at = np.inf
-        for one, two in pairwise(grid) if grid is not None else ():
-            if radius(float(two)) >= 1.0:
-                at = float(brentq(lambda value: radius(value) - 1.0, one, two, xtol=1e-10, rtol=1e-10))
-                break
-        found.append(at)
-    return found[0], found[1]
+    for one, two in pairwise(grid):
+        if radius(float(two)) >= 1.0:
+            return float(brentq(lambda value: radius(value) - 1.0, one, two, xtol=1e-10, rtol=1e-10))
+    return np.inf

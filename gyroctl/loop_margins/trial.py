@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.loop_margins.closed_loop_orbit import CONTROLS, SENSORS, LoopOrbit, read
-from gyroctl.loop_margins.margins import delayed_transition, members, open_loop
+from gyroctl.loop_margins.margins import delayed_transition, in_samples, members, open_loop
 from gyroctl.plant.equations import PSI
 
 PERIODS = (80, 800)
@@ -98,8 +98,7 @@ def _simulate(
 ) -> NDArray[np.float64]:
     flow, samples, h = loop.flow, loop.flow.samples, loop.flow.period
     scale = _scale(loop)
-    whole = int(np.floor(delay / h + 1e-9))
-    fraction = max(round(delay / h - whole, 12), 0.0)
+    whole, fraction = in_samples(delay, h)
     usual = np.array([read(x) for x in loop.states[:-1]])
     between = _between(loop, 1.0 - fraction)
     offset = _offset(loop, fraction)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.orbits.continuation import Kind, ScaledMap, SpecialPoint
+from gyroctl.orbits.continuation import Kind, ScaledMap, SpecialPoint, width_around
 from gyroctl.orbits.flow import Vector
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.pseudo_arclength import Limits, Palc, Point, System, begin, joined, one_way
@@ -142,9 +142,13 @@ class Augmented:
 
     def matrix(self, y: Vector, A: NDArray[np.float64]) -> NDArray[np.complex128]:
         """A - mu, singular at the point."""
-        m = self.scaled.state_scale.size
-        mu = {"fold": 1.0, "Neimark-Sacker": np.exp(1j * y[m + 1])}.get(self.kind, -1.0)
-        return np.asarray(A - mu * np.eye(m), complex)
+        return np.asarray(A - self.place(y) * np.eye(A.shape[0]), complex)
+
+    def place(self, y: Vector) -> complex:
+        """Where the critical multiplier is."""
+        if self.kind == "Neimark-Sacker":
+            return complex(np.exp(1j * y[self.scaled.state_scale.size + 1]))
+        return 1.0 + 0j if self.kind == "fold" else -1.0 + 0j
 
     def near(self, y: Vector) -> System:
         """Return the equations with borders from the null vectors at `y`."""
@@ -195,13 +199,8 @@ def _two_parameters(point: SpecialPoint, second: str, limits: tuple[float, float
     if second == point.parameter:
         raise InputError("second", second, "is the first parameter already", "Choose another one")
     moved = point.scaled.orbit_map.over((point.parameter, second))
-    value = moved.value(second)
-    if not limits[0] <= value <= limits[1] or not limits[0] < limits[1]:
-        problem = f"must enclose the point's {second} = {value:.6g}"
-        raise InputError("limits", limits, problem, "Give (low, high) around it")
-    if limits[0] < moved.least(second):
-        raise InputError("limits", limits, f"{second} cannot be below {moved.least(second):g}", "Raise the lower limit")
-    return ScaledMap(moved, point.scaled.state_scale, np.array([point.scaled.value_scale[0], limits[1] - limits[0]]))
+    widths = np.array([point.scaled.value_scale[0], width_around(moved, second, limits, "point")])
+    return ScaledMap(moved, point.scaled.state_scale, widths)
 
 
 def _core(y: Vector, scaled: ScaledMap, kind: Kind) -> Vector:
@@ -210,7 +209,7 @@ def _core(y: Vector, scaled: ScaledMap, kind: Kind) -> Vector:
 
 
 def _tell(augmented: Augmented, chain: list[Point], ends: tuple[str, str]) -> BifurcationCurve:
-    scaled, kind, m = augmented.scaled, augmented.kind, augmented.scaled.state_scale.size
+    scaled, kind = augmented.scaled, augmented.kind
     over_a_period = 2 if scaled.orbit_map.symmetric else 1
     rows, states = [], []
     for point in chain:
@@ -218,13 +217,12 @@ def _tell(augmented: Augmented, chain: list[Point], ends: tuple[str, str]) -> Bi
         x, values = scaled.split(core)
         _, A, _ = scaled.evaluate(core)
         spectrum = np.linalg.eigvals(A).astype(complex)
-        theta = float(point.y[m + 1]) if kind == "Neimark-Sacker" else 0.0
-        goal = {"fold": 1.0 + 0j, "Neimark-Sacker": np.exp(1j * theta)}.get(kind, -1.0 + 0j)
+        goal = augmented.place(point.y)
         own = int(np.argmin(np.abs(spectrum - goal)))
         mine = {own, int(np.argmin(np.abs(spectrum - np.conj(goal))))}
         others = max((abs(value) for i, value in enumerate(spectrum) if i not in mine), default=0.0)
         turned = -goal if scaled.orbit_map.symmetric else goal
-        frequency = abs(float(np.angle(turned))) / scaled.orbit_map.span(values) if theta else 0.0
+        frequency = abs(float(np.angle(turned))) / scaled.orbit_map.span(values) if kind == "Neimark-Sacker" else 0.0
         power = scaled.orbit_map.evaluate(x, values, derivative=False).power
         rows.append((*values, frequency, power, abs(spectrum[own] - goal), others**over_a_period))
         states.append(x)

@@ -149,10 +149,14 @@ class Branch:
         """Return the orbit at a point of the branch, with everything that is told of it."""
         return self.scaled.orbit(self.chain[index].y)
 
+    def of_kind(self, kind: Kind) -> tuple[SpecialPoint, ...]:
+        """Those among `points` of one kind."""
+        return tuple(point for point in self.points if point.kind == kind)
+
     @property
     def folds(self) -> tuple[SpecialPoint, ...]:
         """The folds among `points`."""
-        return tuple(point for point in self.points if point.kind == "fold")
+        return self.of_kind("fold")
 
 
 def continue_orbit(orbit: Orbit, parameter: str, limits: tuple[float, float], options: Palc | None = None) -> Branch:
@@ -175,8 +179,8 @@ def continue_orbit(orbit: Orbit, parameter: str, limits: tuple[float, float], op
         If there is no orbit, the parameter is unknown, or the limits do not enclose the orbit's value.
     """
     options = options or Palc()
-    scaled = scaled_map(orbit, (parameter,), (limits,), options.symmetric)
-    return continue_fixed_point(scaled, unknowns(scaled, orbit), limits, options)
+    scaled, start = scaled_map(orbit, parameter, limits, options.symmetric)
+    return continue_fixed_point(scaled, start, limits, options)
 
 
 def continue_fixed_point(scaled: ScaledMap, y: Vector, limits: tuple[float, float], options: Palc) -> Branch:
@@ -197,35 +201,32 @@ def continue_fixed_point(scaled: ScaledMap, y: Vector, limits: tuple[float, floa
     return _branch(scaled, chain, tuple(points), closed)
 
 
-def scaled_map(
-    orbit: Orbit, parameters: tuple[str, ...], limits: tuple[tuple[float, float], ...], symmetric: bool
-) -> ScaledMap:
-    """Return the map of an orbit over parameters, scaled by the orbit and the widths of the limits."""
+def scaled_map(orbit: Orbit, parameter: str, limits: tuple[float, float], symmetric: bool) -> tuple[ScaledMap, Vector]:
+    """Return the map of an orbit over a parameter, scaled by orbit and width of the limits, and the orbit in it."""
     if orbit.status == "no orbit":
         raise InputError("orbit", orbit.status, "there is nothing to continue", orbit.advice)
-    plain = OrbitMap(orbit.plant, orbit.wave, orbit.cc, orbit.cg, orbit.sense, orbit.dt, parameters, symmetric)
-    for name, (low, high) in zip(parameters, limits, strict=True):
-        value = plain.value(name)
-        given, least = (low, high), plain.least(name)
-        if not (np.isfinite(low) and np.isfinite(high) and low <= value <= high and low < high):
-            problem = f"must enclose the orbit's {name} = {value:.6g}"
-            raise InputError("limits", given, problem, "Give (low, high) around it, or start from another orbit")
-        if low < least:
-            raise InputError("limits", given, f"{name} cannot be below {least:g}", "Raise the lower limit")
-        band = orbit.plant.excitation.omega
-        if name == "wp" and (low < band[0] or high > band[-1]):
-            mend = f"Stay in the tabulated band, {band[0]:g} to {band[-1]:g} rad/s"
-            raise InputError("limits", given, "the excitation is not known at these frequencies", mend)
+    plain = OrbitMap(orbit.plant, orbit.wave, orbit.cc, orbit.cg, orbit.sense, orbit.dt, (parameter,), symmetric)
+    width, band = width_around(plain, parameter, limits, "orbit"), orbit.plant.excitation.omega
+    if parameter == "wp" and (limits[0] < band[0] or limits[1] > band[-1]):
+        mend = f"Stay in the tabulated band, {band[0]:g} to {band[-1]:g} rad/s"
+        raise InputError("limits", limits, "the excitation is not known at these frequencies", mend)
     # the size of each state over the period: at phase zero one of them may be small by chance
-    scale = np.maximum(np.max(np.abs(orbit.states(8)), axis=0)[free_rows(orbit.plant)], 1e-6)
+    free = free_rows(orbit.plant)
+    scale = np.maximum(np.max(np.abs(orbit.states(8)), axis=0)[free], 1e-6)
     scale[PSI] = 1.0
-    return ScaledMap(plain, scale, np.array([high - low for low, high in limits]))
+    scaled = ScaledMap(plain, scale, np.array([width]))
+    return scaled, scaled.join(orbit.x[free], np.array([plain.value(parameter)]))
 
 
-def unknowns(scaled: ScaledMap, orbit: Orbit) -> Vector:
-    """Return the scaled unknowns of an orbit."""
-    values = np.array([scaled.orbit_map.value(name) for name in scaled.orbit_map.parameters])
-    return scaled.join(orbit.x[free_rows(orbit.plant)], values)
+def width_around(of: ParametricMap, name: str, limits: tuple[float, float], start: str) -> float:
+    """Width of limits that enclose the value of a parameter at a start, "orbit" or "point"; refuse others."""
+    (low, high), value, least = limits, of.value(name), of.least(name)
+    if not (np.isfinite(low) and np.isfinite(high) and low <= value <= high and low < high):
+        problem = f"must enclose the {start}'s {name} = {value:.6g}"
+        raise InputError("limits", limits, problem, f"Give (low, high) around it, or start from another {start}")
+    if low < least:
+        raise InputError("limits", limits, f"{name} cannot be below {least:g}", "Raise the lower limit")
+    return high - low
 
 
 def _both_ways(scaled: ScaledMap, start: Point, limits: tuple[float, float], options: Palc) -> tuple[list[Point], bool]:

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from gyroctl.errors import InputError
-from gyroctl.orbits.continuation import scaled_map, unknowns
+from gyroctl.orbits.continuation import scaled_map
 from gyroctl.orbits.flow import Vector
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.pseudo_arclength import Palc, begin, follow, locate
@@ -63,10 +63,10 @@ def _towards(orbit: Orbit, height: float) -> float:
     own, options = orbit.wave.height, Palc(step=0.1)
     limits = (min(height, own), max(height, own))
     try:
-        scaled = scaled_map(orbit, ("height",), (limits,), options.symmetric)
+        scaled, unknowns = scaled_map(orbit, "height", limits, options.symmetric)
     except InputError:
         return own
-    start = begin(scaled.system(), unknowns(scaled, orbit), options)
+    start = begin(scaled.system(), unknowns, options)
     if start is None:
         return own
     sense = np.sign((height - own) * start.tangent[-1])

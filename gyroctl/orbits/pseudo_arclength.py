@@ -146,25 +146,10 @@ def follow(
 def one_way(
     near: Callable[[Vector], System], start: Point, box: dict[int, Limits], options: Palc
 ) -> tuple[list[Point], str]:
-    """Follow a curve from `start` to the border of a box.
+    """Follow a curve, whose equations `near` tells, from `start` to the border of a box of limits by index.
 
-    Parameters
-    ----------
-    near : callable
-        The equations near unknowns y.
-    start : Point
-        In the box.
-    box : dict
-        Limits of some unknowns by index.
-    options : Palc
-        Steps.
-
-    Returns
-    -------
-    way : list of Point
-        Without the start; the last one lies on the limit, if that was reached.
-    end : str
-        Name of the limits that were passed, "closed" where the curve came back, "step" where no further step was found.
+    Returns the points without the start, the last one on the limit if that was reached, and the end: the name of the
+    limits that were passed, "closed" where the curve came back, "step" where no further step was found.
     """
 
     def passed(y: Vector) -> int | None:

@@ -44,15 +44,8 @@ def with_gear(k: Coefficients, change: Any, J13: float, rigid: bool) -> Coeffici
         return k._replace(N=N, kappa=k.K - column**2 / J2 - k.J4, **gains)
     total = J2 + N**2 * k.J4
     pull = column + N * k.J4
-    return k._replace(
-        N=N,
-        Gpp=1.0 / total,
-        Gpo=N / total,
-        Goo=N**2 / total,
-        ap=pull / total,
-        ao=N * pull / total,
-        kappa=k.K - pull**2 / total,
-    )
+    geared: Any = dict(Gpp=1.0 / total, Gpo=N / total, Goo=N**2 / total, ap=pull / total, ao=N * pull / total)
+    return k._replace(N=N, kappa=k.K - pull**2 / total, **geared)
 
 
 def in_other_time(k: Coefficients, alpha: Any) -> Coefficients:
