@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.linearisation.averaged import AveragedModel, average
@@ -15,7 +14,7 @@ from gyroctl.linearisation.exchange import save_matlab
 from gyroctl.linearisation.harmonic import HarmonicTransfer
 from gyroctl.linearisation.held_flow import INPUTS, HeldFlow, samples_per_wave
 from gyroctl.linearisation.lifted import LiftedModel, lift
-from gyroctl.linearisation.periodic import DEFAULT_OUTPUTS, DERIVED, PeriodicMatrices, output
+from gyroctl.linearisation.periodic import DEFAULT_OUTPUTS, DERIVED, Matrix, PeriodicMatrices, output
 from gyroctl.orbits.flow import STEP, Vector
 from gyroctl.orbits.orbit import Orbit
 
@@ -38,7 +37,7 @@ class PeriodicModel(PeriodicMatrices):
         chosen, seen = tuple(self.inputs[j] for j in i), tuple(self.outputs[j] for j in o)
         return replace(self, B=B, C=C, D=D, inputs=chosen, outputs=seen)
 
-    def continuous(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def continuous(self) -> tuple[Matrix, Matrix]:
         """A(t) (N, n, n) and B(t) (N, n, 4) of the continuous-time model x' = A(t) x + B(t) u at the samples."""
         flow, a, b = self.flow, [], []
         for k, x in enumerate(self.orbit[:-1]):
@@ -108,9 +107,7 @@ def linearise(
     return PeriodicModel(A, B, C, D, states, INPUTS, tuple(outputs), period, course, np.array(u), flow)
 
 
-def _measure(
-    flow: HeldFlow, x: Vector, u: tuple[float, float], outputs: Sequence[str]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _measure(flow: HeldFlow, x: Vector, u: tuple[float, float], outputs: Sequence[str]) -> tuple[Matrix, Matrix]:
     """C (p, free) and D (p, 4) at one sample."""
     c, d = np.zeros((len(outputs), flow.free.size)), np.zeros((len(outputs), len(INPUTS)))
     points = x[:, None] + 1j * STEP * flow.embedding

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.linearisation.held_flow import HeldFlow, samples_per_wave
-from gyroctl.linearisation.periodic import multipliers_of, transition
+from gyroctl.linearisation.periodic import Matrix, multipliers_of, transition
 from gyroctl.loop_margins.dual_numbers import NotDifferentiable, step_jacobian
 from gyroctl.orbits.flow import Forcing, Vector
 from gyroctl.orbits.nearest_orbit import find_orbit
@@ -19,9 +19,6 @@ from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA, OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
 
-Matrix = NDArray[np.float64]
-
-SENSORS = ("psi", "psi_rate", "omega_rate", "phi1", "phi3", "phi1_rate", "phi3_rate")
 ROWS = (PSI, PSI_RATE, OMEGA_RATE, PHI1, PHI3, PHI1_RATE, PHI3_RATE)
 CONTROLS = ("cc", "cg")
 REFERENCE = ((0.052, 3.5e-4), (0.104, 1.5e-4), (0.052, 1e-4), (0.104, 3e-5))
@@ -47,6 +44,9 @@ class Reading(NamedTuple):
     phi3: float
     phi1_rate: float
     phi3_rate: float
+
+
+SENSORS = Reading._fields
 
 
 @dataclass(frozen=True)

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.linearisation.lifted import lift_matrices
 from gyroctl.linearisation.norms import hinf_of
-from gyroctl.linearisation.periodic import multipliers_of, transition
-from gyroctl.loop_margins.closed_loop_orbit import CONTROLS, SENSORS, LoopOrbit, Matrix
+from gyroctl.linearisation.periodic import Matrix, multipliers_of, transition
+from gyroctl.loop_margins.closed_loop_orbit import CONTROLS, SENSORS, LoopOrbit
 
 GAIN_MAX = 100.0
 """Gains beyond this are reported as infinite: they are no longer a matter of stability but of saturation."""
@@ -60,7 +60,7 @@ class OpenedLoop:
 
     def radius(self, gain: complex = 1.0) -> float:
         """Modulus of the largest multiplier with w = gain v."""
-        return _radius(self.closed(gain))
+        return float(np.abs(self.multipliers(gain)[0]))
 
     def gain_margin(self) -> tuple[float, float]:
         """Gains below and above 1 at which stability ends: 0 where the loop may be cut, infinite above `GAIN_MAX`."""
@@ -178,7 +178,7 @@ def channel_margins(loop: LoopOrbit, channel: str) -> ChannelMargins:
     if len(names) == 1:
         after = delayed_transition(loop, channel)
         grid = np.arange(0.0, DELAY_MAX * loop.flow.samples + 0.25, 0.5) * loop.flow.period
-        delay = _crossing(lambda time: _radius(after(time)), grid)
+        delay = _crossing(lambda time: float(np.abs(multipliers_of(after(time))[0])), grid)
     alpha = opened.disk()
     bounds = ((2.0 - alpha) / (2.0 + alpha), (2.0 + alpha) / (2.0 - alpha)) if alpha < 2.0 - 1e-6 else (0.0, np.inf)
     turn = float(np.degrees(2.0 * np.arctan(0.5 * alpha)))
@@ -303,10 +303,6 @@ def _split(loop: LoopOrbit, channel: str, fraction: float) -> tuple[Matrix, Matr
         samples.append((opened, first, second, row, taken))
     a, new, old, out, through = (np.array(each) for each in zip(*samples, strict=True))
     return a, new, old, out, through
-
-
-def _radius(matrix: NDArray[np.complex128] | Matrix) -> float:
-    return float(np.max(np.abs(np.linalg.eigvals(matrix))))
 
 
 def _crossing(radius: Callable[[float], float], grid: NDArray[np.float64]) -> float:

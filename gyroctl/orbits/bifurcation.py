@@ -9,29 +9,23 @@ once. It steers Newton's method and enters no result: the residual g is exact.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.orbits.continuation import Kind, ScaledMap, SpecialPoint, width_around
+from gyroctl.orbits.continuation import Kind, Range, ScaledMap, SpecialPoint, width_around
 from gyroctl.orbits.flow import Vector
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.pseudo_arclength import Limits, Palc, Point, System, begin, joined, one_way
+
+Complex = NDArray[np.complex128]
 
 NUDGE = 3e-5
 """Half width of the central difference, in unknowns of size one."""
 
 RESONANCE = 0.02
 """Distance of theta from 0 and pi at which a Neimark-Sacker curve ends in a strong resonance. [rad]"""
-
-
-class Borders(NamedTuple):
-    """Borders of the augmented system, renewed at every point of a curve."""
-
-    b: NDArray[np.complex128]
-    c: NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -85,11 +79,7 @@ class BifurcationCurve:
 
 
 def curve(
-    point: SpecialPoint,
-    second: str,
-    limits: tuple[float, float],
-    options: Palc | None = None,
-    first_limits: tuple[float, float] | None = None,
+    point: SpecialPoint, second: str, limits: Range, options: Palc | None = None, first_limits: Range | None = None
 ) -> BifurcationCurve:
     """Follow a special point in its own parameter and a second one, both ways.
 
@@ -140,7 +130,7 @@ class Augmented:
     scaled: ScaledMap
     kind: Kind
 
-    def matrix(self, y: Vector, A: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def matrix(self, y: Vector, A: NDArray[np.float64]) -> Complex:
         """A - mu, singular at the point."""
         return np.asarray(A - self.place(y) * np.eye(A.shape[0]), complex)
 
@@ -151,23 +141,22 @@ class Augmented:
         return 1.0 + 0j if self.kind == "fold" else -1.0 + 0j
 
     def near(self, y: Vector) -> System:
-        """Return the equations with borders from the null vectors at `y`."""
+        """Return the equations with borders from the null vectors at `y`, renewed at every point of a curve."""
         _, A, _ = self.scaled.evaluate(_core(y, self.scaled, self.kind))
         u, _, vh = np.linalg.svd(self.matrix(y, A))
-        borders = Borders(u[:, -1], vh[-1].conj())
-        return lambda z: self._equations(z, borders)
+        return lambda z: self._equations(z, u[:, -1], vh[-1])
 
-    def _equations(self, y: Vector, borders: Borders) -> tuple[Vector, NDArray[np.float64]]:
+    def _equations(self, y: Vector, column: Complex, row: Complex) -> tuple[Vector, NDArray[np.float64]]:
         scaled, m = self.scaled, self.scaled.state_scale.size
         core = _core(y, scaled, self.kind)
         gap, A, B = scaled.evaluate(core)
         bordered = np.zeros((m + 1, m + 1), complex)
         bordered[:m, :m] = self.matrix(y, A)
-        bordered[:m, m] = borders.b
-        bordered[m, :m] = borders.c.conj()
+        bordered[:m, m] = column
+        bordered[m, :m] = row
         unit = np.eye(m + 1)[m]
-        right: NDArray[np.complex128] = np.linalg.solve(bordered, unit).astype(complex)
-        left: NDArray[np.complex128] = np.linalg.solve(bordered.T, unit).astype(complex)  # row vector: no conjugate
+        right: Complex = np.linalg.solve(bordered, unit).astype(complex)
+        left: Complex = np.linalg.solve(bordered.T, unit).astype(complex)  # row vector: no conjugate
         v, g, w = right[:m], complex(right[m]), left[:m]
         slope = self._slope(core, v, w)  # of g in (state, first, second)
         jacobian = np.hstack([A - np.eye(m), B])
@@ -175,10 +164,10 @@ class Augmented:
             return np.array([*gap, g.real]), np.vstack([jacobian, slope.real])
         turning = 1j * np.exp(1j * y[m + 1]) * (w @ v)
         rows = np.vstack([jacobian, slope.real, slope.imag])
-        column = np.array([*np.zeros(m), turning.real, turning.imag])
-        return np.array([*gap, g.real, g.imag]), np.insert(rows, m + 1, column, axis=1)
+        by_theta = np.array([*np.zeros(m), turning.real, turning.imag])
+        return np.array([*gap, g.real, g.imag]), np.insert(rows, m + 1, by_theta, axis=1)
 
-    def _slope(self, core: Vector, v: NDArray[np.complex128], w: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def _slope(self, core: Vector, v: Complex, w: Complex) -> Complex:
         """-w dA v with respect to (state, first, second): second derivatives along v."""
         m = self.scaled.state_scale.size
         out = np.zeros(core.size, complex)
@@ -195,7 +184,7 @@ class Augmented:
         return out
 
 
-def _two_parameters(point: SpecialPoint, second: str, limits: tuple[float, float]) -> ScaledMap:
+def _two_parameters(point: SpecialPoint, second: str, limits: Range) -> ScaledMap:
     if second == point.parameter:
         raise InputError("second", second, "is the first parameter already", "Choose another one")
     moved = point.scaled.orbit_map.over((point.parameter, second))
@@ -221,8 +210,7 @@ def _tell(augmented: Augmented, chain: list[Point], ends: tuple[str, str]) -> Bi
         own = int(np.argmin(np.abs(spectrum - goal)))
         mine = {own, int(np.argmin(np.abs(spectrum - np.conj(goal))))}
         others = max((abs(value) for i, value in enumerate(spectrum) if i not in mine), default=0.0)
-        turned = -goal if scaled.orbit_map.symmetric else goal
-        frequency = abs(float(np.angle(turned))) / scaled.orbit_map.span(values) if kind == "Neimark-Sacker" else 0.0
+        frequency = scaled.frequency(goal, values) if kind == "Neimark-Sacker" else 0.0
         power = scaled.orbit_map.evaluate(x, values, derivative=False).power
         rows.append((*values, frequency, power, abs(spectrum[own] - goal), others**over_a_period))
         states.append(x)

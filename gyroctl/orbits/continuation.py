@@ -25,6 +25,7 @@ from gyroctl.orbits.pseudo_arclength import Limits, Palc, Point, System, begin, 
 from gyroctl.orbits.symmetry import free_rows
 from gyroctl.plant.equations import PSI
 
+Range = tuple[float, float]
 Kind = Literal["fold", "Neimark-Sacker", "symmetry breaking", "period doubling"]
 SPLITS = 6
 """How often an interval with an unexplained change of stability is halved."""
@@ -58,7 +59,12 @@ class ScaledMap(NamedTuple):
         """Return the orbit of scaled unknowns."""
         return self.orbit_map.orbit(*self.split(y))
 
-    def system(self, _: Point | Vector | None = None) -> System:
+    def frequency(self, multiplier: complex, values: Vector) -> float:
+        """Frequency [rad/s] of an oscillation with a multiplier of the map; the symmetry turns it by half a turn."""
+        turned = -multiplier if self.orbit_map.symmetric else multiplier
+        return abs(float(np.angle(turned))) / self.orbit_map.span(values)
+
+    def system(self, _: Vector | None = None) -> System:
         """Return the equations of a fixed point."""
 
         def equations(y: Vector) -> tuple[Vector, NDArray[np.float64]]:
@@ -99,10 +105,7 @@ class SpecialPoint:
         """Frequency of the critical oscillation of the float or, where the multiplier is real, zero. [rad/s]"""
         if self.kind != "Neimark-Sacker":
             return 0.0
-        orbit_map = self.scaled.orbit_map
-        _, values = self.scaled.split(self.point.y)
-        critical = -self.multiplier if orbit_map.symmetric else self.multiplier
-        return abs(float(np.angle(critical))) / orbit_map.span(values)
+        return self.scaled.frequency(self.multiplier, self.scaled.split(self.point.y)[1])
 
     @cached_property
     def orbit(self) -> Orbit:
@@ -159,7 +162,7 @@ class Branch:
         return self.of_kind("fold")
 
 
-def continue_orbit(orbit: Orbit, parameter: str, limits: tuple[float, float], options: Palc | None = None) -> Branch:
+def continue_orbit(orbit: Orbit, parameter: str, limits: Range, options: Palc | None = None) -> Branch:
     """Follow an orbit in a parameter, both ways, through folds, to the limits.
 
     Parameters
@@ -183,7 +186,7 @@ def continue_orbit(orbit: Orbit, parameter: str, limits: tuple[float, float], op
     return continue_fixed_point(scaled, start, limits, options)
 
 
-def continue_fixed_point(scaled: ScaledMap, y: Vector, limits: tuple[float, float], options: Palc) -> Branch:
+def continue_fixed_point(scaled: ScaledMap, y: Vector, limits: Range, options: Palc) -> Branch:
     """Follow a fixed point of any map in its one parameter, see `continue_orbit`.
 
     Raises
@@ -201,7 +204,7 @@ def continue_fixed_point(scaled: ScaledMap, y: Vector, limits: tuple[float, floa
     return _branch(scaled, chain, tuple(points), closed)
 
 
-def scaled_map(orbit: Orbit, parameter: str, limits: tuple[float, float], symmetric: bool) -> tuple[ScaledMap, Vector]:
+def scaled_map(orbit: Orbit, parameter: str, limits: Range, symmetric: bool) -> tuple[ScaledMap, Vector]:
     """Return the map of an orbit over a parameter, scaled by orbit and width of the limits, and the orbit in it."""
     if orbit.status == "no orbit":
         raise InputError("orbit", orbit.status, "there is nothing to continue", orbit.advice)
@@ -218,7 +221,7 @@ def scaled_map(orbit: Orbit, parameter: str, limits: tuple[float, float], symmet
     return scaled, scaled.join(orbit.x[free], np.array([plain.value(parameter)]))
 
 
-def width_around(of: ParametricMap, name: str, limits: tuple[float, float], start: str) -> float:
+def width_around(of: ParametricMap, name: str, limits: Range, start: str) -> float:
     """Width of limits that enclose the value of a parameter at a start, "orbit" or "point"; refuse others."""
     (low, high), value, least = limits, of.value(name), of.least(name)
     if not (np.isfinite(low) and np.isfinite(high) and low <= value <= high and low < high):
@@ -229,7 +232,7 @@ def width_around(of: ParametricMap, name: str, limits: tuple[float, float], star
     return high - low
 
 
-def _both_ways(scaled: ScaledMap, start: Point, limits: tuple[float, float], options: Palc) -> tuple[list[Point], bool]:
+def _both_ways(scaled: ScaledMap, start: Point, limits: Range, options: Palc) -> tuple[list[Point], bool]:
     low, high = (limit / scaled.value_scale[0] for limit in limits)
     ways = []
     for sense in (1.0, -1.0):
@@ -308,15 +311,10 @@ def _classify(scaled: ScaledMap, kind: Kind, point: Point) -> SpecialPoint | Non
 
 def _branch(scaled: ScaledMap, chain: list[Point], points: tuple[SpecialPoint, ...], closed: bool) -> Branch:
     over_a_period = 2 if scaled.orbit_map.symmetric else 1
-    states, values, multipliers, power = [], [], [], []
-    for point in chain:
-        x, at = scaled.split(point.y)
-        own = _eigenvalues(point) ** over_a_period
-        states.append(x)
-        values.append(float(at[0]))
-        multipliers.append(own[np.argsort(-np.abs(own))])
-        power.append(scaled.orbit_map.evaluate(x, at, derivative=False).power)
-    name, spectrum = scaled.orbit_map.parameters[0], np.array(multipliers)
-    stable = np.all(np.abs(spectrum) < 1.0, axis=1)
-    columns = (np.array(values), np.array(states), spectrum, stable, np.array(power))
-    return Branch(name, *columns, points, closed, tuple(chain), scaled)
+    split = [scaled.split(point.y) for point in chain]
+    states, values = np.array([x for x, _ in split]), np.array([float(at[0]) for _, at in split])
+    spectra = [_eigenvalues(point) ** over_a_period for point in chain]
+    multipliers = np.array([own[np.argsort(-np.abs(own))] for own in spectra])
+    power = np.array([scaled.orbit_map.evaluate(x, at, derivative=False).power for x, at in split])
+    stable, name = np.all(np.abs(multipliers) < 1.0, axis=1), scaled.orbit_map.parameters[0]
+    return Branch(name, values, states, multipliers, stable, power, points, closed, tuple(chain), scaled)

@@ -21,6 +21,9 @@ from gyroctl.plant.equations import PHI1_RATE, PHI3_RATE, PSI
 
 Status = Literal["stable", "unstable", "no orbit"]
 
+GROWS = "An oscillation grows on this orbit (Neimark-Sacker): raise the hinge damping d1 or change cc"
+RUNS_AWAY = "A ring angle off this orbit runs away from it: this is the branch behind the fold"
+
 PIECES = 16
 """Instants of half a period for the mean of the co-rotating rate."""
 
@@ -131,12 +134,6 @@ def describe(problem: LockProblem, forcing: Forcing, x: Vector, residual: float)
     angle, share = float(np.angle(mean)), plant.parameters.N * cg / (plant.parameters.J4 * abs(mean))
     stable = bool(np.abs(multipliers[0]) < 1.0)
     status: Status = "stable" if stable else "unstable"
-    advice = "" if stable else _advice(multipliers[0])
+    advice = "" if stable else GROWS if abs(multipliers[0].imag) > 1e-6 else RUNS_AWAY
     told = (x, forcing.period, multipliers, error, residual, power, angle, share, status, advice)
     return Orbit(*told, *problem, halves)
-
-
-def _advice(multiplier: complex) -> str:
-    if abs(multiplier.imag) > 1e-6:
-        return "An oscillation grows on this orbit (Neimark-Sacker): raise the hinge damping d1 or change cc"
-    return "A ring angle off this orbit runs away from it: this is the branch behind the fold"

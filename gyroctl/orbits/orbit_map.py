@@ -138,8 +138,7 @@ class OrbitMap:
         if name in DEVICE:
             return float(getattr(self.plant.coefficients, name))
         if name == "phase":
-            he = self.plant.excitation(np.array([self.wave.wp]), self.wave.heading)[:, 0]
-            return float(np.angle(he[0] * np.conj(he[1])))
+            return float(np.angle(self._present_he[0] * np.conj(self._present_he[1])))
         return float(getattr(self.wave, name))
 
     def over(self, parameters: tuple[str, ...]) -> OrbitMap:
@@ -185,8 +184,8 @@ class OrbitMap:
         if "N" in at:
             rigid = self.plant.parameters.connection == "rigid"
             k = with_gear(k, at["N"] - k.N, self.plant.parameters.J13, rigid)
-        wp, height = at.get("wp", self.wave.wp), at.get("height", self.wave.height)
-        return Setting(k, at.get("cc", self.cc), at.get("cg", self.cg), Forcing(0.5 * height * self._he(wp, at), wp))
+        wp, height, he = self._wave(at)
+        return Setting(k, at.get("cc", self.cc), at.get("cg", self.cg), Forcing(0.5 * height * he, wp))
 
     def evaluate(self, x: Vector, values: Vector, derivative: bool = True) -> Evaluation:
         """Image of the unknowns `x` (m,) and its exact derivatives at parameter values (p,)."""
@@ -223,9 +222,11 @@ class OrbitMap:
     def _named(self, values: Vector) -> dict[str, float]:
         return dict(zip(self.parameters, map(float, values), strict=True))
 
-    def _he(self, wp: float, at: dict[str, float]) -> NDArray[np.complex128]:
+    def _wave(self, at: dict[str, float]) -> tuple[float, float, NDArray[np.complex128]]:
+        """Frequency [rad/s], height [m] and excitation (2,) at parameter values."""
+        wp = at.get("wp", self.wave.wp)
         he = self._present_he if wp == self.wave.wp else self.plant.excitation(np.array([wp]), self.wave.heading)[:, 0]
-        return with_phase(he, at["phase"]) if "phase" in at else he
+        return wp, at.get("height", self.wave.height), with_phase(he, at["phase"]) if "phase" in at else he
 
     @cached_property
     def _present_he(self) -> NDArray[np.complex128]:
@@ -235,8 +236,7 @@ class OrbitMap:
     def _change(self, name: str, values: Vector, halves: int) -> Vector:
         """Derivative of the grid of moments with respect to a parameter of the wave, at the same phase."""
         at = self._named(values)
-        wp, height = at.get("wp", self.wave.wp), at.get("height", self.wave.height)
-        he = self._he(wp, at)
+        wp, height, he = self._wave(at)
         slope = np.zeros(2, complex)
         if name == "height":
             slope = 0.5 * he

@@ -19,6 +19,9 @@ from gyroctl.orbits.flow import Vector
 System = Callable[[Vector], tuple[Vector, NDArray[np.float64]]]
 """y (m + 1,) -> residual (m,), its Jacobian (m, m + 1)."""
 
+Near = Callable[[Vector], System]
+"""The equations near y."""
+
 
 @dataclass(frozen=True)
 class Palc:
@@ -109,15 +112,13 @@ def begin(system: System, y: Vector, options: Palc, direction: Vector | None = N
     return point
 
 
-def follow(
-    system: Callable[[Point], System], start: Point, options: Palc, inside: Callable[[Vector], bool]
-) -> Iterator[Point]:
+def follow(near: Near, start: Point, options: Palc, inside: Callable[[Vector], bool]) -> Iterator[Point]:
     """Yield points along the tangent of `start`, without it, up to the first that is not `inside`, which is included.
 
     Parameters
     ----------
-    system : callable
-        The equations near a point: bordered systems renew their borders there.
+    near : callable
+        The equations near y: bordered systems renew their borders there.
     start : Point
         On the curve.
     options : Palc
@@ -127,7 +128,7 @@ def follow(
     """
     here, step = start, options.step
     for _ in range(options.points):
-        local = system(here)
+        local = near(here.y)
         while True:
             guess = here.y + step * here.tangent
             there, iterations = correct(local, guess, here.tangent, float(here.tangent @ guess), options)
@@ -143,9 +144,7 @@ def follow(
         step = float(min(options.longest, step * 2.0 ** ((4 - iterations) / 3.0), 1.5 * step))
 
 
-def one_way(
-    near: Callable[[Vector], System], start: Point, box: dict[int, Limits], options: Palc
-) -> tuple[list[Point], str]:
+def one_way(near: Near, start: Point, box: dict[int, Limits], options: Palc) -> tuple[list[Point], str]:
     """Follow a curve, whose equations `near` tells, from `start` to the border of a box of limits by index.
 
     Returns the points without the start, the last one on the limit if that was reached, and the end: the name of the
@@ -157,7 +156,7 @@ def one_way(
 
     way: list[Point] = []
     left = False
-    for point in follow(lambda here: near(here.y), start, options, lambda y: passed(y) is None):
+    for point in follow(near, start, options, lambda y: passed(y) is None):
         index = passed(point.y)
         if index is not None:
             if box[index].name == "limit":
@@ -171,9 +170,7 @@ def one_way(
     return way, "step"
 
 
-def _on_limit(
-    near: Callable[[Vector], System], inner: Point, outer: Point, index: int, limits: Limits, options: Palc
-) -> list[Point]:
+def _on_limit(near: Near, inner: Point, outer: Point, index: int, limits: Limits, options: Palc) -> list[Point]:
     """Return the point on the limit between two neighbours, or nothing where it is the inner one or not found."""
     limit = limits.low if outer.y[index] < limits.low else limits.high
     part = (limit - inner.y[index]) / (outer.y[index] - inner.y[index])
@@ -193,10 +190,9 @@ def locate(system: System, before: Point, after: Point, test: Callable[[Point], 
     """Point between two neighbours where a test function is zero; None where it has the same sign at both."""
     from scipy.optimize import brentq
 
-    values = {0.0: test(before)}
     length = float(before.tangent @ (after.y - before.y))
     points = {0.0: before, length: after}
-    values[length] = test(after)
+    values = {s: test(point) for s, point in points.items()}
     if not values[0.0] * values[length] <= 0.0:
         return None
 

@@ -50,20 +50,14 @@ def with_gear(k: Coefficients, change: Any, J13: float, rigid: bool) -> Coeffici
 
 def in_other_time(k: Coefficients, alpha: Any) -> Coefficients:
     """Constants with the unit of time changed, tau = alpha t."""
-    return k._replace(
-        k1=k.k1 / alpha**2,
-        k3=k.k3 / alpha**2,
-        d1=k.d1 / alpha,
-        d3=k.d3 / alpha,
-        p1=_slower_numerator(k.p1, len(k.q1), alpha),
-        q1=tuple(q / alpha ** (j + 1) for j, q in enumerate(k.q1)),
-        p3=_slower_numerator(k.p3, len(k.q3), alpha),
-        q3=tuple(q / alpha ** (j + 1) for j, q in enumerate(k.q3)),
-    )
+    (p1, q1), (p3, q3) = _slower(k.p1, k.q1, alpha), _slower(k.p3, k.q3, alpha)
+    springs: Any = dict(k1=k.k1 / alpha**2, k3=k.k3 / alpha**2, d1=k.d1 / alpha, d3=k.d3 / alpha)
+    return k._replace(p1=p1, q1=q1, p3=p3, q3=q3, **springs)
 
 
-def _slower_numerator(p: tuple[float, ...], n: int, alpha: Any) -> tuple[Any, ...]:
-    return tuple(c * alpha ** (len(p) - 1 - j - n - 1) for j, c in enumerate(p))
+def _slower(p: tuple[float, ...], q: tuple[float, ...], alpha: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    numerator = tuple(c * alpha ** (len(p) - 1 - j - len(q) - 1) for j, c in enumerate(p))
+    return numerator, tuple(c / alpha ** (j + 1) for j, c in enumerate(q))
 
 
 def time_scales(k: Coefficients, alpha: complex) -> NDArray[np.complex128]:
