@@ -191,7 +191,8 @@ def _valid_angle(model: PeriodicMatrices, shape: NDArray[np.float64]) -> float:
     for _ in range(WATCHED):
         linear.append(model.monodromy @ linear[-1])
     course = np.array(linear)[:, psi]
-    turn_of_ring, (cc, cg) = model.orbit[-1, PSI] - model.orbit[0, PSI], model.controls
+    turn_of_ring = model.orbit[-1, PSI] - model.orbit[0, PSI]
+    cc, cg = model.controls
 
     def follows(angle: float) -> bool:
         x = model.orbit[0] + model.flow.embedding @ (angle * shape)

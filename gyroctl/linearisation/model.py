@@ -14,8 +14,8 @@ from gyroctl.linearisation.exchange import save_matlab
 from gyroctl.linearisation.harmonic import HarmonicTransfer
 from gyroctl.linearisation.held_flow import INPUTS, HeldFlow, samples_per_wave
 from gyroctl.linearisation.lifted import LiftedModel, lift
-from gyroctl.linearisation.periodic import DEFAULT_OUTPUTS, DERIVED, Matrix, PeriodicMatrices, output
-from gyroctl.orbits.flow import STEP, Vector
+from gyroctl.linearisation.periodic import DEFAULT_OUTPUTS, DERIVED, PeriodicMatrices, output
+from gyroctl.orbits.flow import STEP, Matrix, Vector
 from gyroctl.orbits.orbit import Orbit
 
 

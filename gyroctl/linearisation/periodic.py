@@ -14,8 +14,6 @@ from gyroctl.linearisation.held_flow import HeldFlow
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1_RATE, PHI3_RATE, PSI, PSI_RATE
 
-Matrix = NDArray[np.float64]
-
 DEFAULT_OUTPUTS = ("psi", "psi_rate", "omega_rate", "phi1", "phi3", "power")
 DERIVED = ("power", "slip", "u1", "u3")
 """Outputs that are no states: power [W], slip omega' - N psi' [rad/s], u1 and u3 [rad/s]."""

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.linearisation.held_flow import HeldFlow, samples_per_wave
-from gyroctl.linearisation.periodic import Matrix, multipliers_of, transition
+from gyroctl.linearisation.periodic import multipliers_of, transition
 from gyroctl.loop_margins.dual_numbers import NotDifferentiable, step_jacobian
-from gyroctl.orbits.flow import Forcing, Vector
+from gyroctl.orbits.flow import Forcing, Matrix, Vector
 from gyroctl.orbits.nearest_orbit import find_orbit
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.wave import RegularWave

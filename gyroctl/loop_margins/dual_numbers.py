@@ -175,7 +175,6 @@ _MATH = SimpleNamespace(
         "copysign": lambda x, y: abs(x) if math.copysign(1.0, _value(y)) > 0.0 else -abs(x),
     }
 )
-_REPLACED: dict[str, Any] = {"math": _MATH, "float": _to_float}
 
 
 class _Rebound:
@@ -202,7 +201,7 @@ def _rebind(function: FunctionType, done: dict[int, FunctionType]) -> FunctionTy
     for name in function.__code__.co_names:
         value = scope.get(name)
         if value is math or name == "float":
-            scope[name] = _REPLACED["math" if value is math else "float"]
+            scope[name] = _MATH if value is math else _to_float
         elif isinstance(value, FunctionType) and _home(value) == _home(function):
             scope[name] = _rebind(value, done)
         elif getattr(math, name, None) is value and name in vars(_MATH) and value is not None:

@@ -19,8 +19,9 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.linearisation.lifted import lift_matrices
 from gyroctl.linearisation.norms import hinf_of
-from gyroctl.linearisation.periodic import Matrix, multipliers_of, transition
+from gyroctl.linearisation.periodic import multipliers_of, transition
 from gyroctl.loop_margins.closed_loop_orbit import CONTROLS, SENSORS, LoopOrbit
+from gyroctl.orbits.flow import Matrix
 
 GAIN_MAX = 100.0
 """Gains beyond this are reported as infinite: they are no longer a matter of stability but of saturation."""
@@ -165,9 +166,8 @@ def loop_margins(loop: LoopOrbit, channels: tuple[str, ...] = EVERY) -> LoopMarg
     InputError
         For an unknown channel.
     """
-    if loop.status != "stable":
-        return LoopMargins(loop.status, loop.advice, {})
-    return LoopMargins(loop.status, "", {name: channel_margins(loop, name) for name in channels})
+    looked_at = channels if loop.status == "stable" else ()
+    return LoopMargins(loop.status, loop.advice, {name: channel_margins(loop, name) for name in looked_at})
 
 
 def channel_margins(loop: LoopOrbit, channel: str) -> ChannelMargins:
@@ -231,8 +231,7 @@ def delayed_transition(loop: LoopOrbit, channel: str) -> Callable[[float], Matri
                     step[:n, n + place - 1] += entry
             step[n, :n] = out[k]
             step[n, n + whole] += through[k]  # only a sensor between samples: what the law did meanwhile
-            for i in range(1, line):
-                step[n + i, n + i - 1] = 1.0
+            step[n + 1 :, n:-1] = np.eye(line - 1)
             product = step @ product
         return product
 
@@ -249,25 +248,21 @@ def _open_sample(loop: LoopOrbit, channels: tuple[str, ...], k: int) -> tuple[Ma
     """A, B, C of the opened loop over sample k."""
     n, ns = loop.A.shape[1], loop.by_state.shape[2]
     sensing, by_y, by_s = loop.sensing, loop.by_measurement[k], loop.by_state[k]
-    if channels[0] in SENSORS:
-        cut = [SENSORS.index(name) for name in channels]
-        kept = sensing.copy()
+    at_sensor = channels[0] in SENSORS
+    cut = [(SENSORS if at_sensor else CONTROLS).index(name) for name in channels]
+    kept = sensing.copy()
+    if at_sensor:
         kept[cut] = 0.0
-        law = np.hstack([by_y @ kept, by_s])
-        into = by_y[:, cut]
-        out = np.hstack([sensing[cut], np.zeros((len(cut), ns))])
-        applied, entry = law[:2], into[:2]
-        law_in = into[2:]
+    law = np.hstack([by_y @ kept, by_s])
+    applied = law[:2].copy()
+    if at_sensor:
+        into, out = by_y[:, cut], np.hstack([sensing[cut], np.zeros((len(cut), ns))])
     else:
-        cut = [CONTROLS.index(name) for name in channels]
-        law = np.hstack([by_y @ sensing, by_s])
-        out = law[cut]
-        applied, entry = law[:2].copy(), np.zeros((2, len(cut)))
+        into, out = np.zeros((2 + ns, len(cut))), law[cut]
+        into[cut, range(len(cut))] = 1.0
         applied[cut] = 0.0
-        entry[cut, range(len(cut))] = 1.0
-        law_in = np.zeros((ns, len(cut)))
     a = np.vstack([np.hstack([loop.A[k], np.zeros((n, ns))]) + loop.B[k] @ applied, law[2:]])
-    return a, np.vstack([loop.B[k] @ entry, law_in]), out
+    return a, np.vstack([loop.B[k] @ into[:2], into[2:]]), out
 
 
 def _split(loop: LoopOrbit, channel: str, fraction: float) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix]:

@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.orbits.continuation import Kind, Range, ScaledMap, SpecialPoint, width_around
-from gyroctl.orbits.flow import Vector
+from gyroctl.orbits.flow import Complex, Matrix, Vector
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.pseudo_arclength import Limits, Palc, Point, System, begin, joined, one_way
-
-Complex = NDArray[np.complex128]
 
 NUDGE = 3e-5
 """Half width of the central difference, in unknowns of size one."""
@@ -130,7 +128,7 @@ class Augmented:
     scaled: ScaledMap
     kind: Kind
 
-    def matrix(self, y: Vector, A: NDArray[np.float64]) -> Complex:
+    def matrix(self, y: Vector, A: Matrix) -> Complex:
         """A - mu, singular at the point."""
         return np.asarray(A - self.place(y) * np.eye(A.shape[0]), complex)
 
@@ -146,7 +144,7 @@ class Augmented:
         u, _, vh = np.linalg.svd(self.matrix(y, A))
         return lambda z: self._equations(z, u[:, -1], vh[-1])
 
-    def _equations(self, y: Vector, column: Complex, row: Complex) -> tuple[Vector, NDArray[np.float64]]:
+    def _equations(self, y: Vector, column: Complex, row: Complex) -> tuple[Vector, Matrix]:
         scaled, m = self.scaled, self.scaled.state_scale.size
         core = _core(y, scaled, self.kind)
         gap, A, B = scaled.evaluate(core)

@@ -265,15 +265,9 @@ def _pairing(point: Point) -> float:
 
 def _special(scaled: ScaledMap, a: Point, b: Point, options: Palc, depth: int = 0) -> list[SpecialPoint]:
     flipped: Kind = "symmetry breaking" if scaled.orbit_map.symmetric else "period doubling"
-    tests: tuple[tuple[Kind, Callable[[Point], float]], ...] = (
-        ("fold", _turning),
-        (flipped, _flipping),
-        ("Neimark-Sacker", _pairing),
-    )
-    system = scaled.system()
-    found = []
-    explained = 0
-    for kind, test in tests:
+    tests: dict[Kind, Callable[[Point], float]] = {"fold": _turning, flipped: _flipping, "Neimark-Sacker": _pairing}
+    system, found, explained = scaled.system(), [], 0
+    for kind, test in tests.items():
         if test(a) * test(b) < 0.0 or (test(a) == 0.0 and depth == 0):
             point = locate(system, a, b, test, options)
             special = None if point is None else _classify(scaled, kind, point)

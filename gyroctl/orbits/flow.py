@@ -14,6 +14,8 @@ from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI_RATE, Coefficients
 from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
 
 Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 SAMPLES = 128
 """Samples of the regular wave per period: the interpolation error is then 4e-14 of the moment."""

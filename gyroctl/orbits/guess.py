@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gyroctl.orbits.flow import Forcing, Vector
+from gyroctl.orbits.flow import Complex, Forcing, Vector
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
-
-Phasors = NDArray[np.complex128]
 
 ANGLES = 721
 
@@ -36,7 +33,7 @@ def estimated_share(plant: Plant, forcing: Forcing, cg: float, sense: int) -> fl
     return float(plant.parameters.N * cg / plant.parameters.J4 / best) if best > 0.0 else np.inf
 
 
-def _float_rates(plant: Plant, forcing: Forcing, angle: Vector, sense: int) -> tuple[Phasors, Phasors, Phasors]:
+def _float_rates(plant: Plant, forcing: Forcing, angle: Vector, sense: int) -> tuple[Complex, Complex, Complex]:
     """Complex amplitudes of phi1', phi3' and of exp(i sense psi) at the wave frequency."""
     k, w = plant.coefficients, forcing.wp
     turning = np.exp(1j * sense * angle)

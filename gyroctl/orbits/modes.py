@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.orbits.flow import PADDING, STEP, Stretch, complex_steps, run, step_count
+from gyroctl.orbits.flow import PADDING, STEP, Complex, Matrix, Stretch, complex_steps, run, step_count
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.symmetry import free_rows, signs
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
@@ -118,9 +118,7 @@ def find_modes(orbit: Orbit) -> tuple[Mode, ...]:
     return tuple(sorted(modes, key=lambda mode: -mode.rate))
 
 
-def _cyclic_eigenvalues(
-    orbit: Orbit, blocks: NDArray[np.float64]
-) -> tuple[NDArray[np.complex128], NDArray[np.float64], NDArray[np.complex128]]:
+def _cyclic_eigenvalues(orbit: Orbit, blocks: Matrix) -> tuple[Complex, Matrix, Complex]:
     """Half-map multipliers (m,), participation (rows of the changed coordinates, m), shapes (m, n) at phase zero."""
     count, m = blocks.shape[0], blocks.shape[1]
     free = free_rows(orbit.plant)

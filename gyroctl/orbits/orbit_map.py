@@ -133,13 +133,10 @@ class OrbitMap:
 
     def value(self, name: str) -> float:
         """Present value of a parameter."""
-        if name in CONTROLS:
-            return float(getattr(self, name))
-        if name in DEVICE:
-            return float(getattr(self.plant.coefficients, name))
         if name == "phase":
             return float(np.angle(self._present_he[0] * np.conj(self._present_he[1])))
-        return float(getattr(self.wave, name))
+        holder: Any = self if name in CONTROLS else self.plant.coefficients if name in DEVICE else self.wave
+        return float(getattr(holder, name))
 
     def over(self, parameters: tuple[str, ...]) -> OrbitMap:
         """Return the same map over other parameters."""

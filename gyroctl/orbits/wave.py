@@ -24,17 +24,7 @@ class RegularWave(Protocol):
 
 @dataclass(frozen=True)
 class Wave:
-    """A regular wave as the orbit sees it.
-
-    Parameters
-    ----------
-    height : float
-        [m]
-    wp : float
-        [rad/s]
-    heading : float
-        [deg]
-    """
+    """A regular wave as the orbit sees it: height [m], angular frequency wp [rad/s] and heading [deg]."""
 
     height: float
     wp: float
