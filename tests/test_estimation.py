@@ -12,8 +12,8 @@ from scipy.linalg import expm
 
 import gyroctl as gy
 from gyroctl.harness.run import Settings, run_law
-from gyroctl.harness.sensing import ROWS
 from gyroctl.plant.equations import OMEGA_RATE, PSI, PSI_RATE
+from gyroctl.plant.measurement import ROWS
 from gyroctl.waves.estimation import SENSOR_NOISE, MomentEstimator, update
 from gyroctl.waves.estimation.moment_model import float_model, noise_covariance, stationary_gains, transfer
 from gyroctl.waves.estimation.observer import gains_of, predict_ring

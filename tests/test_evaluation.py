@@ -16,7 +16,7 @@ from gyroctl.cli.app import app
 from gyroctl.comparison import execution
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.run import Settings, lead_in, run_law
-from gyroctl.harness.sensing import ROWS
+from gyroctl.plant.measurement import ROWS
 from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation import Request, offdesign, request, seas
 from gyroctl.studies.evaluation.cases import Case, Runs, check_design, check_waves, common_seeds, designs, run_case

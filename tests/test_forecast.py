@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import gyroctl as gy
 from gyroctl.harness.run import Settings, run_law
-from gyroctl.harness.sensing import ROWS
+from gyroctl.plant.measurement import ROWS
 from gyroctl.studies.forecast import forecast_report
 from gyroctl.studies.forecast.report import SEAS
 from gyroctl.studies.forecast.skill import SOURCES

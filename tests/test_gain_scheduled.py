@@ -25,7 +25,8 @@ from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.harness.protocol import Measurement
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.linearisation.riccati import periodic_lyapunov
-from gyroctl.loop_margins.closed_loop_orbit import close_loop, read
+from gyroctl.loop_margins.closed_loop_orbit import close_loop
+from gyroctl.plant.measurement import read
 
 NAMES = ("scheduled_lqr", "scheduled_lmi")
 MIDDLE = Node(0.15, 3.15, 0.5)

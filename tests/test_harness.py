@@ -17,8 +17,9 @@ from gyroctl.harness.actuation import actuate
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.registry import describe, registered
 from gyroctl.harness.run import Settings, run_law
-from gyroctl.harness.sensing import CHANNELS, ROWS, measure
+from gyroctl.harness.sensing import measure
 from gyroctl.harness.start import locked_start
+from gyroctl.plant.measurement import CHANNELS, ROWS
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
-from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, Reading, close_loop
+from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop
 from gyroctl.loop_margins.dual_numbers import NotDifferentiable, step_jacobian
 from gyroctl.loop_margins.margins import (
     DELAY_MAX,
@@ -21,6 +21,7 @@ from gyroctl.loop_margins.margins import (
     open_loop,
 )
 from gyroctl.loop_margins.trial import try_loop
+from gyroctl.plant.measurement import Measurement
 
 WAVE = gy.Regular(height=0.2, wp=3.14)
 
@@ -166,7 +167,7 @@ def test_delay_changes_nothing_at_zero_and_is_continuous_over_a_sample(loop: Loo
 def test_closed_loop_is_periodic_and_its_multipliers_are_those_of_a_disturbance(loop: LoopOrbit) -> None:
     flow, x, state = loop.flow, loop.states[0], loop.law_states[0]
     for k in range(flow.samples):
-        command, state = loop.law.step(k * flow.period, Reading(*x[[2, 6, 7, 0, 1, 4, 5]].tolist()), state)
+        command, state = loop.law.step(k * flow.period, Measurement(*x[[2, 6, 7, 0, 1, 4, 5]].tolist()), state)
         x = flow.advance(x, command[0], command[1], k)
     gap = x - loop.states[0]
     gap[2] -= 2 * math.pi
@@ -249,13 +250,13 @@ def test_time_invariant_loop_has_the_classical_margins(samples: int, gain: float
 @pytest.mark.parametrize("law", [Regulator(), Both(), "load_angle", "coupling", "constant"], ids=str)
 def test_derivative_of_a_law_is_that_of_differences(law: Any) -> None:
     law = gy.law(law) if isinstance(law, str) else law
-    y, state = Reading(1.0, 3.0, 66.0, 0.05, 0.03, 0.1, -0.2), law.init()
+    y, state = Measurement(1.0, 3.0, 66.0, 0.05, 0.03, 0.1, -0.2), law.init()
     for _ in range(5):
         _, state = law.step(0.0, y, state)
 
     def flat(z: Any) -> Any:
         known = type(state)(*z[7:]) if len(state) else ()
-        (cc, cg), new = law.step(0.0, Reading(*z[:7]), known)
+        (cc, cg), new = law.step(0.0, Measurement(*z[:7]), known)
         return np.array([cc, cg, *new])
 
     point, e = np.array([*y, *state]), 1e-6
@@ -283,11 +284,11 @@ class Menagerie(NamedTuple):
 
 
 def test_derivatives_of_all_functions() -> None:
-    y, e = Reading(0.9, 1.3, 66.0, 0.35, -0.23, 0.1, -0.2), 1e-6
+    y, e = Measurement(0.9, 1.3, 66.0, 0.35, -0.23, 0.1, -0.2), 1e-6
     law = Menagerie()
     _, by_y, _ = step_jacobian(law, 0.0, y, ())
     for i in range(7):
-        up, down = (np.array(law.step(0.0, Reading(*(np.array(y) + s * e * np.eye(7)[i])), ())[0]) for s in (1, -1))
+        up, down = (np.array(law.step(0.0, Measurement(*(np.array(y) + s * e * np.eye(7)[i])), ())[0]) for s in (1, -1))
         np.testing.assert_allclose(by_y[:, i], (up - down) / (2 * e), atol=1e-8)
 
 
@@ -296,7 +297,7 @@ def test_derivatives_of_all_functions() -> None:
 
 def test_law_that_is_not_differentiable_says_which_margins_are_missing(device: gy.Plant) -> None:
     with pytest.raises(NotDifferentiable):
-        step_jacobian(Stubborn(), 0.0, Reading(1.0, 3.0, 66.0, 0.05, 0.03, 0.1, -0.2), ())
+        step_jacobian(Stubborn(), 0.0, Measurement(1.0, 3.0, 66.0, 0.05, 0.03, 0.1, -0.2), ())
     loop = close_loop(device, WAVE, Stubborn())
     assert loop.status == "not differentiable"
     assert "Gain, phase, delay and disk margins" in loop.advice

@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 
 from gyroctl.controllers.gain_scheduled.scheduled import POINT, ROW, SIGNALS, Scheduled, ScheduledState
 from gyroctl.errors import InputError
-from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop, read
+from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop
 from gyroctl.loop_margins.dual_numbers import step_jacobian
 from gyroctl.orbits import Orbit, continue_orbit, search_orbit
 from gyroctl.orbits.wave import Wave
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import PSI, PSI_RATE
+from gyroctl.plant.measurement import read
 
 Matrices = NDArray[np.float64]
 

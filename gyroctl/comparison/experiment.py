@@ -17,9 +17,10 @@ from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import law, registered, tuned_seeds
 from gyroctl.harness.run import Settings
-from gyroctl.harness.sensing import CHANNELS, Channel, Sensors
+from gyroctl.harness.sensing import Channel, Sensors
 from gyroctl.harness.start import STARTS
 from gyroctl.plant import Parameters, Plant
+from gyroctl.plant.measurement import CHANNELS
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
 from gyroctl.waves import Bichromatic, ElevationRecord, Regular, Sea, SeaState, read_record, read_spectrum
 

@@ -21,9 +21,10 @@ from gyroctl.harness.law_trials import RUNS, SEED, SHORT, Check, Subject, cost, 
 from gyroctl.harness.protocol import Law, LawError, Measurement, Previewing, innermost
 from gyroctl.harness.registry import defined, law
 from gyroctl.harness.run import Settings, informed, lead_in, run_law
-from gyroctl.harness.sensing import CHANNELS, measure
+from gyroctl.harness.sensing import measure
 from gyroctl.nested import leaves
 from gyroctl.plant import Plant
+from gyroctl.plant.measurement import CHANNELS
 from gyroctl.simulation.metrics import Record
 from gyroctl.waves import SeaState, realise
 

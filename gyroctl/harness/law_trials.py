@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, LawError, Measurement
 from gyroctl.harness.run import LawTiming, Settings, lead_in, run_law
-from gyroctl.harness.sensing import CHANNELS, Sensors
+from gyroctl.harness.sensing import Sensors
 from gyroctl.plant import Plant
+from gyroctl.plant.measurement import CHANNELS
 from gyroctl.simulation.metrics import Record, evaluate
 from gyroctl.waves import SeaState, WaveRealisation, realise
 

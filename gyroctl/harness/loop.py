@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 
 from gyroctl.harness import actuation, sensing
 from gyroctl.harness.actuation import ActuatorArrays, actuate
-from gyroctl.harness.sensing import CHANNELS, SensorArrays, measure
+from gyroctl.harness.sensing import SensorArrays, measure
 from gyroctl.plant.compiled import entry_point, source_stamp
 from gyroctl.plant.equations import Coefficients
 from gyroctl.plant.kernel import SOURCES, hold_into, slip_rate, steps_for
+from gyroctl.plant.measurement import CHANNELS
 
 SWITCHED = 5.0
 """How much finer the slip is resolved after its coupling has changed: its transient carries energy, and with the step

@@ -3,22 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, NamedTuple, Protocol, runtime_checkable
+from typing import Any, Literal, Protocol, runtime_checkable
+
+from gyroctl.plant.measurement import Measurement as Measurement
 
 Information = Literal["none", "sensors", "forecast", "oracle"]
 INFORMATION: tuple[Information, ...] = ("none", "sensors", "forecast", "oracle")
-
-
-class Measurement(NamedTuple):
-    """What the sensors tell, in SI units. The order is that of every array of measurements."""
-
-    psi: float  # ring angle, counted through turns [rad]
-    psi_rate: float  # [rad/s]
-    omega_rate: float  # flywheel relative to the ring [rad/s]
-    phi1: float  # [rad]
-    phi3: float  # [rad]
-    phi1_rate: float  # [rad/s]
-    phi3_rate: float  # [rad/s]
 
 
 @runtime_checkable

@@ -18,10 +18,11 @@ from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law
 from gyroctl.harness.loop import Kernel, closed_loop, compiled_calls, compiled_loop
 from gyroctl.harness.protocol import Counting, Law, LawError, Motoring, Previewing
 from gyroctl.harness.registry import describe
-from gyroctl.harness.sensing import CHANNELS, Sensors
+from gyroctl.harness.sensing import Sensors
 from gyroctl.harness.start import STARTS, locked_start, rest_start
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import rows
+from gyroctl.plant.measurement import CHANNELS
 from gyroctl.simulation.ensemble import check_step
 from gyroctl.simulation.metrics import Record
 from gyroctl.simulation.trajectory import trajectory

@@ -10,12 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.harness.protocol import Measurement
 from gyroctl.plant.compiled import inlined
-from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
+from gyroctl.plant.measurement import CHANNELS, ROWS
 
-CHANNELS = Measurement._fields
-ROWS = (PSI, PSI_RATE, OMEGA_RATE, PHI1, PHI3, PHI1_RATE, PHI3_RATE)
 STREAM = 0x5E45  # separates the sensors' random numbers from the waves' of the same seed
 
 

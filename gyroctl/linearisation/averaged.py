@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.linearisation.exchange import control_system, save_matlab
 from gyroctl.linearisation.harmonic import HarmonicTransfer
-from gyroctl.linearisation.periodic import PeriodicMatrices, names_for_matlab
+from gyroctl.linearisation.periodic import PeriodicMatrices
 from gyroctl.plant.equations import PSI
 
 SLOW = 1e-4
@@ -73,18 +74,7 @@ class AveragedModel:
 
     def to_control(self) -> Any:
         """Return a `control.StateSpace` with named signals."""
-        import control
-
-        return control.ss(
-            self.A,
-            self.B,
-            self.C,
-            self.D,
-            states=list(self.states),
-            inputs=list(self.inputs),
-            outputs=list(self.outputs),
-            name="averaged",
-        )
+        return control_system(self, "averaged")
 
     def to_scipy(self) -> Any:
         """Return a `scipy.signal.lti` of the same matrices."""
@@ -94,18 +84,15 @@ class AveragedModel:
 
     def to_mat(self, path: str | Path) -> None:
         """Write matrices, names and range of validity to a MATLAB file."""
-        from scipy.io import savemat
+        save_matlab(path, self, valid_frequency=self.valid_frequency, valid_angle=self.valid_angle)
 
-        matrices = {name: getattr(self, name) for name in "ABCD"}
-        savemat(
-            path,
-            {
-                **matrices,
-                **names_for_matlab(self),
-                "valid_frequency": self.valid_frequency,
-                "valid_angle": self.valid_angle,
-            },
-        )
+
+class Floquet(NamedTuple):
+    """The slow modes of a periodic model, i of them."""
+
+    exponents: NDArray[np.complex128]  # (i,) [1/s]
+    right: NDArray[np.complex128]  # periodic vectors (N, n, i)
+    left: NDArray[np.complex128]  # and their duals (N, i, n)
 
 
 def average(model: PeriodicMatrices) -> AveragedModel:
@@ -116,25 +103,22 @@ def average(model: PeriodicMatrices) -> AveragedModel:
     InputError
         Where two such modes cannot be told apart.
     """
-    exponents, right, left = _floquet(model)
-    h, chosen = model.period, _choose(model, exponents, right, left)
-    blocks = []
+    floquet = _floquet(model)
+    exponents, right, left = floquet
+    h, chosen = model.period, _choose(model, floquet)
+    bases, blocks = {}, []
     entry = np.einsum("kin,knm->im", np.roll(left, -1, 0), model.B) / model.samples
     seen = np.einsum("kpn,kni->pi", model.C, right) / model.samples
     mean = right.mean(0)
     for name, states in GROUPS.items():
         pair = chosen[name]
-        basis = mean[np.ix_([model.states.index(s) for s in states], pair)]
+        basis = bases[name] = mean[np.ix_([model.states.index(s) for s in states], pair)]
         rates = exponents[pair]
         hold = np.where(np.abs(rates) > 1e-12, rates / np.expm1(rates * h), 1.0 / h)
         back = np.linalg.inv(basis)
-        blocks.append(
-            (
-                np.real(basis @ np.diag(rates) @ back),
-                np.real(basis @ (hold[:, None] * entry[pair])),
-                np.real(seen[:, pair] @ back),
-            )
-        )
+        a = np.real(basis @ np.diag(rates) @ back)
+        b = np.real(basis @ (hold[:, None] * entry[pair]))
+        blocks.append((a, b, np.real(seen[:, pair] @ back)))
     (a1, b1, c1), (a3, b3, c3) = blocks
     A = np.block([[a1, np.zeros((2, 2))], [np.zeros((2, 2)), a3]])
     B, C = np.vstack([b1, b3]), np.hstack([c1, c3])
@@ -142,20 +126,12 @@ def average(model: PeriodicMatrices) -> AveragedModel:
     D = static + C @ np.linalg.solve(A, B)
     names = tuple(f"{group}_{state}" for group, states in GROUPS.items() for state in states)
     plain = AveragedModel(A, B, C, D, names, model.inputs, model.outputs, np.nan, np.nan, model)
-    shape = np.real(
-        right[0][:, chosen["libration"]]
-        @ np.linalg.solve(
-            mean[np.ix_([model.states.index(s) for s in GROUPS["libration"]], chosen["libration"])],
-            np.array([1.0, 0.0]),
-        )
-    )
-    return AveragedModel(
-        A, B, C, D, names, model.inputs, model.outputs, _valid_frequency(plain), _valid_angle(model, shape), model
-    )
+    one_radian = np.linalg.solve(bases["libration"], np.array([1.0, 0.0]))
+    shape = np.real(right[0][:, chosen["libration"]] @ one_radian)
+    return replace(plain, valid_frequency=_valid_frequency(plain), valid_angle=_valid_angle(model, shape))
 
 
-def _floquet(model: PeriodicMatrices) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
-    """Exponents (i,) of the slow modes and their periodic right (N, n, i) and left (N, i, n) vectors."""
+def _floquet(model: PeriodicMatrices) -> Floquet:
     values, vectors = np.linalg.eig(model.monodromy)
     duals = np.linalg.inv(vectors)
     slow = np.flatnonzero(np.abs(values) > SLOW)
@@ -166,17 +142,13 @@ def _floquet(model: PeriodicMatrices) -> tuple[NDArray[np.complex128], NDArray[n
         right.append(model.A[k] @ right[-1] / step)
     for k in reversed(range(1, model.samples)):
         left.append((left[-1] @ model.A[k]) / step[:, None])
-    return exponents, np.array(right), np.array([left[0], *left[:0:-1]])
+    return Floquet(exponents, np.array(right), np.array([left[0], *left[:0:-1]]))
 
 
-def _choose(
-    model: PeriodicMatrices,
-    exponents: NDArray[np.complex128],
-    right: NDArray[np.complex128],
-    left: NDArray[np.complex128],
-) -> dict[str, list[int]]:
+def _choose(model: PeriodicMatrices, floquet: Floquet) -> dict[str, list[int]]:
     """Two exponents for each group, closed under conjugation, by the part its states take in them."""
-    share = np.abs(left.transpose(0, 2, 1) * right).mean(0)
+    exponents = floquet.exponents
+    share = np.abs(floquet.left.transpose(0, 2, 1) * floquet.right).mean(0)
     share = share / share.sum(0)
     pairs = [
         (i, j)
@@ -199,11 +171,9 @@ def _valid_frequency(averaged: AveragedModel) -> float:
     """Highest frequency with a relative error below `TOLERANCE` from cg to psi, on a grid. [rad/s]"""
     model = averaged.model
     grid = np.linspace(0.0, np.pi / model.wave_period, 101)
-    row = np.zeros((model.samples, 1, len(model.states)))
+    row, nothing = np.zeros((model.samples, 1, len(model.states))), np.zeros((model.samples, 1, 1))
     row[:, 0, model.states.index("psi")] = 1.0
-    single = replace(
-        model, B=model.B[:, :, 1:2], C=row, D=np.zeros((model.samples, 1, 1)), inputs=("cg",), outputs=("psi",)
-    )
+    single = replace(model, B=model.B[:, :, 1:2], C=row, D=nothing, inputs=("cg",), outputs=("psi",))
     exact = HarmonicTransfer(single).baseband(grid)[:, 0, 0]
     eye, b = np.eye(2), averaged.B[:2, 1]
     near = np.array([np.linalg.solve(1j * w * eye - averaged.A[:2, :2], b)[0] for w in grid])
@@ -221,13 +191,15 @@ def _valid_angle(model: PeriodicMatrices, shape: NDArray[np.float64]) -> float:
     for _ in range(WATCHED):
         linear.append(model.monodromy @ linear[-1])
     course = np.array(linear)[:, psi]
+    turn_of_ring = model.orbit[-1, PSI] - model.orbit[0, PSI]
+    cc, cg = model.controls
 
     def follows(angle: float) -> bool:
         x = model.orbit[0] + model.flow.embedding @ (angle * shape)
         for turn in range(1, WATCHED + 1):
             for k in range(model.samples):
-                x = model.flow.advance(x, float(model.controls[0]), float(model.controls[1]), k)
-            gap = x[PSI] - model.orbit[0, PSI] - turn * (model.orbit[-1, PSI] - model.orbit[0, PSI])
+                x = model.flow.advance(x, cc, cg, k)
+            gap = x[PSI] - model.orbit[0, PSI] - turn * turn_of_ring
             if not abs(gap - angle * course[turn]) <= TOLERANCE * abs(angle) * abs(course[0]):
                 return False
         return True

@@ -8,14 +8,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.orbits.flow import PADDING, STEP, Forcing
+from gyroctl.orbits.flow import PADDING, STEP, Forcing, Stretch, Vector, run, step_count
+from gyroctl.orbits.symmetry import free_rows
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import LEDGER, OMEGA, OMEGA_RATE, PSI, PSI_RATE
-from gyroctl.plant.kernel import TAPS, hold_into, slip_rate, steps_for
+from gyroctl.plant.equations import OMEGA_RATE, PSI, PSI_RATE
 
 INPUTS = ("cc", "cg", "Me1", "Me3")
 
@@ -52,8 +53,7 @@ class HeldFlow:
     @cached_property
     def free(self) -> NDArray[np.int64]:
         """Rows of the state that are free: not omega, which is cyclic, nor its rate where it is geared to the ring."""
-        tied = (OMEGA,) if self.plant.parameters.connection == "magnetic" else (OMEGA, OMEGA_RATE)
-        return np.array([row for row in range(len(self.plant.labels)) if row not in tied])
+        return free_rows(self.plant)
 
     @cached_property
     def embedding(self) -> NDArray[np.float64]:
@@ -67,20 +67,18 @@ class HeldFlow:
     @cached_property
     def steps(self) -> int:
         """Runge-Kutta steps per sample."""
-        return int(steps_for(self.period, self.dt, slip_rate(self.plant.coefficients, self.cc_max)))
+        return step_count(self.plant.coefficients, self.cc_max, self.period, self.dt)
 
     @cached_property
-    def _waves(self) -> NDArray[np.float64]:
+    def _waves(self) -> Vector:
         return self.forcing.grid(1.0)
 
-    def advance(
-        self, x: NDArray[np.float64], cc: float, cg: float, sample: int, begin: float = 0.0, end: float = 1.0
-    ) -> NDArray[np.float64]:
+    def advance(self, x: Vector, cc: float, cg: float, sample: int, begin: float = 0.0, end: float = 1.0) -> Vector:
         """State (rows,) at the fraction `end` of a sample from that at the fraction `begin`."""
         return np.asarray(self._hold(x, np.array([cc, cg]), self._waves, sample, begin, end))
 
     def jacobian(
-        self, x: NDArray[np.float64], cc: float, cg: float, sample: int, begin: float = 0.0, end: float = 1.0
+        self, x: Vector, cc: float, cg: float, sample: int, begin: float = 0.0, end: float = 1.0
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Exact derivative of `advance` in the free rows.
 
@@ -93,22 +91,17 @@ class HeldFlow:
         """
         if end <= begin:
             return np.eye(self.free.size), np.zeros((self.free.size, len(INPUTS)))
-        u, waves = np.array([cc, cg], complex), self._waves.astype(complex)
-        columns = []
-        for direction in self.embedding.T:
-            columns.append(self._hold(x + 1j * STEP * direction, u, waves, sample, begin, end))
-        for i in range(2):
-            moved = u.copy()
-            moved[i] += 1j * STEP
-            columns.append(self._hold(x.astype(complex), moved, waves, sample, begin, end))
+        at, u, waves = x.astype(complex), np.array([cc, cg], complex), self._waves.astype(complex)
+        columns = [self._hold(at + 1j * STEP * row, u, waves, sample, begin, end) for row in self.embedding.T]
+        columns += [self._hold(at, u + 1j * STEP * row, waves, sample, begin, end) for row in np.eye(2)]
         for i in range(2):
             raised = waves.copy()
             raised[i::2] += 1j * STEP
-            columns.append(self._hold(x.astype(complex), u, raised, sample, begin, end))
+            columns.append(self._hold(at, u, raised, sample, begin, end))
         slope = np.stack(columns, axis=1).imag[self.free] / STEP
         return slope[:, : self.free.size], slope[:, self.free.size :]
 
-    def close(self, x: NDArray[np.float64], cc: float, cg: float, sense: int) -> NDArray[np.float64]:
+    def close(self, x: Vector, cc: float, cg: float, sense: int) -> NDArray[np.float64]:
         """States (samples + 1, rows) of the periodic orbit with constant controls next to `x`, by Newton's method.
 
         An orbit that was found with other steps is off by the error of the steps; this removes it.
@@ -127,34 +120,14 @@ class HeldFlow:
         return np.array(states)
 
     def _hold(
-        self,
-        x: NDArray[np.float64] | NDArray[np.complex128],
-        u: NDArray[np.float64] | NDArray[np.complex128],
-        waves: NDArray[np.float64] | NDArray[np.complex128],
-        sample: int,
-        begin: float,
-        end: float,
-    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+        self, x: NDArray[Any], u: NDArray[Any], waves: NDArray[Any], sample: int, begin: float, end: float
+    ) -> NDArray[Any]:
         if end <= begin:
             return x
-        y = np.concatenate([x, np.zeros(len(LEDGER), x.dtype)])
         steps = max(1, round(self.steps * (end - begin)))
         start = PADDING * self.forcing.dt + (sample % self.samples + begin) * self.period
-        work, moments = np.empty((5, y.size), y.dtype), np.empty(6, waves.dtype)
-        hold_into(
-            y,
-            work,
-            moments,
-            np.empty(TAPS),
-            self.plant.coefficients,
-            u.astype(y.dtype)[:, None],
-            start,
-            (end - begin) * self.period,
-            steps,
-            waves,
-            self.forcing.dt,
-        )
-        return y[: x.size]
+        stretch = Stretch(start, (end - begin) * self.period, steps, waves, self.forcing.dt)
+        return run(self.plant.coefficients, x, u[0], u[1], stretch)[: x.size]
 
 
 def samples_per_wave(wave_period: float, period: float) -> int:

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.linearisation.periodic import PeriodicMatrices, names_for_matlab
+from gyroctl.linearisation.exchange import control_system, save_matlab
+from gyroctl.linearisation.periodic import PeriodicMatrices
 from gyroctl.plant.equations import PSI
 
 
@@ -44,19 +45,7 @@ class LiftedModel:
 
     def to_control(self) -> Any:
         """Return a `control.StateSpace` with named signals."""
-        import control
-
-        return control.ss(
-            self.A,
-            self.B,
-            self.C,
-            self.D,
-            self.period,
-            states=list(self.states),
-            inputs=list(self.inputs),
-            outputs=list(self.outputs),
-            name="lifted",
-        )
+        return control_system(self, "lifted", self.period)
 
     def to_scipy(self) -> Any:
         """Return a `scipy.signal.dlti` of the same matrices."""
@@ -66,25 +55,15 @@ class LiftedModel:
 
     def to_mat(self, path: str | Path) -> None:
         """Write matrices and names to a MATLAB file."""
-        from scipy.io import savemat
-
-        matrices = {name: getattr(self, name) for name in "ABCD"}
-        savemat(path, {**matrices, **names_for_matlab(self), "period": self.period})
+        save_matlab(path, self, period=self.period)
 
 
 def lift(model: PeriodicMatrices) -> LiftedModel:
     """Lift a periodic model over one wave period, from sample 0."""
-    a, b, c, d = lift_matrices(model.A, model.B, model.C, model.D)
-    return LiftedModel(
-        a,
-        b,
-        c,
-        d,
-        model.states,
-        tuple(f"{name}[{k}]" for k in range(model.samples) for name in model.inputs),
-        tuple(f"{name}[{k}]" for k in range(model.samples) for name in model.outputs),
-        model.wave_period,
-    )
+    inputs = tuple(f"{name}[{k}]" for k in range(model.samples) for name in model.inputs)
+    outputs = tuple(f"{name}[{k}]" for k in range(model.samples) for name in model.outputs)
+    lifted = lift_matrices(model.A, model.B, model.C, model.D)
+    return LiftedModel(*lifted, model.states, inputs, outputs, model.wave_period)
 
 
 def lift_matrices(
@@ -126,7 +105,7 @@ def nonlinear_error(
         for i in range(periods * model.samples):
             k = i % model.samples
             u = model.controls + size * held[i]
-            x = flow.advance(x, float(u[0]), float(u[1]), k)
+            x = flow.advance(x, u[0], u[1], k)
             linear = model.A[k] @ linear + model.B[k][:, :2] @ (size * held[i])
             there = model.orbit[k + 1].copy()
             there[PSI] += i // model.samples * turn

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.linearisation.averaged import AveragedModel, average
+from gyroctl.linearisation.exchange import save_matlab
 from gyroctl.linearisation.harmonic import HarmonicTransfer
 from gyroctl.linearisation.held_flow import INPUTS, HeldFlow, samples_per_wave
 from gyroctl.linearisation.lifted import LiftedModel, lift
-from gyroctl.linearisation.periodic import DEFAULT_OUTPUTS, DERIVED, PeriodicMatrices, names_for_matlab, output
-from gyroctl.orbits.flow import STEP
+from gyroctl.linearisation.periodic import DEFAULT_OUTPUTS, DERIVED, PeriodicMatrices, output
+from gyroctl.orbits.flow import STEP, Matrix, Vector
 from gyroctl.orbits.orbit import Orbit
 
 
@@ -33,16 +33,11 @@ class PeriodicModel(PeriodicMatrices):
         """
         i = _places("inputs", self.inputs, inputs)
         o = _places("outputs", self.outputs, outputs)
-        return replace(
-            self,
-            B=self.B[:, :, i],
-            C=self.C[:, o],
-            D=self.D[:, o][:, :, i],
-            inputs=tuple(self.inputs[j] for j in i),
-            outputs=tuple(self.outputs[j] for j in o),
-        )
+        B, C, D = self.B[:, :, i], self.C[:, o], self.D[:, o][:, :, i]
+        chosen, seen = tuple(self.inputs[j] for j in i), tuple(self.outputs[j] for j in o)
+        return replace(self, B=B, C=C, D=D, inputs=chosen, outputs=seen)
 
-    def continuous(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def continuous(self) -> tuple[Matrix, Matrix]:
         """A(t) (N, n, n) and B(t) (N, n, 4) of the continuous-time model x' = A(t) x + B(t) u at the samples."""
         flow, a, b = self.flow, [], []
         for k, x in enumerate(self.orbit[:-1]):
@@ -66,21 +61,8 @@ class PeriodicModel(PeriodicMatrices):
 
     def to_mat(self, path: str | Path) -> None:
         """Write matrices, names and orbit to a MATLAB file; the sample is the last index there."""
-        from scipy.io import savemat
-
-        content = {name: np.moveaxis(getattr(self, name), 0, -1) for name in "ABCD"}
-        savemat(
-            path,
-            {
-                **content,
-                **names_for_matlab(self),
-                "period": self.period,
-                "wave_period": self.wave_period,
-                "orbit": self.orbit,
-                "controls": self.controls,
-                "note": self.note,
-            },
-        )
+        more = {name: getattr(self, name) for name in ("period", "wave_period", "orbit", "controls", "note")}
+        save_matlab(path, self, **more)
 
 
 def linearise(
@@ -116,28 +98,16 @@ def linearise(
     for name in outputs:
         if name not in known:
             raise InputError("outputs", name, "unknown output", f"Choose from {', '.join(known)}")
+    u = (orbit.cc, orbit.cg)
     flow = HeldFlow(orbit.plant, orbit.forcing, samples_per_wave(orbit.period, period), orbit.cc, dt)
-    states = flow.close(orbit.x, orbit.cc, orbit.cg, orbit.sense)
-    maps = [flow.jacobian(x, orbit.cc, orbit.cg, k) for k, x in enumerate(states[:-1])]
-    measured = [_measure(flow, x, (orbit.cc, orbit.cg), outputs) for x in states[:-1]]
-    return PeriodicModel(
-        np.array([a for a, _ in maps]),
-        np.array([b for _, b in maps]),
-        np.array([c for c, _ in measured]),
-        np.array([d for _, d in measured]),
-        tuple(orbit.plant.labels[row] for row in flow.free),
-        INPUTS,
-        tuple(outputs),
-        period,
-        states,
-        np.array([orbit.cc, orbit.cg]),
-        flow,
-    )
+    course = flow.close(orbit.x, *u, orbit.sense)
+    A, B = map(np.array, zip(*(flow.jacobian(x, *u, k) for k, x in enumerate(course[:-1])), strict=True))
+    C, D = map(np.array, zip(*(_measure(flow, x, u, outputs) for x in course[:-1]), strict=True))
+    states = tuple(orbit.plant.labels[row] for row in flow.free)
+    return PeriodicModel(A, B, C, D, states, INPUTS, tuple(outputs), period, course, np.array(u), flow)
 
 
-def _measure(
-    flow: HeldFlow, x: NDArray[np.float64], u: tuple[float, float], outputs: Sequence[str]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _measure(flow: HeldFlow, x: Vector, u: tuple[float, float], outputs: Sequence[str]) -> tuple[Matrix, Matrix]:
     """C (p, free) and D (p, 4) at one sample."""
     c, d = np.zeros((len(outputs), flow.free.size)), np.zeros((len(outputs), len(INPUTS)))
     points = x[:, None] + 1j * STEP * flow.embedding

@@ -90,8 +90,7 @@ class PeriodicMatrices:
     @cached_property
     def multipliers(self) -> NDArray[np.complex128]:
         """Floquet multipliers over one wave period, largest first."""
-        values = np.linalg.eigvals(self.monodromy).astype(complex)
-        return values[np.argsort(-np.abs(values))]
+        return multipliers_of(self.monodromy)
 
 
 def output(plant: Plant, name: str, x: NDArray[Any], u: Sequence[Any]) -> Any:
@@ -116,7 +115,7 @@ def transition(matrices: NDArray[Any]) -> NDArray[Any]:
     return product
 
 
-def names_for_matlab(model: Any) -> dict[str, Any]:
-    """Names of states, inputs and outputs as cell arrays."""
-    kinds = ("states", "inputs", "outputs")
-    return {kind: np.array(getattr(model, kind), dtype=object)[:, None] for kind in kinds}
+def multipliers_of(matrix: NDArray[Any]) -> NDArray[np.complex128]:
+    """Eigenvalues of a transition matrix over a period, largest first."""
+    values = np.linalg.eigvals(matrix).astype(complex)
+    return values[np.argsort(-np.abs(values))]

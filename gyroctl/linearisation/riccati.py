@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.linearisation.lifted import lift_matrices
-from gyroctl.linearisation.periodic import transition
+from gyroctl.linearisation.periodic import multipliers_of, transition
 
 Matrices = NDArray[np.float64]
 
@@ -91,9 +91,8 @@ def periodic_lqr(A: Matrices, B: Matrices, Q: Matrices, R: Matrices) -> Periodic
     try:
         X = solve_discrete_are(a, b, c.T @ weight @ c, block_diag(*R) + d.T @ weight @ d, s=c.T @ weight @ d)
     except (LinAlgError, ValueError) as error:
-        raise InputError(
-            "B", B.shape, f"no stabilising regulator: {error}", "Choose inputs that reach every growing mode, and R > 0"
-        ) from error
+        mend = "Choose inputs that reach every growing mode, and R > 0"
+        raise InputError("B", B.shape, f"no stabilising regulator: {error}", mend) from error
     for _ in range(POLISH):
         start = X
         costs, gains = [X] * samples, [np.zeros((m, n))] * samples
@@ -103,9 +102,8 @@ def periodic_lqr(A: Matrices, B: Matrices, Q: Matrices, R: Matrices) -> Periodic
             X = 0.5 * (X + X.T)
             costs[k] = X
     closed = A - B @ np.array(gains)
-    values = np.linalg.eigvals(transition(closed)).astype(complex)
     residual = float(np.linalg.norm(X - start)) / max(float(np.linalg.norm(X)), 1e-300)
-    return PeriodicRiccati(np.array(costs), np.array(gains), values[np.argsort(-np.abs(values))], residual)
+    return PeriodicRiccati(np.array(costs), np.array(gains), multipliers_of(transition(closed)), residual)
 
 
 def periodic_kalman(A: Matrices, C: Matrices, W: Matrices, V: Matrices) -> PeriodicRiccati:

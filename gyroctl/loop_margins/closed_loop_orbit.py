@@ -3,45 +3,36 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, is_dataclass, replace
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.linearisation.held_flow import HeldFlow, samples_per_wave
-from gyroctl.linearisation.periodic import transition
+from gyroctl.linearisation.periodic import multipliers_of, transition
 from gyroctl.loop_margins.dual_numbers import NotDifferentiable, step_jacobian
 from gyroctl.nested import leaves, like
-from gyroctl.orbits.flow import Forcing
+from gyroctl.orbits.flow import Forcing, Matrix, Vector
 from gyroctl.orbits.nearest_orbit import find_orbit
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import OMEGA, OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
+from gyroctl.plant.equations import OMEGA, OMEGA_RATE, PSI
+from gyroctl.plant.measurement import ROWS, read
 
-SENSORS = ("psi", "psi_rate", "omega_rate", "phi1", "phi3", "phi1_rate", "phi3_rate")
-ROWS = (PSI, PSI_RATE, OMEGA_RATE, PHI1, PHI3, PHI1_RATE, PHI3_RATE)
 CONTROLS = ("cc", "cg")
 REFERENCE = ((0.052, 3.5e-4), (0.104, 1.5e-4), (0.052, 1e-4), (0.104, 3e-5))
 """Controls whose locked orbit is tried as a start of the loop. [Nms]"""
 
 CC_MAX = 0.3
 ITERATIONS = 25
+RESTLESS = (
+    "The loop does not settle on one solution per wave, so that it has no multipliers: "
+    "judge it by simulation, or try another wave"
+)
 
 LoopStatus = Literal["stable", "unstable", "not periodic", "not differentiable", "no orbit"]
-
-
-class Reading(NamedTuple):
-    """Measurement, in the order of the harness."""
-
-    psi: float
-    psi_rate: float
-    omega_rate: float
-    phi1: float
-    phi3: float
-    phi1_rate: float
-    phi3_rate: float
 
 
 @dataclass(frozen=True)
@@ -131,14 +122,13 @@ def close_loop(
     period = 2.0 * np.pi / wave.wp
     if not 0.0 < law.period <= period:
         raise InputError("law.period", law.period, "must be positive and at most the wave period", "Give it in s")
-    forcing = Forcing(0.5 * wave.height * plant.excitation(np.array([wave.wp]), wave.heading)[:, 0], wave.wp)
     samples = samples_per_wave(period, law.period)
     law = _with_period(law, period / samples)
-    flow = HeldFlow(plant, forcing, samples, CC_MAX, dt)
+    flow = HeldFlow(plant, Forcing.of(plant, wave), samples, CC_MAX, dt)
     begin = start if start is not None else _reference(plant, wave)
     if begin.status == "no orbit":
         return _failed("no orbit", begin.advice, flow, law, begin.sense)
-    x, state, controls = settle_loop(flow, law, begin.x, law.init(), settle, begin.sense)
+    x, state, controls = settle_loop(flow, law, begin.x, law.init(), settle)
     if not np.all(np.isfinite(x)):
         return _failed("not periodic", "The loop runs away; another tuning is needed", flow, law, begin.sense)
     flow = replace(flow, cc_max=min(CC_MAX, max(1.2 * float(np.max(controls[:, 0])), 0.02)))
@@ -147,21 +137,10 @@ def close_loop(
     except NotDifferentiable as error:
         advice = f"Gain, phase, delay and disk margins need the law's derivative: {error}. The nonlinear ones remain"
         return _failed("not differentiable", advice, flow, law, begin.sense)
-    if closed is None:
-        return _failed(
-            "not periodic",
-            "The loop does not settle on one solution per wave, so that it has no "
-            "multipliers: judge it by simulation, or try another wave",
-            flow,
-            law,
-            begin.sense,
-        )
-    return closed
+    return _failed("not periodic", RESTLESS, flow, law, begin.sense) if closed is None else closed
 
 
-def settle_loop(
-    flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, periods: int, sense: int
-) -> tuple[NDArray[np.float64], Any, NDArray[np.float64]]:
+def settle_loop(flow: HeldFlow, law: Any, x: Vector, state: Any, periods: int) -> tuple[Vector, Any, Matrix]:
     """Simulate the loop for whole wave periods; return plant, law's state and the controls of the last period."""
     x = x.copy()
     controls = np.zeros((flow.samples, 2))
@@ -177,23 +156,17 @@ def settle_loop(
     return x, state, controls
 
 
-def read(x: NDArray[np.float64]) -> Reading:
-    """Measurement of a state, without error."""
-    return Reading(*(float(x[row]) for row in ROWS))
-
-
 def _newton(flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, sense: int) -> LoopOrbit | None:
     n, ns = flow.free.size, len(leaves(state))
     for _ in range(ITERATIONS):
-        states, law_states, controls, plant_maps, law_maps, closed = [x], [], [], [], [], []
+        states, law_states, controls, maps, closed = [x], [], [], [], []
         for k in range(flow.samples):
             values, by_y, by_s = step_jacobian(law, k * flow.period, read(states[-1]), state)
             a, b = flow.jacobian(states[-1], values[0], values[1], k)
             closed.append(_compose(a, b[:, :2], by_y, by_s, flow.embedding[list(ROWS)]))
             law_states.append(state)
             controls.append(values[:2])
-            plant_maps.append((a, b[:, :2]))
-            law_maps.append((by_y, by_s))
+            maps.append((a, b[:, :2], by_y, by_s))
             states.append(flow.advance(states[-1], values[0], values[1], k))
             state = like(law_states[0], values[2:].tolist())
         gap = states[-1] - x
@@ -206,37 +179,21 @@ def _newton(flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, sense:
         product = transition(np.array(closed))
         step = np.linalg.solve(np.eye(n + ns) - product, difference)
         if np.max(np.abs(step)) < 1e-10:
-            multipliers = np.linalg.eigvals(product).astype(complex)
-            multipliers = multipliers[np.argsort(-np.abs(multipliers))]
+            multipliers = multipliers_of(product)
             stable = bool(np.abs(multipliers[0]) < 1.0)
-            return LoopOrbit(
-                "stable" if stable else "unstable",
-                "" if stable else "The loop itself is unstable: no margin",
-                flow,
-                law,
-                sense,
-                np.array(states),
-                tuple(law_states),
-                np.array(controls),
-                np.array([a for a, _ in plant_maps]),
-                np.array([b for _, b in plant_maps]),
-                np.array([y for y, _ in law_maps]),
-                np.array([s for _, s in law_maps]).reshape(flow.samples, 2 + ns, ns),
-                multipliers,
-            )
+            status: LoopStatus = "stable" if stable else "unstable"
+            advice = "" if stable else "The loop itself is unstable: no margin"
+            course = (np.array(states), tuple(law_states), np.array(controls))
+            A, B, by_measurement, by_state = (np.array(each) for each in zip(*maps, strict=True))
+            by_state = by_state.reshape(flow.samples, 2 + ns, ns)
+            return LoopOrbit(status, advice, flow, law, sense, *course, A, B, by_measurement, by_state, multipliers)
         shrink = min(1.0, 0.3 / max(abs(float(step[list(flow.free).index(PSI)])), 1e-300))
         x = x + shrink * flow.embedding @ step[:n]
         state = like(law_states[0], (np.array(leaves(law_states[0]), float) + shrink * step[n:]).tolist())
     return None
 
 
-def _compose(
-    a: NDArray[np.float64],
-    b: NDArray[np.float64],
-    by_y: NDArray[np.float64],
-    by_s: NDArray[np.float64],
-    sensing: NDArray[np.float64],
-) -> NDArray[np.float64]:
+def _compose(a: Matrix, b: Matrix, by_y: Matrix, by_s: Matrix, sensing: Matrix) -> Matrix:
     """Closed loop over one sample, of plant and law's state."""
     measured = by_y @ sensing
     return np.block([[a + b @ measured[:2], b @ by_s[:2]], [measured[2:], by_s[2:]]])
@@ -253,29 +210,14 @@ def _with_period(law: Any, period: float) -> Any:
 
 
 def _reference(plant: Plant, wave: RegularWave) -> Orbit:
-    orbit = None
     for cc, cg in REFERENCE:
         orbit = find_orbit(plant, wave, cc, cg)
         if orbit.status == "stable":
-            return orbit
-    assert orbit is not None
+            break
     return orbit
 
 
 def _failed(status: LoopStatus, advice: str, flow: HeldFlow, law: Any, sense: int) -> LoopOrbit:
-    nothing = np.zeros((0, 0, 0))
-    return LoopOrbit(
-        status,
-        advice,
-        flow,
-        law,
-        sense,
-        np.zeros((1, 0)),
-        (),
-        np.zeros((0, 2)),
-        nothing,
-        nothing,
-        nothing,
-        nothing,
-        np.zeros(0, complex),
-    )
+    none = np.zeros((0, 0, 0))
+    course = (np.zeros((1, 0)), (), np.zeros((0, 2)))
+    return LoopOrbit(status, advice, flow, law, sense, *course, none, none, none, none, np.zeros(0, complex))

@@ -155,8 +155,8 @@ def _hypot(*numbers: Any) -> Any:
     return _UNARY["sqrt"](sum(n * n for n in numbers))
 
 
-def _remainder(x: Any, y: float) -> Any:
-    return Dual(math.remainder(x.value, y), x.gradient) if isinstance(x, Dual) else math.remainder(x, y)
+def _modulo(function: Callable[[float, float], float]) -> Callable[[Any, float], Any]:
+    return lambda x, y: Dual(function(x.value, y), x.gradient) if isinstance(x, Dual) else function(x, y)
 
 
 def _to_float(number: Any = 0.0) -> Any:
@@ -169,15 +169,14 @@ _MATH = SimpleNamespace(
         **_UNARY,
         "atan2": _atan2,
         "hypot": _hypot,
-        "remainder": _remainder,
-        "fmod": lambda x, y: Dual(math.fmod(x.value, y), x.gradient) if isinstance(x, Dual) else math.fmod(x, y),
+        "remainder": _modulo(math.remainder),
+        "fmod": _modulo(math.fmod),
         "pow": lambda x, y: x**y,
         "isfinite": lambda x: math.isfinite(_value(x)),
         "isnan": lambda x: math.isnan(_value(x)),
         "copysign": lambda x, y: abs(x) if math.copysign(1.0, _value(y)) > 0.0 else -abs(x),
     }
 )
-_REPLACED: dict[str, Any] = {"math": _MATH, "float": _to_float}
 
 
 class _Rebound:
@@ -204,7 +203,7 @@ def _rebind(function: FunctionType, done: dict[int, FunctionType]) -> FunctionTy
     for name in function.__code__.co_names:
         value = scope.get(name)
         if value is math or name == "float":
-            scope[name] = _REPLACED["math" if value is math else "float"]
+            scope[name] = _MATH if value is math else _to_float
         elif isinstance(value, FunctionType) and _home(value) == _home(function):
             scope[name] = _rebind(value, done)
         elif getattr(math, name, None) is value and name in vars(_MATH) and value is not None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import pairwise
 
 import numpy as np
@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.linearisation.lifted import lift_matrices
 from gyroctl.linearisation.norms import hinf_of
-from gyroctl.linearisation.periodic import transition
-from gyroctl.loop_margins.closed_loop_orbit import CONTROLS, SENSORS, LoopOrbit
-
-Matrix = NDArray[np.float64]
+from gyroctl.linearisation.periodic import multipliers_of, transition
+from gyroctl.loop_margins.closed_loop_orbit import CONTROLS, LoopOrbit
+from gyroctl.orbits.flow import Matrix
+from gyroctl.plant.measurement import CHANNELS as SENSORS
 
 GAIN_MAX = 100.0
 """Gains beyond this are reported as infinite: they are no longer a matter of stability but of saturation."""
@@ -54,8 +54,7 @@ class OpenedLoop:
 
     def multipliers(self, gain: complex = 1.0) -> NDArray[np.complex128]:
         """Multipliers over one wave period with w = gain v, largest first."""
-        values = np.linalg.eigvals(self.closed(gain)).astype(complex)
-        return values[np.argsort(-np.abs(values))]
+        return multipliers_of(self.closed(gain))
 
     def closed(self, gain: complex = 1.0) -> NDArray[np.complex128] | Matrix:
         """Transition matrix over one wave period with w = gain v."""
@@ -63,16 +62,16 @@ class OpenedLoop:
 
     def radius(self, gain: complex = 1.0) -> float:
         """Modulus of the largest multiplier with w = gain v."""
-        return _radius(self.closed(gain))
+        return float(np.abs(self.multipliers(gain)[0]))
 
     def gain_margin(self) -> tuple[float, float]:
         """Gains below and above 1 at which stability ends: 0 where the loop may be cut, infinite above `GAIN_MAX`."""
-        low, high = _crossings(self.radius, np.geomspace(1.0, GAIN_MAX, 80), np.linspace(1.0, 0.0, 41))
-        return low if np.isfinite(low) else 0.0, high
+        low = _crossing(self.radius, np.linspace(1.0, 0.0, 41))
+        return low if np.isfinite(low) else 0.0, _crossing(self.radius, np.geomspace(1.0, GAIN_MAX, 80))
 
     def phase_margin(self) -> float:
         """Constant phase, of either sign, at which stability ends; 180 where it does not. [deg]"""
-        angle = _crossings(lambda turn: self.radius(np.exp(1j * turn)), np.linspace(0.0, np.pi, 91), None)[1]
+        angle = _crossing(lambda turn: self.radius(np.exp(1j * turn)), np.linspace(0.0, np.pi, 91))
         return float(np.degrees(min(angle, np.pi)))
 
     def loop_gain(self, angles: NDArray[np.float64]) -> NDArray[np.complex128]:
@@ -168,9 +167,8 @@ def loop_margins(loop: LoopOrbit, channels: tuple[str, ...] = EVERY) -> LoopMarg
     InputError
         For an unknown channel.
     """
-    if loop.status != "stable":
-        return LoopMargins(loop.status, loop.advice, {})
-    return LoopMargins(loop.status, "", {name: channel_margins(loop, name) for name in channels})
+    looked_at = channels if loop.status == "stable" else ()
+    return LoopMargins(loop.status, loop.advice, {name: channel_margins(loop, name) for name in looked_at})
 
 
 def channel_margins(loop: LoopOrbit, channel: str) -> ChannelMargins:
@@ -181,18 +179,11 @@ def channel_margins(loop: LoopOrbit, channel: str) -> ChannelMargins:
     if len(names) == 1:
         after = delayed_transition(loop, channel)
         grid = np.arange(0.0, DELAY_MAX * loop.flow.samples + 0.25, 0.5) * loop.flow.period
-        delay = _crossings(lambda time: _radius(after(time)), grid, None)[1]
+        delay = _crossing(lambda time: float(np.abs(multipliers_of(after(time))[0])), grid)
     alpha = opened.disk()
     bounds = ((2.0 - alpha) / (2.0 + alpha), (2.0 + alpha) / (2.0 - alpha)) if alpha < 2.0 - 1e-6 else (0.0, np.inf)
-    return ChannelMargins(
-        names,
-        opened.gain_margin(),
-        opened.phase_margin(),
-        delay,
-        alpha,
-        bounds,
-        float(np.degrees(2.0 * np.arctan(0.5 * alpha))),
-    )
+    turn = float(np.degrees(2.0 * np.arctan(0.5 * alpha)))
+    return ChannelMargins(names, opened.gain_margin(), opened.phase_margin(), delay, alpha, bounds, turn)
 
 
 def members(channel: str) -> tuple[str, ...]:
@@ -209,12 +200,8 @@ def open_loop(loop: LoopOrbit, channels: tuple[str, ...]) -> OpenedLoop:
         For an unknown signal, or controls and sensors mixed.
     """
     if not channels or not (set(channels) <= set(CONTROLS) or set(channels) <= set(SENSORS)):
-        raise InputError(
-            "channels",
-            channels,
-            "must be controls or sensors, not both",
-            f"Choose from {', '.join(CONTROLS)} or from {', '.join(SENSORS)}",
-        )
+        mend = f"Choose from {', '.join(CONTROLS)} or from {', '.join(SENSORS)}"
+        raise InputError("channels", channels, "must be controls or sensors, not both", mend)
     a, b, c = zip(*(_open_sample(loop, channels, k) for k in range(loop.flow.samples)), strict=True)
     return OpenedLoop(channels, np.array(a), np.array(b), np.array(c))
 
@@ -227,16 +214,11 @@ def delayed_transition(loop: LoopOrbit, channel: str) -> Callable[[float], Matri
     A delay of a control moves the instant at which the held value changes; a delay of a sensor lets the law see the
     deviation of an earlier instant, between samples too. Both are exact.
     """
-    h = loop.flow.period
-
-    @lru_cache(maxsize=64)
-    def matrices(fraction: float) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix]:
-        return _split(loop, channel, fraction)
+    split = lru_cache(maxsize=64)(partial(_split, loop, channel))
 
     def over_a_period(delay: float) -> Matrix:
-        whole = int(np.floor(delay / h + 1e-9))
-        fraction = max(round(delay / h - whole, 12), 0.0)
-        a, new, old, out, through = matrices(fraction)
+        whole, fraction = in_samples(delay, loop.flow.period)
+        a, new, old, out, through = split(fraction)
         # the line holds v of the samples before, the latest first; w is its entry `whole` (new) or the next (old)
         n, line = a.shape[1], whole + 1
         product = np.eye(n + line)
@@ -250,37 +232,38 @@ def delayed_transition(loop: LoopOrbit, channel: str) -> Callable[[float], Matri
                     step[:n, n + place - 1] += entry
             step[n, :n] = out[k]
             step[n, n + whole] += through[k]  # only a sensor between samples: what the law did meanwhile
-            for i in range(1, line):
-                step[n + i, n + i - 1] = 1.0
+            step[n + 1 :, n:-1] = np.eye(line - 1)
             product = step @ product
         return product
 
     return over_a_period
 
 
+def in_samples(delay: float, period: float) -> tuple[int, float]:
+    """Whole samples in a delay, and the fraction of one that is left."""
+    whole = int(np.floor(delay / period + 1e-9))
+    return whole, max(round(delay / period - whole, 12), 0.0)
+
+
 def _open_sample(loop: LoopOrbit, channels: tuple[str, ...], k: int) -> tuple[Matrix, Matrix, Matrix]:
     """A, B, C of the opened loop over sample k."""
     n, ns = loop.A.shape[1], loop.by_state.shape[2]
     sensing, by_y, by_s = loop.sensing, loop.by_measurement[k], loop.by_state[k]
-    if channels[0] in SENSORS:
-        cut = [SENSORS.index(name) for name in channels]
-        kept = sensing.copy()
+    at_sensor = channels[0] in SENSORS
+    cut = [(SENSORS if at_sensor else CONTROLS).index(name) for name in channels]
+    kept = sensing.copy()
+    if at_sensor:
         kept[cut] = 0.0
-        law = np.hstack([by_y @ kept, by_s])
-        into = by_y[:, cut]
-        out = np.hstack([sensing[cut], np.zeros((len(cut), ns))])
-        applied, entry = law[:2], into[:2]
-        law_in = into[2:]
+    law = np.hstack([by_y @ kept, by_s])
+    applied = law[:2].copy()
+    if at_sensor:
+        into, out = by_y[:, cut], np.hstack([sensing[cut], np.zeros((len(cut), ns))])
     else:
-        cut = [CONTROLS.index(name) for name in channels]
-        law = np.hstack([by_y @ sensing, by_s])
-        out = law[cut]
-        applied, entry = law[:2].copy(), np.zeros((2, len(cut)))
+        into, out = np.zeros((2 + ns, len(cut))), law[cut]
+        into[cut, range(len(cut))] = 1.0
         applied[cut] = 0.0
-        entry[cut, range(len(cut))] = 1.0
-        law_in = np.zeros((ns, len(cut)))
     a = np.vstack([np.hstack([loop.A[k], np.zeros((n, ns))]) + loop.B[k] @ applied, law[2:]])
-    return a, np.vstack([loop.B[k] @ entry, law_in]), out
+    return a, np.vstack([loop.B[k] @ into[:2], into[2:]]), out
 
 
 def _split(loop: LoopOrbit, channel: str, fraction: float) -> tuple[Matrix, Matrix, Matrix, Matrix, Matrix]:
@@ -289,9 +272,9 @@ def _split(loop: LoopOrbit, channel: str, fraction: float) -> tuple[Matrix, Matr
     Returns A (N, n, n), entries (N, n) of the newer and of the older value of w, output row (N, n) and what it takes
     (N,) from w itself.
     """
-    samples, n, ns = loop.flow.samples, loop.A.shape[1], loop.by_state.shape[2]
-    a, new, old, out, through = [], [], [], [], []
-    for k in range(samples):
+    n, ns = loop.A.shape[1], loop.by_state.shape[2]
+    samples = []
+    for k in range(loop.flow.samples):
         opened, entry, row = _open_sample(loop, (channel,), k)
         x, (cc, cg) = loop.states[k], loop.controls[k]
         first, second, taken = entry[:, 0], np.zeros(n + ns), 0.0
@@ -313,30 +296,16 @@ def _split(loop: LoopOrbit, channel: str, fraction: float) -> tuple[Matrix, Matr
             row = loop.sensing[i] @ (np.hstack([part, np.zeros((n, ns))]) + held[:, :2] @ command)
             taken = float(loop.sensing[i] @ held[:, :2] @ loop.by_measurement[k, :2, i])
             first, second = second, first  # it can be used one sample later only
-        a.append(opened)
-        new.append(first)
-        old.append(second)
-        out.append(row)
-        through.append(taken)
-    return np.array(a), np.array(new), np.array(old), np.array(out), np.array(through)
+        samples.append((opened, first, second, row, taken))
+    a, new, old, out, through = (np.array(each) for each in zip(*samples, strict=True))
+    return a, new, old, out, through
 
 
-def _radius(matrix: NDArray[np.complex128] | Matrix) -> float:
-    return float(np.max(np.abs(np.linalg.eigvals(matrix))))
-
-
-def _crossings(
-    radius: Callable[[float], float], above: NDArray[np.float64], below: NDArray[np.float64] | None
-) -> tuple[float, float]:
-    """Nearest points below and above the first of each grid where `radius` passes 1; infinite where it does not."""
+def _crossing(radius: Callable[[float], float], grid: NDArray[np.float64]) -> float:
+    """Nearest point to the first of a grid where `radius` passes 1; infinite where it does not."""
     from scipy.optimize import brentq
 
-    found = []
-    for grid in (below, above):
-        at = np.inf
-        for one, two in pairwise(grid) if grid is not None else ():
-            if radius(float(two)) >= 1.0:
-                at = float(brentq(lambda value: radius(value) - 1.0, one, two, xtol=1e-10, rtol=1e-10))
-                break
-        found.append(at)
-    return found[0], found[1]
+    for one, two in pairwise(grid):
+        if radius(float(two)) >= 1.0:
+            return float(brentq(lambda value: radius(value) - 1.0, one, two, xtol=1e-10, rtol=1e-10))
+    return np.inf

@@ -9,9 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.loop_margins.closed_loop_orbit import CONTROLS, SENSORS, LoopOrbit, read
-from gyroctl.loop_margins.margins import delayed_transition, members, open_loop
+from gyroctl.loop_margins.closed_loop_orbit import CONTROLS, LoopOrbit
+from gyroctl.loop_margins.margins import delayed_transition, in_samples, members, open_loop
+from gyroctl.orbits.flow import Vector
 from gyroctl.plant.equations import PSI
+from gyroctl.plant.measurement import CHANNELS as SENSORS
+from gyroctl.plant.measurement import Measurement, read
 
 PERIODS = (80, 800)
 """Fewest and most wave periods of a trial."""
@@ -96,15 +99,13 @@ def _scale(loop: LoopOrbit) -> NDArray[np.float64]:
 def _simulate(
     loop: LoopOrbit, names: tuple[str, ...], gain: float, delay: float, size: float, seed: int, periods: int
 ) -> NDArray[np.float64]:
-    flow, samples, h = loop.flow, loop.flow.samples, loop.flow.period
-    scale = _scale(loop)
-    whole = int(np.floor(delay / h + 1e-9))
-    fraction = max(round(delay / h - whole, 12), 0.0)
+    flow, samples, scale = loop.flow, loop.flow.samples, _scale(loop)
+    whole, fraction = in_samples(delay, flow.period)
     usual = np.array([read(x) for x in loop.states[:-1]])
-    between = _between(loop, 1.0 - fraction)
+    between = np.array([read(x) for x in _middles(loop, 1.0 - fraction)])
     offset = _offset(loop, fraction)
     places = [(CONTROLS if names[0] in CONTROLS else SENSORS).index(name) for name in names]
-    at_sensor = names[0] in SENSORS
+    place, at_sensor = places[0], names[0] in SENSORS
 
     rng = np.random.default_rng(seed)
     x = loop.states[0] + flow.embedding @ (size * scale * rng.standard_normal(flow.free.size))
@@ -116,30 +117,26 @@ def _simulate(
         regular = usual[k].copy()
         regular[0] += turn
         y = np.array(read(x))
-        if at_sensor:
-            if delay == 0.0:
-                y[places] = regular[places] + gain * (y - regular)[places]
-            else:
-                if fraction == 0.0:
-                    line[1:] = line[:-1]
-                    line[0] = (y - regular)[places[0]]
-                y[places[0]] = regular[places[0]] + line[whole]
-        command, state = loop.law.step(i * h, type(read(x))(*y.tolist()), state)
-        u = np.array(command, float)
+        if at_sensor and delay == 0.0:
+            y[places] = regular[places] + gain * (y - regular)[places]
+        elif at_sensor:
+            if fraction == 0.0:
+                line = _pushed(line, (y - regular)[place])
+            y[place] = regular[place] + line[whole]
+        command, state = loop.law.step(i * flow.period, Measurement(*y.tolist()), state)
+        u, usual_u = np.array(command, float), loop.controls[k]
         if not at_sensor and delay == 0.0:
-            u[places] = loop.controls[k][places] + gain * (u - loop.controls[k])[places]
+            u[places] = usual_u[places] + gain * (u - usual_u)[places]
         if at_sensor and fraction > 0.0:
-            line[1:] = line[:-1]
-            middle = flow.advance(x, float(u[0]), float(u[1]), k, 0.0, 1.0 - fraction)
-            line[0] = np.array(read(middle))[places[0]] - between[k, places[0]] - (turn if places[0] == 0 else 0.0)
+            middle = flow.advance(x, u[0], u[1], k, 0.0, 1.0 - fraction)
+            line = _pushed(line, np.array(read(middle))[place] - between[k, place] - (turn if place == 0 else 0.0))
         if at_sensor or delay == 0.0:
-            x = flow.advance(x, float(u[0]), float(u[1]), k)
+            x = flow.advance(x, u[0], u[1], k)
         else:
-            line[1:] = line[:-1]
-            line[0] = (u - loop.controls[k])[places[0]]
+            line = _pushed(line, (u - usual_u)[place])
             for value, begin, end in ((line[whole + 1], 0.0, fraction), (line[whole], fraction, 1.0)):
-                u[places[0]] = loop.controls[k][places[0]] + value
-                x = flow.advance(x, float(u[0]), float(u[1]), k, begin, end)
+                u[place] = usual_u[place] + value
+                x = flow.advance(x, u[0], u[1], k, begin, end)
             x = x - offset[k]
         if k == samples - 1:
             there = loop.states[0].copy()
@@ -150,27 +147,24 @@ def _simulate(
     return np.array(course)
 
 
-def _deviation(
-    loop: LoopOrbit, gap: NDArray[np.float64], state: Any, line: NDArray[np.float64], delay: float
-) -> NDArray[np.float64]:
+def _deviation(loop: LoopOrbit, gap: Vector, state: Any, line: Vector, delay: float) -> Vector:
     """Deviation of plant, law and the values on their way, in the order of the linear model."""
     law = np.array(state, float) - np.array(loop.law_states[0], float)
     return np.concatenate([gap[loop.flow.free], law, line[:-1] if delay != 0.0 else line[:0]])
 
 
-def _between(loop: LoopOrbit, fraction: float) -> NDArray[np.float64]:
-    """Measurements (N, 7) on the orbit at a fraction of each sample."""
-    points = [
-        loop.flow.advance(x, float(u[0]), float(u[1]), k, 0.0, fraction)
-        for k, (x, u) in enumerate(zip(loop.states[:-1], loop.controls, strict=True))
-    ]
-    return np.array([read(x) for x in points])
+def _pushed(line: Vector, value: float) -> Vector:
+    return np.array([value, *line[:-1]])
+
+
+def _middles(loop: LoopOrbit, fraction: float) -> list[Vector]:
+    """States on the orbit at a fraction of each sample."""
+    course = enumerate(zip(loop.states[:-1], loop.controls, strict=True))
+    return [loop.flow.advance(x, u[0], u[1], k, 0.0, fraction) for k, (x, u) in course]
 
 
 def _offset(loop: LoopOrbit, fraction: float) -> NDArray[np.float64]:
     """What dividing each sample in two changes on the orbit, some 1e-9: the divided loop is to keep the orbit."""
-    out = np.zeros((loop.flow.samples, loop.states.shape[1]))
-    for k, (x, u) in enumerate(zip(loop.states[:-1], loop.controls, strict=True)):
-        middle = loop.flow.advance(x, float(u[0]), float(u[1]), k, 0.0, fraction)
-        out[k] = loop.flow.advance(middle, float(u[0]), float(u[1]), k, fraction, 1.0) - loop.states[k + 1]
-    return out
+    course = enumerate(zip(_middles(loop, fraction), loop.controls, strict=True))
+    divided = [loop.flow.advance(x, u[0], u[1], k, fraction, 1.0) for k, (x, u) in course]
+    return np.array(divided) - loop.states[1:]

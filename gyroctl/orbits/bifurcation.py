@@ -9,28 +9,21 @@ once. It steers Newton's method and enters no result: the residual g is exact.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.orbits.continuation import Kind, ScaledMap, SpecialPoint
+from gyroctl.orbits.continuation import Kind, Range, ScaledMap, SpecialPoint, width_around
+from gyroctl.orbits.flow import Complex, Matrix, Vector
 from gyroctl.orbits.orbit import Orbit
-from gyroctl.orbits.pseudo_arclength import Palc, Point, System, Vector, begin, correct, follow
+from gyroctl.orbits.pseudo_arclength import Limits, Palc, Point, System, begin, joined, one_way
 
 NUDGE = 3e-5
 """Half width of the central difference, in unknowns of size one."""
 
 RESONANCE = 0.02
 """Distance of theta from 0 and pi at which a Neimark-Sacker curve ends in a strong resonance. [rad]"""
-
-
-class Borders(NamedTuple):
-    """Borders of the augmented system, renewed at every point of a curve."""
-
-    b: NDArray[np.complex128]
-    c: NDArray[np.complex128]
 
 
 @dataclass(frozen=True)
@@ -84,11 +77,7 @@ class BifurcationCurve:
 
 
 def curve(
-    point: SpecialPoint,
-    second: str,
-    limits: tuple[float, float],
-    options: Palc | None = None,
-    first_limits: tuple[float, float] | None = None,
+    point: SpecialPoint, second: str, limits: Range, options: Palc | None = None, first_limits: Range | None = None
 ) -> BifurcationCurve:
     """Follow a special point in its own parameter and a second one, both ways.
 
@@ -121,25 +110,15 @@ def curve(
     augmented = Augmented(scaled, point.kind)
     start = begin(augmented.near(y), y, options)
     if start is None:
-        raise InputError(
-            "point",
-            point.value,
-            "the augmented system does not converge from this point",
-            "Refine the branch with smaller steps",
-        )
-    box = {
-        x.size: (low / scaled.value_scale[0], high / scaled.value_scale[0]),
-        y.size - 1: (limits[0] / scaled.value_scale[1], limits[1] / scaled.value_scale[1]),
-    }
+        problem = "the augmented system does not converge from this point"
+        raise InputError("point", point.value, problem, "Refine the branch with smaller steps")
+    one, two = scaled.value_scale
+    box = {x.size: Limits(low / one, high / one), y.size - 1: Limits(limits[0] / two, limits[1] / two)}
     if angle:
-        box[x.size + 1] = (RESONANCE, np.pi - RESONANCE)
-    ways, ends = [], []
-    for sense in (1.0, -1.0):
-        way, end = _one_way(augmented, start._replace(tangent=sense * start.tangent), box, options)
-        ways.append(way)
-        ends.append(end)
-    chain = [*(p._replace(tangent=-p.tangent) for p in reversed(ways[1])), start, *ways[0]]
-    return _tell(augmented, chain, (ends[1], ends[0]))
+        box[x.size + 1] = Limits(RESONANCE, np.pi - RESONANCE, "resonance")
+    ahead, last = one_way(augmented.near, start.turned(1.0), box, options)
+    behind, first_end = one_way(augmented.near, start.turned(-1.0), box, options)
+    return _tell(augmented, joined(start, ahead, behind), (first_end, last))
 
 
 @dataclass(frozen=True)
@@ -149,42 +128,44 @@ class Augmented:
     scaled: ScaledMap
     kind: Kind
 
-    def matrix(self, y: Vector, A: NDArray[np.float64]) -> NDArray[np.complex128]:
+    def matrix(self, y: Vector, A: Matrix) -> Complex:
         """A - mu, singular at the point."""
-        m = self.scaled.state_scale.size
-        mu = {"fold": 1.0, "Neimark-Sacker": np.exp(1j * y[m + 1])}.get(self.kind, -1.0)
-        return np.asarray(A - mu * np.eye(m), complex)
+        return np.asarray(A - self.place(y) * np.eye(A.shape[0]), complex)
+
+    def place(self, y: Vector) -> complex:
+        """Where the critical multiplier is."""
+        if self.kind == "Neimark-Sacker":
+            return complex(np.exp(1j * y[self.scaled.state_scale.size + 1]))
+        return 1.0 + 0j if self.kind == "fold" else -1.0 + 0j
 
     def near(self, y: Vector) -> System:
-        """Return the equations with borders from the null vectors at `y`."""
+        """Return the equations with borders from the null vectors at `y`, renewed at every point of a curve."""
         _, A, _ = self.scaled.evaluate(_core(y, self.scaled, self.kind))
         u, _, vh = np.linalg.svd(self.matrix(y, A))
-        borders = Borders(u[:, -1], vh[-1].conj())
-        return lambda z: self._equations(z, borders)
+        return lambda z: self._equations(z, u[:, -1], vh[-1])
 
-    def _equations(self, y: Vector, borders: Borders) -> tuple[Vector, NDArray[np.float64]]:
+    def _equations(self, y: Vector, column: Complex, row: Complex) -> tuple[Vector, Matrix]:
         scaled, m = self.scaled, self.scaled.state_scale.size
         core = _core(y, scaled, self.kind)
         gap, A, B = scaled.evaluate(core)
         bordered = np.zeros((m + 1, m + 1), complex)
         bordered[:m, :m] = self.matrix(y, A)
-        bordered[:m, m] = borders.b
-        bordered[m, :m] = borders.c.conj()
-        unit = np.zeros(m + 1)
-        unit[m] = 1.0
-        right: NDArray[np.complex128] = np.linalg.solve(bordered, unit).astype(complex)
-        left: NDArray[np.complex128] = np.linalg.solve(bordered.T, unit).astype(complex)  # row vector: no conjugate
+        bordered[:m, m] = column
+        bordered[m, :m] = row
+        unit = np.eye(m + 1)[m]
+        right: Complex = np.linalg.solve(bordered, unit).astype(complex)
+        left: Complex = np.linalg.solve(bordered.T, unit).astype(complex)  # row vector: no conjugate
         v, g, w = right[:m], complex(right[m]), left[:m]
         slope = self._slope(core, v, w)  # of g in (state, first, second)
-        residual, jacobian = [*gap], [np.hstack([A - np.eye(m), B])]
+        jacobian = np.hstack([A - np.eye(m), B])
         if self.kind != "Neimark-Sacker":
-            return np.array([*residual, g.real]), np.vstack([*jacobian, slope.real])
+            return np.array([*gap, g.real]), np.vstack([jacobian, slope.real])
         turning = 1j * np.exp(1j * y[m + 1]) * (w @ v)
-        rows = np.vstack([*jacobian, slope.real, slope.imag])
-        column = np.array([*np.zeros(m), turning.real, turning.imag])
-        return np.array([*residual, g.real, g.imag]), np.insert(rows, m + 1, column, axis=1)
+        rows = np.vstack([jacobian, slope.real, slope.imag])
+        by_theta = np.array([*np.zeros(m), turning.real, turning.imag])
+        return np.array([*gap, g.real, g.imag]), np.insert(rows, m + 1, by_theta, axis=1)
 
-    def _slope(self, core: Vector, v: NDArray[np.complex128], w: NDArray[np.complex128]) -> NDArray[np.complex128]:
+    def _slope(self, core: Vector, v: Complex, w: Complex) -> Complex:
         """-w dA v with respect to (state, first, second): second derivatives along v."""
         m = self.scaled.state_scale.size
         out = np.zeros(core.size, complex)
@@ -201,18 +182,12 @@ class Augmented:
         return out
 
 
-def _two_parameters(point: SpecialPoint, second: str, limits: tuple[float, float]) -> ScaledMap:
+def _two_parameters(point: SpecialPoint, second: str, limits: Range) -> ScaledMap:
     if second == point.parameter:
         raise InputError("second", second, "is the first parameter already", "Choose another one")
     moved = point.scaled.orbit_map.over((point.parameter, second))
-    value = moved.value(second)
-    if not limits[0] <= value <= limits[1] or not limits[0] < limits[1]:
-        raise InputError(
-            "limits", limits, f"must enclose the point's {second} = {value:.6g}", "Give (low, high) around it"
-        )
-    if limits[0] < moved.least(second):
-        raise InputError("limits", limits, f"{second} cannot be below {moved.least(second):g}", "Raise the lower limit")
-    return ScaledMap(moved, point.scaled.state_scale, np.array([point.scaled.value_scale[0], limits[1] - limits[0]]))
+    widths = np.array([point.scaled.value_scale[0], width_around(moved, second, limits, "point")])
+    return ScaledMap(moved, point.scaled.state_scale, widths)
 
 
 def _core(y: Vector, scaled: ScaledMap, kind: Kind) -> Vector:
@@ -220,71 +195,24 @@ def _core(y: Vector, scaled: ScaledMap, kind: Kind) -> Vector:
     return np.delete(y, scaled.state_scale.size + 1) if kind == "Neimark-Sacker" else y
 
 
-def _one_way(
-    augmented: Augmented, start: Point, box: dict[int, tuple[float, float]], options: Palc
-) -> tuple[list[Point], str]:
-    def inside(y: Vector) -> bool:
-        return all(low <= y[i] <= high for i, (low, high) in box.items())
-
-    way: list[Point] = []
-    left = False
-    for point in follow(lambda here: augmented.near(here.y), start, options, inside):
-        if inside(point.y):
-            way.append(point)
-            distance = float(np.linalg.norm(point.y - start.y))
-            left = left or distance > 2.0 * options.longest
-            if left and distance < options.longest and point.tangent @ start.tangent > 0.9:
-                return way, "closed"
-            continue
-        inner = way[-1] if way else start
-        index = next(i for i, (low, high) in box.items() if not low <= point.y[i] <= high)
-        if len(box) == 3 and index == augmented.scaled.state_scale.size + 1:
-            return way, "resonance"
-        limit = box[index][0] if point.y[index] < box[index][0] else box[index][1]
-        row = np.zeros(point.y.size)
-        row[index] = 1.0
-        part = (limit - inner.y[index]) / (point.y[index] - inner.y[index])
-        at = inner.y + part * (point.y - inner.y)
-        end, _ = correct(augmented.near(at), at, row, limit, options)
-        if end is not None and np.linalg.norm(end.y - inner.y) > 1e-9:
-            way.append(end._replace(tangent=end.tangent * np.sign(end.tangent @ inner.tangent)))
-        return way, "limit"
-    return way, "step"
-
-
 def _tell(augmented: Augmented, chain: list[Point], ends: tuple[str, str]) -> BifurcationCurve:
-    scaled, kind, m = augmented.scaled, augmented.kind, augmented.scaled.state_scale.size
-    power_of = 2 if scaled.orbit_map.symmetric else 1
-    rows = []
-    states = []
+    scaled, kind = augmented.scaled, augmented.kind
+    over_a_period = 2 if scaled.orbit_map.symmetric else 1
+    rows, states = [], []
     for point in chain:
         core = _core(point.y, scaled, kind)
         x, values = scaled.split(core)
         _, A, _ = scaled.evaluate(core)
         spectrum = np.linalg.eigvals(A).astype(complex)
-        theta = float(point.y[m + 1]) if kind == "Neimark-Sacker" else 0.0
-        goal = {"fold": 1.0 + 0j, "Neimark-Sacker": np.exp(1j * theta)}.get(kind, -1.0 + 0j)
+        goal = augmented.place(point.y)
         own = int(np.argmin(np.abs(spectrum - goal)))
         mine = {own, int(np.argmin(np.abs(spectrum - np.conj(goal))))}
-        others = [abs(value) for i, value in enumerate(spectrum) if i not in mine]
-        turned = -goal if scaled.orbit_map.symmetric else goal
-        frequency = abs(float(np.angle(turned))) / scaled.orbit_map.span(values) if theta else 0.0
+        others = max((abs(value) for i, value in enumerate(spectrum) if i not in mine), default=0.0)
+        frequency = scaled.frequency(goal, values) if kind == "Neimark-Sacker" else 0.0
         power = scaled.orbit_map.evaluate(x, values, derivative=False).power
-        rows.append((*values, frequency, power, abs(spectrum[own] - goal), max(others, default=0.0) ** power_of))
+        rows.append((*values, frequency, power, abs(spectrum[own] - goal), others**over_a_period))
         states.append(x)
-    first, second, frequency_, power_, error, others_ = np.array(rows).T
-    first_name, second_name = scaled.orbit_map.parameters
-    return BifurcationCurve(
-        kind,
-        (first_name, second_name),
-        first,
-        second,
-        frequency_,
-        power_,
-        error,
-        others_,
-        ends,
-        np.array(states),
-        tuple(chain),
-        scaled,
-    )
+    one, two = scaled.orbit_map.parameters
+    first, second, frequencies, powers, errors, largest = np.array(rows).T
+    columns = (first, second, frequencies, powers, errors, largest)
+    return BifurcationCurve(kind, (one, two), *columns, ends, np.array(states), tuple(chain), scaled)

@@ -18,12 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.orbits.flow import Vector
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.orbit_map import OrbitMap, ParametricMap
-from gyroctl.orbits.pseudo_arclength import Palc, Point, System, Vector, begin, correct, follow, locate
+from gyroctl.orbits.pseudo_arclength import Limits, Palc, Point, System, begin, correct, joined, locate, one_way
 from gyroctl.orbits.symmetry import free_rows
 from gyroctl.plant.equations import PSI
 
+Range = tuple[float, float]
 Kind = Literal["fold", "Neimark-Sacker", "symmetry breaking", "period doubling"]
 SPLITS = 6
 """How often an interval with an unexplained change of stability is halved."""
@@ -57,7 +59,12 @@ class ScaledMap(NamedTuple):
         """Return the orbit of scaled unknowns."""
         return self.orbit_map.orbit(*self.split(y))
 
-    def system(self, _: Point | None = None) -> System:
+    def frequency(self, multiplier: complex, values: Vector) -> float:
+        """Frequency [rad/s] of an oscillation with a multiplier of the map; the symmetry turns it by half a turn."""
+        turned = -multiplier if self.orbit_map.symmetric else multiplier
+        return abs(float(np.angle(turned))) / self.orbit_map.span(values)
+
+    def system(self, _: Vector | None = None) -> System:
         """Return the equations of a fixed point."""
 
         def equations(y: Vector) -> tuple[Vector, NDArray[np.float64]]:
@@ -98,10 +105,7 @@ class SpecialPoint:
         """Frequency of the critical oscillation of the float or, where the multiplier is real, zero. [rad/s]"""
         if self.kind != "Neimark-Sacker":
             return 0.0
-        orbit_map = self.scaled.orbit_map
-        _, values = self.scaled.split(self.point.y)
-        critical = -self.multiplier if orbit_map.symmetric else self.multiplier
-        return abs(float(np.angle(critical))) / orbit_map.span(values)
+        return self.scaled.frequency(self.multiplier, self.scaled.split(self.point.y)[1])
 
     @cached_property
     def orbit(self) -> Orbit:
@@ -148,13 +152,17 @@ class Branch:
         """Return the orbit at a point of the branch, with everything that is told of it."""
         return self.scaled.orbit(self.chain[index].y)
 
+    def of_kind(self, kind: Kind) -> tuple[SpecialPoint, ...]:
+        """Those among `points` of one kind."""
+        return tuple(point for point in self.points if point.kind == kind)
+
     @property
     def folds(self) -> tuple[SpecialPoint, ...]:
         """The folds among `points`."""
-        return tuple(point for point in self.points if point.kind == "fold")
+        return self.of_kind("fold")
 
 
-def continue_orbit(orbit: Orbit, parameter: str, limits: tuple[float, float], options: Palc | None = None) -> Branch:
+def continue_orbit(orbit: Orbit, parameter: str, limits: Range, options: Palc | None = None) -> Branch:
     """Follow an orbit in a parameter, both ways, through folds, to the limits.
 
     Parameters
@@ -174,11 +182,11 @@ def continue_orbit(orbit: Orbit, parameter: str, limits: tuple[float, float], op
         If there is no orbit, the parameter is unknown, or the limits do not enclose the orbit's value.
     """
     options = options or Palc()
-    scaled = scaled_map(orbit, (parameter,), (limits,), options.symmetric)
-    return continue_fixed_point(scaled, unknowns(scaled, orbit), limits, options)
+    scaled, start = scaled_map(orbit, parameter, limits, options.symmetric)
+    return continue_fixed_point(scaled, start, limits, options)
 
 
-def continue_fixed_point(scaled: ScaledMap, y: Vector, limits: tuple[float, float], options: Palc) -> Branch:
+def continue_fixed_point(scaled: ScaledMap, y: Vector, limits: Range, options: Palc) -> Branch:
     """Follow a fixed point of any map in its one parameter, see `continue_orbit`.
 
     Raises
@@ -196,82 +204,43 @@ def continue_fixed_point(scaled: ScaledMap, y: Vector, limits: tuple[float, floa
     return _branch(scaled, chain, tuple(points), closed)
 
 
-def scaled_map(
-    orbit: Orbit, parameters: tuple[str, ...], limits: tuple[tuple[float, float], ...], symmetric: bool
-) -> ScaledMap:
-    """Return the map of an orbit over parameters, scaled by the orbit and the widths of the limits."""
+def scaled_map(orbit: Orbit, parameter: str, limits: Range, symmetric: bool) -> tuple[ScaledMap, Vector]:
+    """Return the map of an orbit over a parameter, scaled by orbit and width of the limits, and the orbit in it."""
     if orbit.status == "no orbit":
         raise InputError("orbit", orbit.status, "there is nothing to continue", orbit.advice)
-    plain = OrbitMap(orbit.plant, orbit.wave, orbit.cc, orbit.cg, orbit.sense, orbit.dt, parameters, symmetric)
-    for name, (low, high) in zip(parameters, limits, strict=True):
-        value = plain.value(name)
-        if not (np.isfinite(low) and np.isfinite(high) and low <= value <= high and low < high):
-            raise InputError(
-                "limits",
-                (low, high),
-                f"must enclose the orbit's {name} = {value:.6g}",
-                "Give (low, high) around it, or start from another orbit",
-            )
-        if low < plain.least(name):
-            raise InputError(
-                "limits", (low, high), f"{name} cannot be below {plain.least(name):g}", "Raise the lower limit"
-            )
-        if name == "wp":
-            band = orbit.plant.excitation.omega
-            if low < band[0] or high > band[-1]:
-                raise InputError(
-                    "limits",
-                    (low, high),
-                    "the excitation is not known at these frequencies",
-                    f"Stay in the tabulated band, {band[0]:g} to {band[-1]:g} rad/s",
-                )
+    plain = OrbitMap(orbit.plant, orbit.wave, orbit.cc, orbit.cg, orbit.sense, orbit.dt, (parameter,), symmetric)
+    width, band = width_around(plain, parameter, limits, "orbit"), orbit.plant.excitation.omega
+    if parameter == "wp" and (limits[0] < band[0] or limits[1] > band[-1]):
+        mend = f"Stay in the tabulated band, {band[0]:g} to {band[-1]:g} rad/s"
+        raise InputError("limits", limits, "the excitation is not known at these frequencies", mend)
     # the size of each state over the period: at phase zero one of them may be small by chance
-    scale = np.maximum(np.max(np.abs(orbit.states(8)), axis=0)[free_rows(orbit.plant)], 1e-6)
+    free = free_rows(orbit.plant)
+    scale = np.maximum(np.max(np.abs(orbit.states(8)), axis=0)[free], 1e-6)
     scale[PSI] = 1.0
-    return ScaledMap(plain, scale, np.array([high - low for low, high in limits]))
+    scaled = ScaledMap(plain, scale, np.array([width]))
+    return scaled, scaled.join(orbit.x[free], np.array([plain.value(parameter)]))
 
 
-def unknowns(scaled: ScaledMap, orbit: Orbit) -> Vector:
-    """Return the scaled unknowns of an orbit."""
-    values = np.array([scaled.orbit_map.value(name) for name in scaled.orbit_map.parameters])
-    return scaled.join(orbit.x[free_rows(orbit.plant)], values)
+def width_around(of: ParametricMap, name: str, limits: Range, start: str) -> float:
+    """Width of limits that enclose the value of a parameter at a start, "orbit" or "point"; refuse others."""
+    (low, high), value, least = limits, of.value(name), of.least(name)
+    if not (np.isfinite(low) and np.isfinite(high) and low <= value <= high and low < high):
+        problem = f"must enclose the {start}'s {name} = {value:.6g}"
+        raise InputError("limits", limits, problem, f"Give (low, high) around it, or start from another {start}")
+    if low < least:
+        raise InputError("limits", limits, f"{name} cannot be below {least:g}", "Raise the lower limit")
+    return high - low
 
 
-def _both_ways(scaled: ScaledMap, start: Point, limits: tuple[float, float], options: Palc) -> tuple[list[Point], bool]:
+def _both_ways(scaled: ScaledMap, start: Point, limits: Range, options: Palc) -> tuple[list[Point], bool]:
     low, high = (limit / scaled.value_scale[0] for limit in limits)
-
-    def inside(y: Vector) -> bool:
-        return bool(low <= y[-1] <= high)
-
-    ways: list[list[Point]] = []
+    ways = []
     for sense in (1.0, -1.0):
-        turned = start._replace(tangent=sense * start.tangent)
-        way: list[Point] = []
-        left = False
-        for point in follow(scaled.system, turned, options, inside):
-            if not inside(point.y):
-                end = _end(scaled, way[-1] if way else turned, point, low if point.y[-1] < low else high, options)
-                way += [end] if end is not None else []
-                break
-            way.append(point)
-            distance = float(np.linalg.norm(point.y - start.y))
-            left = left or distance > 2.0 * options.longest
-            if left and distance < options.longest and point.tangent @ turned.tangent > 0.9:
-                return [start, *way, start], True
+        way, end = one_way(scaled.system, start.turned(sense), {start.y.size - 1: Limits(low, high)}, options)
+        if end == "closed":
+            return [start, *way, start], True
         ways.append(way)
-    back = [point._replace(tangent=-point.tangent) for point in reversed(ways[1])]
-    return [*back, start, *ways[0]], False
-
-
-def _end(scaled: ScaledMap, inner: Point, outer: Point, limit: float, options: Palc) -> Point | None:
-    """Return the point on the limit."""
-    row = np.zeros(inner.y.size)
-    row[-1] = 1.0
-    part = (limit - inner.y[-1]) / (outer.y[-1] - inner.y[-1])
-    point, _ = correct(scaled.system(), inner.y + part * (outer.y - inner.y), row, limit, options)
-    if point is None or np.linalg.norm(point.y - inner.y) < 1e-9:
-        return None
-    return point._replace(tangent=point.tangent * np.sign(point.tangent @ inner.tangent))
+    return joined(start, *ways), False
 
 
 def _eigenvalues(point: Point) -> NDArray[np.complex128]:
@@ -296,15 +265,9 @@ def _pairing(point: Point) -> float:
 
 def _special(scaled: ScaledMap, a: Point, b: Point, options: Palc, depth: int = 0) -> list[SpecialPoint]:
     flipped: Kind = "symmetry breaking" if scaled.orbit_map.symmetric else "period doubling"
-    tests: tuple[tuple[Kind, Callable[[Point], float]], ...] = (
-        ("fold", _turning),
-        (flipped, _flipping),
-        ("Neimark-Sacker", _pairing),
-    )
-    system = scaled.system()
-    found = []
-    explained = 0
-    for kind, test in tests:
+    tests: dict[Kind, Callable[[Point], float]] = {"fold": _turning, flipped: _flipping, "Neimark-Sacker": _pairing}
+    system, found, explained = scaled.system(), [], 0
+    for kind, test in tests.items():
         if test(a) * test(b) < 0.0 or (test(a) == 0.0 and depth == 0):
             point = locate(system, a, b, test, options)
             special = None if point is None else _classify(scaled, kind, point)
@@ -341,24 +304,11 @@ def _classify(scaled: ScaledMap, kind: Kind, point: Point) -> SpecialPoint | Non
 
 
 def _branch(scaled: ScaledMap, chain: list[Point], points: tuple[SpecialPoint, ...], closed: bool) -> Branch:
-    states, values, multipliers, power = [], [], [], []
-    for point in chain:
-        x, at = scaled.split(point.y)
-        own = _eigenvalues(point) ** (2 if scaled.orbit_map.symmetric else 1)
-        states.append(x)
-        values.append(float(at[0]))
-        multipliers.append(own[np.argsort(-np.abs(own))])
-        power.append(scaled.orbit_map.evaluate(x, at, derivative=False).power)
-    spectrum = np.array(multipliers)
-    return Branch(
-        scaled.orbit_map.parameters[0],
-        np.array(values),
-        np.array(states),
-        spectrum,
-        np.all(np.abs(spectrum) < 1.0, axis=1),
-        np.array(power),
-        points,
-        closed,
-        tuple(chain),
-        scaled,
-    )
+    over_a_period = 2 if scaled.orbit_map.symmetric else 1
+    split = [scaled.split(point.y) for point in chain]
+    states, values = np.array([x for x, _ in split]), np.array([float(at[0]) for _, at in split])
+    spectra = [_eigenvalues(point) ** over_a_period for point in chain]
+    multipliers = np.array([own[np.argsort(-np.abs(own))] for own in spectra])
+    power = np.array([scaled.orbit_map.evaluate(x, at, derivative=False).power for x, at in split])
+    stable, name = np.all(np.abs(multipliers) < 1.0, axis=1), scaled.orbit_map.parameters[0]
+    return Branch(name, values, states, multipliers, stable, power, points, closed, tuple(chain), scaled)

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI_RATE
+from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI_RATE, Coefficients
 from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 SAMPLES = 128
 """Samples of the regular wave per period: the interpolation error is then 4e-14 of the moment."""
@@ -34,6 +39,12 @@ class Forcing:
     amplitude: NDArray[np.complex128]
     wp: float
 
+    @classmethod
+    def of(cls, plant: Plant, wave: RegularWave) -> Forcing:
+        """Return the moments that a wave exerts on a device."""
+        he = plant.excitation(np.array([wave.wp]), wave.heading)[:, 0]
+        return cls(0.5 * wave.height * he, wave.wp)
+
     @property
     def period(self) -> float:
         """Wave period. [s]"""
@@ -51,9 +62,24 @@ class Forcing:
         return np.ascontiguousarray(np.real(np.exp(1j * self.wp * time)[:, None] * self.amplitude)).ravel()
 
 
-def step_count(plant: Plant, cc: float, duration: float, dt: float) -> int:
+class Stretch(NamedTuple):
+    """A stretch of time under a wave, as the kernel takes it."""
+
+    start: float  # since the begin of the grid [s]
+    hold: float  # length [s]
+    steps: int
+    waves: NDArray[Any]  # moments on the grid, flat [Nm]
+    waves_dt: float  # spacing of the grid [s]
+
+
+def run(k: Coefficients, x: NDArray[Any], cc: complex, cg: complex, stretch: Stretch) -> NDArray[Any]:
+    """State and ledger (n + 5,) after a stretch that begins at the state `x` (n,), with which the ledger begins too."""
+    return hold_one(np.concatenate([x, np.zeros(len(LEDGER), x.dtype)]), k, cc, cg, *stretch)
+
+
+def step_count(k: Coefficients, cc: float, duration: float, dt: float) -> int:
     """Number of Runge-Kutta steps for `duration` [s], as the simulation would take."""
-    return int(steps_for(duration, dt, slip_rate(plant.coefficients, float(np.real(cc)))))
+    return int(steps_for(duration, dt, float(slip_rate(k, cc))))
 
 
 def flow(
@@ -83,27 +109,22 @@ def flow(
     """
     periods = float(periods)
     duration = periods * forcing.period
-    offset = PADDING * forcing.dt
-    start = np.concatenate([x, np.zeros(len(LEDGER), x.dtype)])
-    if start.dtype != complex:
+    if x.dtype != complex:
         cc, cg = cc.real, cg.real
-    else:
-        cc, cg = complex(cc), complex(cg)
-    # the grid begins before phase zero so that the interpolation is central everywhere
     halves = max(1, round(2.0 * periods)) if (2.0 * periods).is_integer() else 1  # same step in half and full map
-    steps = halves * step_count(plant, cc.real, duration / halves, dt)
-    return hold_one(start, plant.coefficients, cc, cg, offset, duration, steps, forcing.grid(periods), forcing.dt)
+    steps = halves * step_count(plant.coefficients, cc.real, duration / halves, dt)
+    # the grid begins before phase zero so that the interpolation is central everywhere
+    stretch = Stretch(PADDING * forcing.dt, duration, steps, forcing.grid(periods), forcing.dt)
+    return run(plant.coefficients, x, cc, cg, stretch)
 
 
 def flow_jacobian(
-    plant: Plant, x: NDArray[np.float64], cc: float, cg: float, forcing: Forcing, periods: float, dt: float = 0.01
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    plant: Plant, x: Vector, cc: float, cg: float, forcing: Forcing, periods: float, dt: float = 0.01
+) -> tuple[Vector, Vector]:
     """End state (n,) of `flow` and its exact derivative (n, n) with respect to the start."""
     n = x.size
-    columns = []
-    for start in complex_steps(x, plant.parameters.N if plant.parameters.connection == "rigid" else None):
-        columns.append(flow(plant, start, cc, cg, forcing, periods, dt)[:n])
-    stacked = np.stack(columns, axis=1)
+    starts = complex_steps(x, plant.parameters.N if plant.parameters.connection == "rigid" else None)
+    stacked = np.stack([flow(plant, start, cc, cg, forcing, periods, dt)[:n] for start in starts], axis=1)
     return stacked[:, 0].real.copy(), stacked.imag / STEP
 
 

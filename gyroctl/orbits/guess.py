@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gyroctl.orbits.flow import Forcing
+from gyroctl.orbits.flow import Complex, Forcing, Vector
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
 
 ANGLES = 721
 
 
-def harmonic_balance(plant: Plant, forcing: Forcing, cc: float, cg: float, sense: int) -> list[NDArray[np.float64]]:
+def harmonic_balance(plant: Plant, forcing: Forcing, cc: float, cg: float, sense: int) -> list[Vector]:
     """First guesses: float motion at the wave frequency, ring at constant speed, mean torque in balance.
 
     The ring angle at phase zero is where the mean of u3 is what the generator takes, -N cg/J4; there are two such
@@ -21,10 +20,10 @@ def harmonic_balance(plant: Plant, forcing: Forcing, cc: float, cg: float, sense
     angles = np.linspace(0.0, 2.0 * np.pi, ANGLES)
     surplus = _mean_u3(plant, forcing, angles, sense) + plant.parameters.N * cg / plant.parameters.J4
     crossings = np.flatnonzero(np.sign(surplus[:-1]) * np.sign(surplus[1:]) <= 0)
-    roots = [
-        angles[i] - surplus[i] * (angles[i + 1] - angles[i]) / (surplus[i + 1] - surplus[i]) for i in crossings
-    ] or [float(angles[np.argmin(surplus)])]
-    return [_harmonic_state(plant, forcing, cc, cg, angle, sense) for angle in roots]
+    step = np.diff(angles)
+    roots = [angles[i] - surplus[i] * step[i] / (surplus[i + 1] - surplus[i]) for i in crossings]
+    best = float(angles[np.argmin(surplus)])
+    return [_harmonic_state(plant, forcing, cc, cg, angle, sense) for angle in roots or [best]]
 
 
 def estimated_share(plant: Plant, forcing: Forcing, cg: float, sense: int) -> float:
@@ -34,9 +33,7 @@ def estimated_share(plant: Plant, forcing: Forcing, cg: float, sense: int) -> fl
     return float(plant.parameters.N * cg / plant.parameters.J4 / best) if best > 0.0 else np.inf
 
 
-def _float_rates(
-    plant: Plant, forcing: Forcing, angle: NDArray[np.float64], sense: int
-) -> tuple[NDArray[np.complex128], NDArray[np.complex128], NDArray[np.complex128]]:
+def _float_rates(plant: Plant, forcing: Forcing, angle: Vector, sense: int) -> tuple[Complex, Complex, Complex]:
     """Complex amplitudes of phi1', phi3' and of exp(i sense psi) at the wave frequency."""
     k, w = plant.coefficients, forcing.wp
     turning = np.exp(1j * sense * angle)
@@ -49,14 +46,12 @@ def _float_rates(
     return v1, v3, turning
 
 
-def _mean_u3(plant: Plant, forcing: Forcing, angle: NDArray[np.float64], sense: int) -> NDArray[np.float64]:
+def _mean_u3(plant: Plant, forcing: Forcing, angle: Vector, sense: int) -> Vector:
     v1, v3, turning = _float_rates(plant, forcing, angle, sense)
     return np.asarray(0.5 * np.real(np.conj(-1j * sense * turning) * v1 + np.conj(turning) * v3))
 
 
-def _harmonic_state(
-    plant: Plant, forcing: Forcing, cc: float, cg: float, angle: float, sense: int
-) -> NDArray[np.float64]:
+def _harmonic_state(plant: Plant, forcing: Forcing, cc: float, cg: float, angle: float, sense: int) -> Vector:
     v1, v3, _ = (np.asarray(v).item() for v in _float_rates(plant, forcing, np.asarray(angle), sense))
     w, k = forcing.wp, plant.coefficients
     x = np.zeros(len(plant.labels))

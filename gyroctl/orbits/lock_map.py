@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.orbits.bifurcation import BifurcationCurve, curve
-from gyroctl.orbits.continuation import Branch, SpecialPoint, continue_orbit
+from gyroctl.orbits.continuation import Branch, continue_orbit
 from gyroctl.orbits.nearest_orbit import find_orbit
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.pseudo_arclength import Palc
@@ -66,12 +66,8 @@ class LockMap:
 
         Interpolated linearly between slices; NaN outside them.
         """
-        table = np.array(
-            [
-                np.interp(share * self.largest_cg(at), *_lower_part(branch))
-                for at, branch in zip(self.cc, self.slices, strict=True)
-            ]
-        )
+        slices = zip(self.cc, self.slices, strict=True)
+        table = np.array([np.interp(share * self.largest_cg(at), *_lower_part(branch)) for at, branch in slices])
         return np.stack([np.interp(cc, self.cc, column, np.nan, np.nan) for column in table.T], axis=1)
 
 
@@ -113,19 +109,14 @@ def lock_map(
     tell("first orbit")
     first = _some_orbit(plant, wave, grid[SLICES // 2], sense)
     across = continue_orbit(first, "cc", (low, high), options)
-    slices: list[Branch] = []
-    at_slices: list[float] = []
-    folds: list[SpecialPoint] = []
+    slices: dict[float, Branch] = {}
     for at in grid:
         tell(f"orbits at cc = {at:.3g}")
         start = across.orbit(int(np.argmin(np.abs(across.values - at))))
         orbit = search_orbit(plant, wave, at, start.cg, sense, guess=start.x)
-        if orbit.status == "no orbit":
-            continue
-        branch = continue_orbit(orbit, "cg", (0.0, 4.0 * _scale_of_cg(first)), options)
-        slices.append(branch)
-        at_slices.append(at)
-        folds += branch.folds
+        if orbit.status != "no orbit":
+            slices[at] = continue_orbit(orbit, "cg", (0.0, 4.0 * _scale_of_cg(first)), options)
+    folds = [point for branch in slices.values() for point in branch.folds]
     if not folds:
         raise InputError("cc", cc, "no fold was found in this range of cg", "Check the wave height")
     tell("fold curve")
@@ -136,19 +127,18 @@ def lock_map(
     def known(at: tuple[float, float]) -> bool:
         return any(_on(one, at, high - low, top) for one in curves)
 
-    def trace(seeds: tuple[SpecialPoint, ...], cg: float) -> None:
-        for seed in seeds:
-            if seed.kind == "Neimark-Sacker" and not known((seed.value, cg)):
+    def trace(across: Branch, cg: float) -> None:
+        for seed in across.of_kind("Neimark-Sacker"):
+            if not known((seed.value, cg)):
                 tell(f"Neimark-Sacker curve from cc = {seed.value:.3g}, cg = {cg:.3g}")
                 curves.append(curve(seed, "cg", (0.0, top), options, first_limits=(low, high)))
 
-    trace(across.points, first.cg)
-    for at, branch in zip(at_slices, slices, strict=True):
-        for point in branch.points:
-            if point.kind == "Neimark-Sacker" and not known((at, point.value)):
-                # found again along cc, so that cc is its first parameter
-                trace(continue_orbit(point.orbit, "cc", (low, high), options).points, point.value)
-    return LockMap(fold, tuple(curves), tuple(slices), np.array(at_slices), sense)
+    trace(across, first.cg)
+    for at, branch in slices.items():
+        for point in branch.of_kind("Neimark-Sacker"):
+            if not known((at, point.value)):  # found again along cc, so that cc is its first parameter
+                trace(continue_orbit(point.orbit, "cc", (low, high), options), point.value)
+    return LockMap(fold, tuple(curves), tuple(slices.values()), np.array(list(slices)), sense)
 
 
 def tongue(
@@ -217,7 +207,7 @@ def critical_damping(
     for at in np.geomspace(cc[1], cc[0], 4)[1:]:
         orbit = find_orbit(plant.replace(d1=max(plant.parameters.d1, 0.5)), wave, float(at), cg, sense)
         branch = continue_orbit(orbit, "d1", (0.0, largest), options or OPTIONS)
-        pairs = [point for point in branch.points if point.kind == "Neimark-Sacker"]
+        pairs = branch.of_kind("Neimark-Sacker")
         if pairs:
             return curve(max(pairs, key=lambda p: p.value), "cc", cc, options or OPTIONS, first_limits=(0.0, largest))
     raise InputError("cc", cc, "the lock needs no hinge damping in this range", "Lower cc")
@@ -236,9 +226,7 @@ def _some_orbit(plant: Plant, wave: RegularWave, cc: float, sense: int) -> Orbit
 
 def _scale_of_cg(orbit: Orbit) -> float:
     """Estimate of the fold: V J4/N, from the orbit's used share."""
-    if orbit.lock_share > 0.0:
-        return orbit.cg / orbit.lock_share
-    return 1e-3
+    return orbit.cg / orbit.lock_share if orbit.lock_share > 0.0 else 1e-3
 
 
 def _lower_part(branch: Branch) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

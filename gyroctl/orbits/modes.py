@@ -13,11 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.orbits.flow import PADDING, STEP, complex_steps
+from gyroctl.orbits.flow import PADDING, STEP, Complex, Matrix, Stretch, complex_steps, run, step_count
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.symmetry import free_rows, signs
-from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
-from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
+from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
+from gyroctl.plant.kernel import slip_rate
 
 SEGMENTS = 4
 DECAY = 15.0
@@ -82,28 +82,13 @@ def segment_jacobians(orbit: Orbit, segments: int, halves: int = 1) -> NDArray[n
     plant, forcing = orbit.plant, orbit.forcing
     k, n, free = plant.coefficients, orbit.x.size, free_rows(plant)
     hold = 0.5 * halves * orbit.period / segments
-    steps = int(steps_for(hold, orbit.dt, float(slip_rate(k, orbit.cc))))
-    waves, state, blocks = forcing.grid(0.5 * halves), orbit.x.astype(float), []
+    steps, waves = step_count(k, orbit.cc, hold, orbit.dt), forcing.grid(0.5 * halves)
     gear = k.N if plant.parameters.connection == "rigid" else None
+    state, blocks = orbit.x.astype(float), []
     for i in range(segments):
+        stretch = Stretch(PADDING * forcing.dt + i * hold, hold, steps, waves, forcing.dt)
         starts = complex_steps(state, gear)
-        ends = np.stack(
-            [
-                hold_one(
-                    np.concatenate([starts[row], np.zeros(len(LEDGER))]),
-                    k,
-                    complex(orbit.cc),
-                    complex(orbit.cg),
-                    PADDING * forcing.dt + i * hold,
-                    hold,
-                    steps,
-                    waves,
-                    forcing.dt,
-                )[:n]
-                for row in free
-            ],
-            axis=1,
-        )
+        ends = np.stack([run(k, starts[row], orbit.cc, orbit.cg, stretch)[:n] for row in free], axis=1)
         blocks.append(ends.imag[free] / STEP)
         state = ends[:, 0].real.copy()
     if halves == 1:
@@ -127,24 +112,13 @@ def find_modes(orbit: Orbit) -> tuple[Mode, ...]:
         half = complex(halves[i].real) if single[i] else complex(halves[i])
         turned = -half if names[i] in FLIPPED else half
         frequency = 0.0 if single[i] and turned.real > 0.0 else abs(float(np.angle(turned))) / (0.5 * orbit.period)
-        multiplier = half**2
-        modes.append(
-            Mode(
-                names[i],
-                multiplier if multiplier.imag >= 0.0 else multiplier.conjugate(),
-                1 if single[i] else 2,
-                float(np.log(abs(half))) / (0.5 * orbit.period),
-                frequency,
-                float(groups[names[i]][i]),
-                shapes[i],
-            )
-        )
+        multiplier = half**2 if (half**2).imag >= 0.0 else (half**2).conjugate()
+        rate, share = float(np.log(abs(half))) / (0.5 * orbit.period), float(groups[names[i]][i])
+        modes.append(Mode(names[i], multiplier, 1 if single[i] else 2, rate, frequency, share, shapes[i]))
     return tuple(sorted(modes, key=lambda mode: -mode.rate))
 
 
-def _cyclic_eigenvalues(
-    orbit: Orbit, blocks: NDArray[np.float64]
-) -> tuple[NDArray[np.complex128], NDArray[np.float64], NDArray[np.complex128]]:
+def _cyclic_eigenvalues(orbit: Orbit, blocks: Matrix) -> tuple[Complex, Matrix, Complex]:
     """Half-map multipliers (m,), participation (rows of the changed coordinates, m), shapes (m, n) at phase zero."""
     count, m = blocks.shape[0], blocks.shape[1]
     free = free_rows(orbit.plant)
@@ -199,9 +173,8 @@ def _group_shares(orbit: Orbit, shares: NDArray[np.float64]) -> dict[str, NDArra
         "slip": (OMEGA_RATE,),
         "radiation": tuple(range(RADIATION, orbit.x.size)),
     }
-    return {
-        name: sum((shares[free.index(r)] for r in own if r in free), np.zeros(len(free))) for name, own in rows.items()
-    }
+    nothing = np.zeros(len(free))
+    return {name: sum((shares[free.index(r)] for r in own if r in free), nothing) for name, own in rows.items()}
 
 
 def _assign(shares: dict[int, dict[str, float]], single: NDArray[np.bool_]) -> dict[int, str]:

@@ -5,14 +5,14 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.orbits.continuation import scaled_map, unknowns
+from gyroctl.orbits.continuation import scaled_map
+from gyroctl.orbits.flow import Vector
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.pseudo_arclength import Palc, begin, follow, locate
 from gyroctl.orbits.search import TOO_HEAVY, search_orbit
-from gyroctl.orbits.wave import RegularWave, Wave
+from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
 
 FACTORS = (1.05, 1.2, 1.5, 2.0, 3.0, 5.0)
@@ -26,19 +26,11 @@ HIGHEST = 5.0
 
 
 def find_orbit(
-    plant: Plant,
-    wave: RegularWave,
-    cc: float,
-    cg: float,
-    sense: int = 1,
-    dt: float = 0.01,
-    guess: NDArray[np.float64] | None = None,
+    plant: Plant, wave: RegularWave, cc: float, cg: float, sense: int = 1, dt: float = 0.01, guess: Vector | None = None
 ) -> Orbit:
     """Find the locked orbit as `search_orbit`; where there is none, its advice names the nearest height with one."""
     orbit = search_orbit(plant, wave, cc, cg, sense, dt, guess)
-    if orbit.status != "no orbit":
-        return orbit
-    height = nearest_height(plant, orbit.wave, cc, cg, sense, dt, orbit.lock_share)
+    height = np.nan if orbit.status != "no orbit" else nearest_height(orbit)
     if np.isnan(height):
         return orbit
     verb = "raise" if height > orbit.wave.height else "lower"
@@ -46,23 +38,21 @@ def find_orbit(
     return dataclasses.replace(orbit, nearest_height=height, advice=f"Lower cg or {way}: {TOO_HEAVY}")
 
 
-def nearest_height(plant: Plant, wave: Wave, cc: float, cg: float, sense: int, dt: float, share: float) -> float:
+def nearest_height(missing: Orbit) -> float:
     """Return the nearest height [m] with an orbit, by following an orbit to its fold; NaN where none is found.
 
     Parameters
     ----------
-    plant, wave, cc, cg, sense, dt
-        As for `lock_orbit`, which found no orbit.
-    share : float
-        Estimate of the used share of the lock capacity, inverse to the height.
+    missing : Orbit
+        With the status "no orbit"; its share of the lock capacity is an estimate, inverse to the height.
     """
+    wave, share = missing.wave, missing.lock_share
     unit = wave.height * max(share, 1.0) if np.isfinite(share) else wave.height
-    heights = [unit * f for f in FACTORS] + [wave.height * f for f in LOWER]
-    for height in heights:
+    for height in [unit * f for f in FACTORS] + [wave.height * f for f in LOWER]:
         if height > HIGHEST:
             continue
         other = dataclasses.replace(wave, height=height)
-        orbit = search_orbit(plant, other, cc, cg, sense, dt)
+        orbit = search_orbit(missing.plant, other, missing.cc, missing.cg, missing.sense, missing.dt)
         if orbit.status != "no orbit":
             return _towards(orbit, wave.height)
     return np.nan
@@ -73,10 +63,10 @@ def _towards(orbit: Orbit, height: float) -> float:
     own, options = orbit.wave.height, Palc(step=0.1)
     limits = (min(height, own), max(height, own))
     try:
-        scaled = scaled_map(orbit, ("height",), (limits,), options.symmetric)
+        scaled, unknowns = scaled_map(orbit, "height", limits, options.symmetric)
     except InputError:
         return own
-    start = begin(scaled.system(), unknowns(scaled, orbit), options)
+    start = begin(scaled.system(), unknowns, options)
     if start is None:
         return own
     sense = np.sign((height - own) * start.tangent[-1])

@@ -8,12 +8,12 @@ the square of the half map's Jacobian against the full map's is a free check of 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.orbits.flow import Forcing, flow, flow_jacobian
+from gyroctl.orbits.flow import Forcing, Vector, flow, flow_jacobian
 from gyroctl.orbits.symmetry import free_rows, signs
 from gyroctl.orbits.wave import Wave
 from gyroctl.plant import Plant
@@ -21,8 +21,22 @@ from gyroctl.plant.equations import PHI1_RATE, PHI3_RATE, PSI
 
 Status = Literal["stable", "unstable", "no orbit"]
 
+GROWS = "An oscillation grows on this orbit (Neimark-Sacker): raise the hinge damping d1 or change cc"
+RUNS_AWAY = "A ring angle off this orbit runs away from it: this is the branch behind the fold"
+
 PIECES = 16
 """Instants of half a period for the mean of the co-rotating rate."""
+
+
+class LockProblem(NamedTuple):
+    """What is asked for where an orbit is wanted, in the order of the fields of `Orbit` that tell it."""
+
+    plant: Plant
+    cc: float
+    cg: float
+    sense: int
+    dt: float
+    wave: Wave
 
 
 @dataclass(frozen=True)
@@ -84,8 +98,7 @@ class Orbit:
     @property
     def forcing(self) -> Forcing:
         """Moments of the wave."""
-        he = self.plant.excitation(np.array([self.wave.wp]), self.wave.heading)[:, 0]
-        return Forcing(0.5 * self.wave.height * he, self.wave.wp)
+        return Forcing.of(self.plant, self.wave)
 
     @property
     def lock_reserve(self) -> float:
@@ -99,18 +112,9 @@ class Orbit:
         return np.array([self.x, *later])
 
 
-def describe(
-    plant: Plant,
-    x: NDArray[np.float64],
-    residual: float,
-    cc: float,
-    cg: float,
-    wave: Wave,
-    forcing: Forcing,
-    sense: int,
-    dt: float,
-) -> Orbit:
+def describe(problem: LockProblem, forcing: Forcing, x: Vector, residual: float) -> Orbit:
     """Return the orbit through the fixed point `x` (n,) of the half map, with everything that is told of it."""
+    plant, cc, cg, _, dt, _ = problem
     free, n = free_rows(plant), x.size
     _, half = flow_jacobian(plant, x, cc, cg, forcing, 0.5, dt)
     _, full = flow_jacobian(plant, x, cc, cg, forcing, 1.0, dt)
@@ -127,30 +131,9 @@ def describe(
         state = np.real(flow(plant, x, cc, cg, forcing, 0.5 * i / PIECES, dt)[:n]) if i else x
         rates.append(np.exp(1j * state[PSI]) * (state[PHI1_RATE] + 1j * state[PHI3_RATE]))
     mean = complex(np.mean(rates))  # the second half of the period repeats the first
+    angle, share = float(np.angle(mean)), plant.parameters.N * cg / (plant.parameters.J4 * abs(mean))
     stable = bool(np.abs(multipliers[0]) < 1.0)
-    advice = "" if stable else _advice(multipliers[0])
-    return Orbit(
-        x,
-        forcing.period,
-        multipliers,
-        error,
-        residual,
-        power,
-        float(np.angle(mean)),
-        plant.parameters.N * cg / (plant.parameters.J4 * abs(mean)),
-        "stable" if stable else "unstable",
-        advice,
-        plant,
-        cc,
-        cg,
-        sense,
-        dt,
-        wave,
-        halves,
-    )
-
-
-def _advice(multiplier: complex) -> str:
-    if abs(multiplier.imag) > 1e-6:
-        return "An oscillation grows on this orbit (Neimark-Sacker): raise the hinge damping d1 or change cc"
-    return "A ring angle off this orbit runs away from it: this is the branch behind the fold"
+    status: Status = "stable" if stable else "unstable"
+    advice = "" if stable else GROWS if abs(multipliers[0].imag) > 1e-6 else RUNS_AWAY
+    told = (x, forcing.period, multipliers, error, residual, power, angle, share, status, advice)
+    return Orbit(*told, *problem, halves)

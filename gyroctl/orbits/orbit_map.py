@@ -11,14 +11,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.orbits.flow import PADDING, STEP, Forcing, complex_steps
-from gyroctl.orbits.orbit import Orbit, describe
-from gyroctl.orbits.sensitivity import CONTROLS, DEVICE, PARAMETERS, parameter_column, with_gear
+from gyroctl.orbits.flow import PADDING, STEP, Forcing, Stretch, Vector, complex_steps, run, step_count
+from gyroctl.orbits.orbit import LockProblem, Orbit, describe
+from gyroctl.orbits.sensitivity import CONTROLS, DEVICE, PARAMETERS, Setting, parameter_column, with_gear
 from gyroctl.orbits.symmetry import free_rows, signs
 from gyroctl.orbits.wave import Wave
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI, PSI_RATE, Coefficients
-from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
+from gyroctl.plant.equations import OMEGA_RATE, PSI, PSI_RATE
 
 LEAST = {"cc": 0.0, "cg": 0.0, "d1": 0.0, "phase": -np.inf, "N": 1.0}
 """Least value of a parameter; the others must be positive."""
@@ -63,19 +62,10 @@ def with_phase(he: NDArray[np.complex128], phase: float) -> NDArray[np.complex12
     return out
 
 
-class Setting(NamedTuple):
-    """Everything that the kernel needs, at one value of the parameters."""
-
-    coefficients: Coefficients
-    cc: float
-    cg: float
-    forcing: Forcing
-
-
 class Evaluation(NamedTuple):
     """The map at one point: what `OrbitMap.evaluate` returns."""
 
-    image: NDArray[np.float64]  # (m,)
+    image: Vector  # (m,)
     by_state: NDArray[np.float64]  # (m, m)
     by_parameter: NDArray[np.float64]  # (m, number of parameters)
     power: float  # mean electrical power on the way [W]
@@ -87,36 +77,28 @@ class ParametricMap(Protocol):
     @property
     def parameters(self) -> tuple[str, ...]:
         """Names of the parameters."""
-        ...
 
     @property
     def symmetric(self) -> bool:
         """Whether the map is the square root of the one that is meant."""
-        ...
 
     def over(self, parameters: tuple[str, ...]) -> Self:
         """Return the same map over other parameters."""
-        ...
 
     def value(self, name: str) -> float:
         """Present value of a parameter."""
-        ...
 
     def least(self, name: str) -> float:
         """Least possible value of a parameter."""
-        ...
 
-    def span(self, values: NDArray[np.float64]) -> float:
+    def span(self, values: Vector) -> float:
         """Time that one application takes. [s]"""
-        ...
 
-    def evaluate(self, x: NDArray[np.float64], values: NDArray[np.float64], derivative: bool = True) -> Evaluation:
+    def evaluate(self, x: Vector, values: Vector, derivative: bool = True) -> Evaluation:
         """Image of `x` and derivatives at parameter values."""
-        ...
 
-    def orbit(self, x: NDArray[np.float64], values: NDArray[np.float64]) -> Orbit:
+    def orbit(self, x: Vector, values: Vector) -> Orbit:
         """The orbit through a fixed point."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -151,14 +133,10 @@ class OrbitMap:
 
     def value(self, name: str) -> float:
         """Present value of a parameter."""
-        if name in CONTROLS:
-            return float(getattr(self, name))
-        if name in DEVICE:
-            return float(getattr(self.plant.coefficients, name))
         if name == "phase":
-            he = self.plant.excitation(np.array([self.wave.wp]), self.wave.heading)[:, 0]
-            return float(np.angle(he[0] * np.conj(he[1])))
-        return float(getattr(self.wave, name))
+            return float(np.angle(self._present_he[0] * np.conj(self._present_he[1])))
+        holder: Any = self if name in CONTROLS else self.plant.coefficients if name in DEVICE else self.wave
+        return float(getattr(holder, name))
 
     def over(self, parameters: tuple[str, ...]) -> OrbitMap:
         """Return the same map over other parameters."""
@@ -168,18 +146,17 @@ class OrbitMap:
         """Least possible value of a parameter."""
         return LEAST.get(name, POSITIVE)
 
-    def span(self, values: NDArray[np.float64]) -> float:
+    def span(self, values: Vector) -> float:
         """Time that one application takes: half a period or a whole one. [s]"""
         return (0.5 if self.symmetric else 1.0) * self.setting(values).forcing.period
 
-    def orbit(self, x: NDArray[np.float64], values: NDArray[np.float64]) -> Orbit:
+    def orbit(self, x: Vector, values: Vector) -> Orbit:
         """The orbit through the fixed point `x` (m,), with everything that is told of it."""
-        at = self.moved(dict(zip(self.parameters, map(float, values), strict=True)))
+        at = self.moved(self._named(values))
         setting = at.setting(values)
         residual = float(np.max(np.abs(self.evaluate(x, values, derivative=False).image - x)))
-        return describe(
-            at.plant, self.full(x, setting), residual, at.cc, at.cg, at.wave, setting.forcing, at.sense, at.dt
-        )
+        problem = LockProblem(at.plant, at.cc, at.cg, at.sense, at.dt, at.wave)
+        return describe(problem, setting.forcing, self.full(x, setting), residual)
 
     def moved(self, values: dict[str, float]) -> OrbitMap:
         """Return the map with parameters set to new values, as a device and a wave of its own."""
@@ -196,60 +173,42 @@ class OrbitMap:
                 wave = dataclasses.replace(wave, **{name: float(number)})
         return dataclasses.replace(self, plant=plant, wave=wave, **own)
 
-    def setting(self, values: NDArray[np.float64]) -> Setting:
+    def setting(self, values: Vector) -> Setting:
         """Constants, controls and wave at parameter values (p,)."""
-        at = dict(zip(self.parameters, map(float, values), strict=True))
+        at = self._named(values)
         device: dict[str, Any] = {n: at[n] for n in ("d1", "k1") if n in at}
         k = self.plant.coefficients._replace(**device)
         if "N" in at:
             rigid = self.plant.parameters.connection == "rigid"
             k = with_gear(k, at["N"] - k.N, self.plant.parameters.J13, rigid)
-        wp, height = at.get("wp", self.wave.wp), at.get("height", self.wave.height)
-        return Setting(k, at.get("cc", self.cc), at.get("cg", self.cg), Forcing(0.5 * height * self._he(wp, at), wp))
+        wp, height, he = self._wave(at)
+        return Setting(k, at.get("cc", self.cc), at.get("cg", self.cg), Forcing(0.5 * height * he, wp))
 
-    def evaluate(self, x: NDArray[np.float64], values: NDArray[np.float64], derivative: bool = True) -> Evaluation:
+    def evaluate(self, x: Vector, values: Vector, derivative: bool = True) -> Evaluation:
         """Image of the unknowns `x` (m,) and its exact derivatives at parameter values (p,)."""
         k, cc, cg, forcing = setting = self.setting(values)
         free, state = free_rows(self.plant), self.full(x, setting)
         n, halves = state.size, 1 if self.symmetric else 2
-        hold, offset = 0.5 * halves * forcing.period, PADDING * forcing.dt
-        steps = halves * int(steps_for(hold / halves, self.dt, float(slip_rate(k, cc))))
-        waves = forcing.grid(0.5 * halves)
+        hold = 0.5 * halves * forcing.period
+        steps = halves * step_count(k, cc, hold / halves, self.dt)
+        stretch = Stretch(PADDING * forcing.dt, hold, steps, forcing.grid(0.5 * halves), forcing.dt)
         sign = signs(n) if self.symmetric else np.ones(n)
         turn = np.zeros(n)
         turn[PSI] = self.sense * np.pi * halves
-
-        def run(start: NDArray[Any]) -> NDArray[Any]:
-            y = np.concatenate([start, np.zeros(len(LEDGER), start.dtype)])
-            return hold_one(y, k, start.dtype.type(cc), start.dtype.type(cg), offset, hold, steps, waves, forcing.dt)
-
-        plain = run(state)
+        plain = run(k, state, cc, cg, stretch)
         image, power = (sign * plain[:n] - turn)[free], float(plain[-1]) / hold
         if not derivative:
             return Evaluation(image, np.empty((0, 0)), np.empty((0, 0)), power)
         starts = complex_steps(state, k.N if self.plant.parameters.connection == "rigid" else None)
-        columns = np.stack([run(starts[row])[:n].imag / STEP for row in free], axis=1)
+        columns = np.stack([run(k, starts[row], cc, cg, stretch)[:n].imag / STEP for row in free], axis=1)
         slopes = [
-            parameter_column(
-                self.plant,
-                k,
-                name,
-                state,
-                (cc, cg),
-                forcing.wp,
-                waves,
-                self._change(name, values, halves),
-                forcing.dt,
-                offset,
-                hold,
-                steps,
-            )
+            parameter_column(self.plant, setting, name, state, stretch, self._change(name, values, halves))
             for name in self.parameters
         ]
         by_parameter = np.stack(slopes, axis=1) if slopes else np.empty((n, 0))
         return Evaluation(image, sign[free, None] * columns[free], sign[free, None] * by_parameter[free], power)
 
-    def full(self, x: NDArray[np.float64], setting: Setting) -> NDArray[np.float64]:
+    def full(self, x: Vector, setting: Setting) -> Vector:
         """State (n,) of the unknowns (m,)."""
         state = np.zeros(len(self.plant.labels))
         state[free_rows(self.plant)] = x
@@ -257,20 +216,24 @@ class OrbitMap:
             state[OMEGA_RATE] = setting.coefficients.N * state[PSI_RATE]
         return state
 
-    def _he(self, wp: float, at: dict[str, float]) -> NDArray[np.complex128]:
+    def _named(self, values: Vector) -> dict[str, float]:
+        return dict(zip(self.parameters, map(float, values), strict=True))
+
+    def _wave(self, at: dict[str, float]) -> tuple[float, float, NDArray[np.complex128]]:
+        """Frequency [rad/s], height [m] and excitation (2,) at parameter values."""
+        wp = at.get("wp", self.wave.wp)
         he = self._present_he if wp == self.wave.wp else self.plant.excitation(np.array([wp]), self.wave.heading)[:, 0]
-        return with_phase(he, at["phase"]) if "phase" in at else he
+        return wp, at.get("height", self.wave.height), with_phase(he, at["phase"]) if "phase" in at else he
 
     @cached_property
     def _present_he(self) -> NDArray[np.complex128]:
         """Excitation at the wave's own frequency: the table is slower than the flow."""
         return np.asarray(self.plant.excitation(np.array([self.wave.wp]), self.wave.heading)[:, 0])
 
-    def _change(self, name: str, values: NDArray[np.float64], halves: int) -> NDArray[np.float64]:
+    def _change(self, name: str, values: Vector, halves: int) -> Vector:
         """Derivative of the grid of moments with respect to a parameter of the wave, at the same phase."""
-        at = dict(zip(self.parameters, map(float, values), strict=True))
-        wp, height = at.get("wp", self.wave.wp), at.get("height", self.wave.height)
-        he = self._he(wp, at)
+        at = self._named(values)
+        wp, height, he = self._wave(at)
         slope = np.zeros(2, complex)
         if name == "height":
             slope = 0.5 * he

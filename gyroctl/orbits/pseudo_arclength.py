@@ -14,9 +14,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-Vector = NDArray[np.float64]
+from gyroctl.orbits.flow import Vector
+
 System = Callable[[Vector], tuple[Vector, NDArray[np.float64]]]
 """y (m + 1,) -> residual (m,), its Jacobian (m, m + 1)."""
+
+Near = Callable[[Vector], System]
+"""The equations near y."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +61,26 @@ class Point(NamedTuple):
     tangent: Vector
     jacobian: NDArray[np.float64]
 
+    def turned(self, sense: float) -> Point:
+        """Return the point with its tangent the other way for a negative sense."""
+        return self._replace(tangent=sense * self.tangent)
+
+
+class Limits(NamedTuple):
+    """Limits of one unknown."""
+
+    low: float
+    high: float
+    name: str = "limit"  # what it means to pass them; a curve is led onto a "limit" and stops short of any other
+
+    def hold(self, value: float) -> bool:
+        """Whether a value is within the limits."""
+        return bool(self.low <= value <= self.high)
+
 
 def tangent_of(jacobian: NDArray[np.float64], along: Vector) -> Vector:
     """Unit null vector of a Jacobian (m, m + 1), with a positive component along `along`."""
-    right = np.zeros(along.size)
-    right[-1] = 1.0
-    t = np.linalg.solve(np.vstack([jacobian, along]), right)
+    t = np.linalg.solve(np.vstack([jacobian, along]), np.eye(along.size)[-1])
     return np.asarray(t / np.linalg.norm(t))
 
 
@@ -89,23 +107,18 @@ def correct(system: System, y: Vector, row: Vector, target: float, options: Palc
 
 def begin(system: System, y: Vector, options: Palc, direction: Vector | None = None) -> Point | None:
     """Return the first point: the solution at the same last unknown, or nearest along `direction`."""
-    row = np.zeros(y.size)
-    row[-1] = 1.0
-    if direction is not None:
-        row = direction
+    row = np.eye(y.size)[-1] if direction is None else direction
     point, _ = correct(system, y, row, float(row @ y), options)
     return point
 
 
-def follow(
-    system: Callable[[Point], System], start: Point, options: Palc, inside: Callable[[Vector], bool]
-) -> Iterator[Point]:
+def follow(near: Near, start: Point, options: Palc, inside: Callable[[Vector], bool]) -> Iterator[Point]:
     """Yield points along the tangent of `start`, without it, up to the first that is not `inside`, which is included.
 
     Parameters
     ----------
-    system : callable
-        The equations near a point: bordered systems renew their borders there.
+    near : callable
+        The equations near y: bordered systems renew their borders there.
     start : Point
         On the curve.
     options : Palc
@@ -115,7 +128,7 @@ def follow(
     """
     here, step = start, options.step
     for _ in range(options.points):
-        local = system(here)
+        local = near(here.y)
         while True:
             guess = here.y + step * here.tangent
             there, iterations = correct(local, guess, here.tangent, float(here.tangent @ guess), options)
@@ -131,14 +144,55 @@ def follow(
         step = float(min(options.longest, step * 2.0 ** ((4 - iterations) / 3.0), 1.5 * step))
 
 
+def one_way(near: Near, start: Point, box: dict[int, Limits], options: Palc) -> tuple[list[Point], str]:
+    """Follow a curve, whose equations `near` tells, from `start` to the border of a box of limits by index.
+
+    Returns the points without the start, the last one on the limit if that was reached, and the end: the name of the
+    limits that were passed, "closed" where the curve came back, "step" where no further step was found.
+    """
+
+    def passed(y: Vector) -> int | None:
+        return next((i for i, limits in box.items() if not limits.hold(y[i])), None)
+
+    way: list[Point] = []
+    left = False
+    for point in follow(near, start, options, lambda y: passed(y) is None):
+        index = passed(point.y)
+        if index is not None:
+            if box[index].name == "limit":
+                way += _on_limit(near, way[-1] if way else start, point, index, box[index], options)
+            return way, box[index].name
+        way.append(point)
+        distance = float(np.linalg.norm(point.y - start.y))
+        left = left or distance > 2.0 * options.longest
+        if left and distance < options.longest and point.tangent @ start.tangent > 0.9:
+            return way, "closed"
+    return way, "step"
+
+
+def _on_limit(near: Near, inner: Point, outer: Point, index: int, limits: Limits, options: Palc) -> list[Point]:
+    """Return the point on the limit between two neighbours, or nothing where it is the inner one or not found."""
+    limit = limits.low if outer.y[index] < limits.low else limits.high
+    part = (limit - inner.y[index]) / (outer.y[index] - inner.y[index])
+    at = inner.y + part * (outer.y - inner.y)
+    point, _ = correct(near(at), at, np.eye(at.size)[index], limit, options)
+    if point is None or np.linalg.norm(point.y - inner.y) < 1e-9:
+        return []
+    return [point.turned(float(np.sign(point.tangent @ inner.tangent)))]
+
+
+def joined(start: Point, ahead: list[Point], behind: list[Point]) -> list[Point]:
+    """Return the points of both ways from a start as one curve in the sense of the start's tangent."""
+    return [*(point.turned(-1.0) for point in reversed(behind)), start, *ahead]
+
+
 def locate(system: System, before: Point, after: Point, test: Callable[[Point], float], options: Palc) -> Point | None:
     """Point between two neighbours where a test function is zero; None where it has the same sign at both."""
     from scipy.optimize import brentq
 
-    values = {0.0: test(before)}
     length = float(before.tangent @ (after.y - before.y))
     points = {0.0: before, length: after}
-    values[length] = test(after)
+    values = {s: test(point) for s, point in points.items()}
     if not values[0.0] * values[length] <= 0.0:
         return None
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.orbits.flow import Forcing, flow, flow_jacobian
+from gyroctl.orbits.flow import Forcing, Vector, flow, flow_jacobian
 from gyroctl.orbits.guess import estimated_share, harmonic_balance
-from gyroctl.orbits.orbit import Orbit, describe
+from gyroctl.orbits.orbit import LockProblem, Orbit, describe
 from gyroctl.orbits.symmetry import free_rows, reflect, signs
 from gyroctl.orbits.wave import RegularWave, Wave
 from gyroctl.plant import Plant
@@ -24,13 +23,7 @@ TOO_HEAVY = "the load asks for more than the wave can pull"
 
 
 def search_orbit(
-    plant: Plant,
-    wave: RegularWave,
-    cc: float,
-    cg: float,
-    sense: int = 1,
-    dt: float = 0.01,
-    guess: NDArray[np.float64] | None = None,
+    plant: Plant, wave: RegularWave, cc: float, cg: float, sense: int = 1, dt: float = 0.01, guess: Vector | None = None
 ) -> Orbit:
     """Find the locked orbit; parameters, result and errors as of `gyroctl.lock_orbit`, without the nearest height."""
     if not wave.height > 0.0:
@@ -42,73 +35,44 @@ def search_orbit(
     for name, value in (("cc", cc), ("cg", cg)):
         if not (np.isfinite(value) and value >= 0.0):
             raise InputError(name, value, "must be zero or positive", f"Give {name} in Nms")
-    he = plant.excitation(np.array([wave.wp]), wave.heading)[:, 0]
-    if not np.any(he):
-        low, high = plant.excitation.omega[[0, -1]]
-        raise InputError(
-            "wp",
-            wave.wp,
-            "the excitation is not known at this frequency",
-            f"Give a frequency in the tabulated band, {low:g} to {high:g} rad/s",
-        )
     at = Wave(float(wave.height), float(wave.wp), float(wave.heading))
-    return _search(plant, at, Forcing(0.5 * at.height * he, at.wp), float(cc), float(cg), sense, dt, guess)
-
-
-def _search(
-    plant: Plant,
-    wave: Wave,
-    forcing: Forcing,
-    cc: float,
-    cg: float,
-    sense: int,
-    dt: float,
-    guess: NDArray[np.float64] | None,
-) -> Orbit:
-    guesses = [guess] if guess is not None else harmonic_balance(plant, forcing, cc, cg, sense)
+    forcing = Forcing.of(plant, at)
+    if not np.any(forcing.amplitude):
+        low, high = plant.excitation.omega[[0, -1]]
+        mend = f"Give a frequency in the tabulated band, {low:g} to {high:g} rad/s"
+        raise InputError("wp", wave.wp, "the excitation is not known at this frequency", mend)
+    problem = LockProblem(plant, float(cc), float(cg), sense, dt, at)
+    guesses = [guess] if guess is not None else harmonic_balance(plant, forcing, problem.cc, problem.cg, sense)
     found: list[Orbit] = []
     for first in guesses:
-        for settle in (False, True):
-            start = flow(plant, first, cc, cg, forcing, SETTLING, dt)[: first.size] if settle else first
-            if settle:
-                start = start.copy()
-                start[PSI] -= sense * 2.0 * np.pi * SETTLING
-                start[OMEGA] = 0.0
-            x, residual = _newton(plant, np.real(start), cc, cg, forcing, sense, dt)
-            if residual < 1e-8:
-                found.append(describe(plant, x, residual, cc, cg, wave, forcing, sense, dt))
-                break
-        if found and found[-1].status == "stable":
-            return found[-1]
+        orbit = _from_guess(problem, forcing, first)
+        if orbit is not None and orbit.status == "stable":
+            return orbit
+        found += [orbit] if orbit is not None else []
     if found:
         return min(found, key=lambda orbit: float(np.abs(orbit.multipliers[0])))
-    nothing = np.full(len(plant.labels), np.nan)
+    nothing, nan = np.full(len(plant.labels), np.nan), np.nan
     unknown = np.full(free_rows(plant).size, np.nan, complex)
-    return Orbit(
-        nothing,
-        forcing.period,
-        unknown,
-        np.nan,
-        np.nan,
-        np.nan,
-        np.nan,
-        estimated_share(plant, forcing, cg, sense),
-        "no orbit",
-        f"Lower cg or raise the wave height: {TOO_HEAVY}",
-        plant,
-        cc,
-        cg,
-        sense,
-        dt,
-        wave,
-        unknown,
-    )
+    share = estimated_share(plant, forcing, problem.cg, sense)
+    advice = f"Lower cg or raise the wave height: {TOO_HEAVY}"
+    return Orbit(nothing, forcing.period, unknown, nan, nan, nan, nan, share, "no orbit", advice, *problem, unknown)
 
 
-def _newton(
-    plant: Plant, x: NDArray[np.float64], cc: float, cg: float, forcing: Forcing, sense: int, dt: float
-) -> tuple[NDArray[np.float64], float]:
+def _from_guess(problem: LockProblem, forcing: Forcing, guess: Vector) -> Orbit | None:
+    """Orbit by Newton's method from a guess, or else from where plain simulation leads it; None where both fail."""
+    plant, cc, cg, sense, dt, _ = problem
+    x, residual = _newton(problem, forcing, np.real(guess))
+    if not residual < 1e-8:
+        start = flow(plant, guess, cc, cg, forcing, SETTLING, dt)[: guess.size].copy()
+        start[PSI] -= sense * 2.0 * np.pi * SETTLING
+        start[OMEGA] = 0.0
+        x, residual = _newton(problem, forcing, np.real(start))
+    return describe(problem, forcing, x, residual) if residual < 1e-8 else None
+
+
+def _newton(problem: LockProblem, forcing: Forcing, x: Vector) -> tuple[Vector, float]:
     """Fixed point of the reflected half map in all states but omega."""
+    plant, cc, cg, sense, dt, _ = problem
     free = free_rows(plant)
     sign = signs(x.size)
     scale = np.maximum(np.abs(x[free]), 1e-2)

@@ -8,21 +8,29 @@ the wave at each of them stay as they are, and the derivative is that of the com
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.orbits.flow import STEP, Forcing, Stretch, Vector, run
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import LEDGER, PHI1_RATE, RADIATION, Coefficients
-from gyroctl.plant.kernel import TAPS, hold_into
+from gyroctl.plant.equations import OMEGA_RATE, PHI1_RATE, PSI_RATE, RADIATION, Coefficients
 
-STEP = 1e-30
 DEVICE = ("d1", "k1", "N")
 CONTROLS = ("cc", "cg")
 WAVE = ("height", "wp", "phase")
 PARAMETERS = CONTROLS + WAVE + DEVICE
 """Parameters in which an orbit can be continued."""
+
+
+class Setting(NamedTuple):
+    """Everything that the kernel needs, at one value of the parameters."""
+
+    coefficients: Coefficients
+    cc: float
+    cg: float
+    forcing: Forcing
 
 
 def with_gear(k: Coefficients, change: Any, J13: float, rigid: bool) -> Coefficients:
@@ -36,33 +44,20 @@ def with_gear(k: Coefficients, change: Any, J13: float, rigid: bool) -> Coeffici
         return k._replace(N=N, kappa=k.K - column**2 / J2 - k.J4, **gains)
     total = J2 + N**2 * k.J4
     pull = column + N * k.J4
-    return k._replace(
-        N=N,
-        Gpp=1.0 / total,
-        Gpo=N / total,
-        Goo=N**2 / total,
-        ap=pull / total,
-        ao=N * pull / total,
-        kappa=k.K - pull**2 / total,
-    )
+    geared: Any = dict(Gpp=1.0 / total, Gpo=N / total, Goo=N**2 / total, ap=pull / total, ao=N * pull / total)
+    return k._replace(N=N, kappa=k.K - pull**2 / total, **geared)
 
 
 def in_other_time(k: Coefficients, alpha: Any) -> Coefficients:
     """Constants with the unit of time changed, tau = alpha t."""
-    return k._replace(
-        k1=k.k1 / alpha**2,
-        k3=k.k3 / alpha**2,
-        d1=k.d1 / alpha,
-        d3=k.d3 / alpha,
-        p1=_slower_numerator(k.p1, len(k.q1), alpha),
-        q1=tuple(q / alpha ** (j + 1) for j, q in enumerate(k.q1)),
-        p3=_slower_numerator(k.p3, len(k.q3), alpha),
-        q3=tuple(q / alpha ** (j + 1) for j, q in enumerate(k.q3)),
-    )
+    (p1, q1), (p3, q3) = _slower(k.p1, k.q1, alpha), _slower(k.p3, k.q3, alpha)
+    springs: Any = dict(k1=k.k1 / alpha**2, k3=k.k3 / alpha**2, d1=k.d1 / alpha, d3=k.d3 / alpha)
+    return k._replace(p1=p1, q1=q1, p3=p3, q3=q3, **springs)
 
 
-def _slower_numerator(p: tuple[float, ...], n: int, alpha: Any) -> tuple[Any, ...]:
-    return tuple(c * alpha ** (len(p) - 1 - j - n - 1) for j, c in enumerate(p))
+def _slower(p: tuple[float, ...], q: tuple[float, ...], alpha: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+    numerator = tuple(c * alpha ** (len(p) - 1 - j - len(q) - 1) for j, c in enumerate(p))
+    return numerator, tuple(c / alpha ** (j + 1) for j, c in enumerate(q))
 
 
 def time_scales(k: Coefficients, alpha: complex) -> NDArray[np.complex128]:
@@ -75,45 +70,29 @@ def time_scales(k: Coefficients, alpha: complex) -> NDArray[np.complex128]:
     return out
 
 
-def parameter_column(
-    plant: Plant,
-    k: Coefficients,
-    name: str,
-    x: NDArray[np.float64],
-    controls: tuple[float, float],
-    wp: float,
-    waves: NDArray[np.float64],
-    change: NDArray[np.float64],
-    waves_dt: float,
-    offset: float,
-    hold: float,
-    steps: int,
-) -> NDArray[np.float64]:
+def parameter_column(plant: Plant, setting: Setting, name: str, x: Vector, stretch: Stretch, change: Vector) -> Vector:
     """Derivative of the end state (n,) with respect to the parameter `name`.
 
     Parameters
     ----------
     plant : Plant
-        For what `k` does not tell: inertia of the spin axis and kind of connection.
-    k : Coefficients
-        Constants of the device.
+        For what the constants do not tell: inertia of the spin axis and kind of connection.
+    setting : Setting
+        Constants, controls and wave.
     name : str
         One of `PARAMETERS`.
     x : (n,) array
         Start.
-    controls : (cc, cg)
-        [Nms]
-    wp : float
-        Frequency of the wave. [rad/s]
-    waves, change : (samples * 2,) arrays
-        Moments on the grid and their derivative with respect to the parameter at the same phase. [Nm]
-    waves_dt, offset, hold, steps
-        Spacing of the grid, begin and length of the interval [s], number of steps.
+    stretch : Stretch
+        The time, with the moments on the grid.
+    change : (samples * 2,) array
+        Derivative of the moments with respect to the parameter at the same phase. [Nm]
     """
     eps = 1j * STEP
-    cc, cg = complex(controls[0]), complex(controls[1])
-    moments = waves + eps * change
+    k, forcing = setting.coefficients, setting.forcing
+    cc, cg, moments = complex(setting.cc), complex(setting.cg), stretch.waves + eps * change
     scales = np.ones(x.size, complex)
+    rigid = plant.parameters.connection == "rigid"
     if name == "cc":
         cc += eps
     elif name == "cg":
@@ -122,29 +101,16 @@ def parameter_column(
         change_of: Any = {name: getattr(k, name) + eps}
         k = k._replace(**change_of)
     elif name == "N":
-        k = with_gear(k, eps, plant.parameters.J13, plant.parameters.connection == "rigid")
+        k = with_gear(k, eps, plant.parameters.J13, rigid)
     elif name == "wp":
-        alpha = 1.0 + eps / wp
+        alpha = 1.0 + eps / forcing.wp
         k, scales = in_other_time(k, alpha), time_scales(k, alpha)
         cc, cg, moments = cc / alpha, cg / alpha, moments / alpha**2
-    y = np.concatenate([x * scales, np.zeros(len(LEDGER))])
-    if name == "N" and plant.parameters.connection == "rigid":
-        y[7] += eps * x[6]  # the flywheel stays geared to the ring
-    work = np.empty((5, y.size), complex)
-    hold_into(
-        y,
-        work,
-        np.empty(6, complex),
-        np.empty(TAPS),
-        complex_coefficients(k),
-        np.array([[cc], [cg]]),
-        offset,
-        hold,
-        steps,
-        moments,
-        waves_dt,
-    )
-    return np.asarray((y[: x.size] / scales).imag / STEP)
+    start = x * scales
+    if name == "N" and rigid:
+        start[OMEGA_RATE] += eps * x[PSI_RATE]  # the flywheel stays geared to the ring
+    end = run(complex_coefficients(k), start, cc, cg, stretch._replace(waves=moments))
+    return np.asarray((end[: x.size] / scales).imag / STEP)
 
 
 def complex_coefficients(k: Coefficients) -> Coefficients:

@@ -12,32 +12,19 @@ class RegularWave(Protocol):
     @property
     def height(self) -> float:
         """Wave height. [m]"""
-        ...
 
     @property
     def wp(self) -> float:
         """Angular frequency. [rad/s]"""
-        ...
 
     @property
     def heading(self) -> float:
         """Heading. [deg]"""
-        ...
 
 
 @dataclass(frozen=True)
 class Wave:
-    """A regular wave as the orbit sees it.
-
-    Parameters
-    ----------
-    height : float
-        [m]
-    wp : float
-        [rad/s]
-    heading : float
-        [deg]
-    """
+    """A regular wave as the orbit sees it: height [m], angular frequency wp [rad/s] and heading [deg]."""
 
     height: float
     wp: float

@@ -172,14 +172,14 @@ def hold_one(
     start: float,
     hold: float,
     steps: int,
-    waves: NDArray[np.float64],
+    waves: NDArray[Any],
     waves_dt: float,
 ) -> NDArray[Any]:
     """Return state and ledger (rows,) after one held interval, see `advance`; float or complex."""
     out = y.copy()
     controls = np.array([[cc], [cg]], y.dtype)
     work = np.empty((5, y.size), y.dtype)
-    hold_into(out, work, np.empty(6), np.empty(TAPS), k, controls, start, hold, steps, waves, waves_dt)
+    hold_into(out, work, np.empty(6, waves.dtype), np.empty(TAPS), k, controls, start, hold, steps, waves, waves_dt)
     return out
 
 

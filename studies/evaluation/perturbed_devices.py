@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 
 from gyroctl.devices import zhang2017
 from gyroctl.harness.run import Settings
-from gyroctl.harness.sensing import CHANNELS, Sensors
+from gyroctl.harness.sensing import Sensors
 from gyroctl.hydrodynamics import ExcitationTable
 from gyroctl.plant import Plant
+from gyroctl.plant.measurement import CHANNELS
 
 NOMINAL = "nominal"
 

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from gyroctl.devices import zhang2017
 from gyroctl.harness.registry import law
 from gyroctl.harness.run import Settings, lead_in, run_law
-from gyroctl.harness.sensing import ROWS, Sensors
+from gyroctl.harness.sensing import Sensors
 from gyroctl.plant import Plant
+from gyroctl.plant.measurement import ROWS
 from gyroctl.waves import DriftingSea, SeaState, realise
 from gyroctl.waves.estimation import MomentEstimator, Predictor, relative_error, replay, replay_moments
 
