@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER
-from gyroctl.plant.kernel import LANES, rows, run_lanes, slip_rate, steps_for
+from gyroctl.plant.kernel import LANES, RECORDED, rows, run_lanes, slip_rate, steps_for
 from gyroctl.simulation.lock import loss_time
 from gyroctl.simulation.progress import Progress
 from gyroctl.waves import Sea, Synthesis, prepare
@@ -203,9 +203,9 @@ def _run_job(
     first_state = np.zeros((rows(k), LANES))
     first_state[:n] = start[:, None]
     y = first_state.ravel()
-    psi, speed = np.empty((intervals + 1, LANES)), np.empty((intervals + 1, LANES))
-    motion, marked = np.empty((2, intervals + 1, LANES)), y.copy()
-    run_lanes(y, k, cc, cg, period, job.steps, intervals, waves, synthesis.grid.dt, psi, speed, motion, first, marked)
+    record, marked = np.empty((len(RECORDED), intervals + 1, LANES)), y.copy()
+    run_lanes(y, k, cc, cg, period, job.steps, waves, synthesis.grid.dt, record, first, marked)
+    phi1, phi3, psi, speed = record
     end, mark = y.reshape(-1, LANES), marked.reshape(-1, LANES)
     scored = (intervals - first) * period
     energy = end[n:] - mark[n:]
@@ -220,8 +220,8 @@ def _run_job(
                 loss_time(psi, period, wp, sense),
                 mean,
                 np.sqrt(np.maximum(second - mean**2, 0.0)) / mean,
-                np.quantile(np.abs(motion[0, first:]), 0.98, axis=0),
-                np.quantile(np.abs(motion[1, first:]), 0.98, axis=0),
+                np.quantile(np.abs(phi1[first:]), 0.98, axis=0),
+                np.quantile(np.abs(phi3[first:]), 0.98, axis=0),
                 np.abs(energy[0] - energy[1:].sum(axis=0) - stored) / np.abs(energy[0]),
                 energy[LEDGER.index("slip")] / scored,
                 energy[LEDGER.index("wave_input")] / scored,

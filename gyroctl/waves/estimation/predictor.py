@@ -9,14 +9,14 @@ the leading block of the same factor.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.plant import compiled
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import stamped
 from gyroctl.plant.plant import Plant
 from gyroctl.waves import spectrum
 from gyroctl.waves.estimation import learning, sea_shape
@@ -196,69 +196,59 @@ def _closed(plant: Plant, estimator: MomentEstimator) -> tuple[FloatModel, Array
     return model, np.asarray(expm(model.A * estimator.period))
 
 
-def _observe(stamp: str) -> Any:
-    def observe(predictor: Predictor, state: PredictorState, me1: float, me3: float) -> None:
-        """Take the moments of one sample, in place. [Nm]
+@stamped(SOURCES)
+def observe(predictor: Predictor, state: PredictorState, me1: float, me3: float) -> None:
+    """Take the moments of one sample, in place. [Nm]
 
-        Every few seconds the spectrum is learnt anew, which costs as much as a hundred samples.
-        """
-        assert stamp
-        learner = predictor.learner
-        length = state.history.shape[0]
-        at = state.samples[0] % length
-        before = (state.samples[0] - 1) % length  # a value that is no number must not stay: the last one stands for it
-        state.history[at, 0] = me1 if math.isfinite(me1) else state.history[before, 0]
-        state.history[at, 1] = me3 if math.isfinite(me3) else state.history[before, 1]
-        state.samples[0] += 1
-        if learner.every > 0 and state.samples[0] >= length:
-            correlate(learner, state.memory, state.history, at)
-            if state.samples[0] % learner.every == 0 and state.samples[0] >= length + learner.every:
-                learn(learner, state.memory)
-
-    return entry_point(observe)
+    Every few seconds the spectrum is learnt anew, which costs as much as a hundred samples.
+    """
+    learner = predictor.learner
+    length = state.history.shape[0]
+    at = state.samples[0] % length
+    before = (state.samples[0] - 1) % length  # a value that is no number must not stay: the last one stands for it
+    state.history[at, 0] = me1 if math.isfinite(me1) else state.history[before, 0]
+    state.history[at, 1] = me3 if math.isfinite(me3) else state.history[before, 1]
+    state.samples[0] += 1
+    if learner.every > 0 and state.samples[0] >= length:
+        correlate(learner, state.memory, state.history, at)
+        if state.samples[0] % learner.every == 0 and state.samples[0] >= length + learner.every:
+            learn(learner, state.memory)
 
 
-def _predict(stamp: str) -> Any:
-    def predict(predictor: Predictor, state: PredictorState, out: NDArray[np.float64]) -> None:
-        """Write the moments (2, n) at 1 .. n steps ahead of the last observation, n up to the horizon. [Nm]
+@stamped(SOURCES)
+def predict(predictor: Predictor, state: PredictorState, out: NDArray[np.float64]) -> None:
+    """Write the moments (2, n) at 1 .. n steps ahead of the last observation, n up to the horizon. [Nm]
 
-        `state.now` holds the moments at the last observation afterwards. Beyond the horizon `out` is zero, the mean of
-        what is not known; `forecast` refuses to be asked for it.
-        """
-        assert stamp
-        ages, ahead, V = predictor.learner.ages, state.memory.ahead, state.memory.whitener
-        v, w = state.values, state.weights
-        length, count = state.history.shape[0], state.samples[0]
-        known = 0
-        while known < ages.size and ages[known] < count:
-            known += 1
-        for i in range(2 * known):
-            w[i] = 0.0
-        for i in range(2 * known):  # the values looked at
-            v[i] = state.history[(count - 1 - ages[i // 2]) % length, i % 2]
-        for i in range(2 * known):  # G^-1 = V^T V
-            first, second = 0.0, 0.0
-            for j in range(0, i, 2):
-                first += V[i, j] * v[j]
-                second += V[i, j + 1] * v[j + 1]
-            if i % 2 == 0:
-                first += V[i, i] * v[i]
-            total = first + second
-            for j in range(i + 1):
-                w[j] += V[i, j] * total
-        leads = min(out.shape[1], predictor.horizon)
-        for i in range(2):
-            state.now[i] = 0.0
-            for lead in range(out.shape[1]):
-                out[i, lead] = 0.0
-            for a in range(known):
-                of1, of3, age = w[2 * a], w[2 * a + 1], ages[a]
-                state.now[i] += ahead[2 * i, age] * of1 + ahead[2 * i + 1, age] * of3
-                for lead in range(leads):
-                    out[i, lead] += ahead[2 * i, age + 1 + lead] * of1 + ahead[2 * i + 1, age + 1 + lead] * of3
-
-    return entry_point(predict)
-
-
-observe = _observe(source_stamp(SOURCES))
-predict = _predict(source_stamp(SOURCES))
+    `state.now` holds the moments at the last observation afterwards. Beyond the horizon `out` is zero, the mean of
+    what is not known; `forecast` refuses to be asked for it.
+    """
+    ages, ahead, V = predictor.learner.ages, state.memory.ahead, state.memory.whitener
+    v, w = state.values, state.weights
+    length, count = state.history.shape[0], state.samples[0]
+    known = 0
+    while known < ages.size and ages[known] < count:
+        known += 1
+    for i in range(2 * known):
+        w[i] = 0.0
+    for i in range(2 * known):  # the values looked at
+        v[i] = state.history[(count - 1 - ages[i // 2]) % length, i % 2]
+    for i in range(2 * known):  # G^-1 = V^T V
+        first, second = 0.0, 0.0
+        for j in range(0, i, 2):
+            first += V[i, j] * v[j]
+            second += V[i, j + 1] * v[j + 1]
+        if i % 2 == 0:
+            first += V[i, i] * v[i]
+        total = first + second
+        for j in range(i + 1):
+            w[j] += V[i, j] * total
+    leads = min(out.shape[1], predictor.horizon)
+    for i in range(2):
+        state.now[i] = 0.0
+        for lead in range(out.shape[1]):
+            out[i, lead] = 0.0
+        for a in range(known):
+            of1, of3, age = w[2 * a], w[2 * a + 1], ages[a]
+            state.now[i] += ahead[2 * i, age] * of1 + ahead[2 * i + 1, age] * of3
+            for lead in range(leads):
+                out[i, lead] += ahead[2 * i, age + 1 + lead] * of1 + ahead[2 * i + 1, age + 1 + lead] * of3

@@ -8,13 +8,13 @@ moments of now, with a lead of the whole horizon it is an oracle.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import stamped
 from gyroctl.waves.checks import seed_number
 from gyroctl.waves.estimation import predictor as below
 from gyroctl.waves.estimation.moment_model import Array
@@ -82,37 +82,29 @@ class Probe(NamedTuple):
         )
 
 
-def _foresee(stamp: str) -> Any:
-    def foresee(
-        predictor: Predictor, probe: Probe, state: PredictorState, sample: int, out: NDArray[np.float64]
-    ) -> None:
-        """Write the moments (2, n) at 1 .. n steps after `sample`, n up to the horizon. [Nm]
+@stamped(SOURCES)
+def foresee(predictor: Predictor, probe: Probe, state: PredictorState, sample: int, out: NDArray[np.float64]) -> None:
+    """Write the moments (2, n) at 1 .. n steps after `sample`, n up to the horizon. [Nm]
 
-        Samples are to be asked for in their order; one that was left out is caught up with. `state` is a state of
-        `predictor` that sees nothing but this probe; `state.now` holds the moments at the sample as told. Beyond the
-        end of the record the moments are zero.
-        """
-        assert stamp
-        told, last = probe.told, probe.told.shape[1] - 1
-        reach = min(sample + probe.lead, last)
-        leads = out.shape[1]
-        if leads > probe.lead:
-            while state.samples[0] <= reach:
-                at = state.samples[0]
-                observe(predictor, state, told[0, at], told[1, at])
-            predict(predictor, state, state.coming)
-        for i in range(2):
-            for lead in range(leads):
-                ahead = sample + lead + 1
-                if ahead <= reach:
-                    out[i, lead] = told[i, ahead]
-                elif lead < probe.lead or ahead - reach > predictor.horizon:
-                    out[i, lead] = 0.0
-                else:
-                    out[i, lead] = state.coming[i, ahead - reach - 1]
-            state.now[i] = told[i, min(sample, last)]
-
-    return entry_point(foresee)
-
-
-foresee = _foresee(source_stamp(SOURCES))
+    Samples are to be asked for in their order; one that was left out is caught up with. `state` is a state of
+    `predictor` that sees nothing but this probe; `state.now` holds the moments at the sample as told. Beyond the
+    end of the record the moments are zero.
+    """
+    told, last = probe.told, probe.told.shape[1] - 1
+    reach = min(sample + probe.lead, last)
+    leads = out.shape[1]
+    if leads > probe.lead:
+        while state.samples[0] <= reach:
+            at = state.samples[0]
+            observe(predictor, state, told[0, at], told[1, at])
+        predict(predictor, state, state.coming)
+    for i in range(2):
+        for lead in range(leads):
+            ahead = sample + lead + 1
+            if ahead <= reach:
+                out[i, lead] = told[i, ahead]
+            elif lead < probe.lead or ahead - reach > predictor.horizon:
+                out[i, lead] = 0.0
+            else:
+                out[i, lead] = state.coming[i, ahead - reach - 1]
+        state.now[i] = told[i, min(sample, last)]
