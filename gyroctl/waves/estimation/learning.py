@@ -168,14 +168,9 @@ def learn(learner: Learner, state: LearnerState) -> None:
     """Take one step of the fit and factorise anew."""
     bins = learner.omega.size
     spared = (bins + SPARED - 1) // SPARED
-    fit = Fit(
-        np.zeros(learner.steering.shape),
-        np.zeros(bins),
-        np.zeros(bins),
-        np.zeros((bins, 3)),
-        np.zeros((2, spared, spared)),
-        np.zeros((3, 4)),
-    )
+    overlap, system = np.zeros((2, spared, spared)), np.zeros((3, 4))
+    solved, slopes = np.zeros(learner.steering.shape), np.zeros((bins, 3))
+    fit = Fit(solved, np.zeros(bins), np.zeros(bins), slopes, overlap, system)
     factorise(learner, state, learner.doubt)
     whiten(learner, state, fit)
     compare(learner, state, fit)

@@ -32,7 +32,7 @@ from gyroctl.plant.equations import (
     Coefficients,
     derivative,
 )
-from gyroctl.plant.kernel import slip_rate, steps_for
+from gyroctl.plant.kernel import rows, slip_rate, steps_for
 from gyroctl.plant.plant import Plant
 from gyroctl.waves.estimation.moment_model import Array, FloatModel, Gains, float_model, stationary_gains
 from gyroctl.waves.spectrum import SeaState
@@ -119,17 +119,16 @@ class MomentEstimator(NamedTuple):
 
     def init(self) -> EstimatorState:
         """Return a fresh state; the first sample fills it."""
-        n = RADIATION + len(self.k.q1) + len(self.k.q3)
-        rows = n + len(LEDGER)
+        n = rows(self.k) - len(LEDGER)
         return EstimatorState(
-            np.zeros(n),
-            np.zeros(2),
-            np.zeros(4),
-            np.diag(self.ring_noise),
-            np.zeros((self.delay + 1, 2)),
-            np.zeros(7),
-            np.zeros((6, rows)),
-            np.zeros(1),
+            x_hat=np.zeros(n),
+            me_hat=np.zeros(2),
+            wave=np.zeros(4),
+            ring=np.diag(self.ring_noise),
+            queue=np.zeros((self.delay + 1, 2)),
+            innovation=np.zeros(7),
+            work=np.zeros((6, rows(self.k))),
+            begun=np.zeros(1),
         )
 
 
@@ -161,12 +160,8 @@ def gains_of(
 def _checked(sensor_noise: tuple[float, ...]) -> Array:
     noise: Array = np.asarray(sensor_noise, np.float64)
     if noise.shape != (7,) or not np.all(np.isfinite(noise)) or np.any(noise < 0.0):
-        raise InputError(
-            "estimator.sensor_noise",
-            sensor_noise,
-            "must be seven numbers, none negative",
-            "Give standard deviations of psi, psi', omega', phi1, phi3, phi1', phi3'",
-        )
+        mend = "Give standard deviations of psi, psi', omega', phi1, phi3, phi1', phi3'"
+        raise InputError("estimator.sensor_noise", sensor_noise, "must be seven numbers, none negative", mend)
     return noise
 
 

@@ -20,7 +20,7 @@ from gyroctl.plant.compiled import stamped
 from gyroctl.plant.plant import Plant
 from gyroctl.waves import spectrum
 from gyroctl.waves.estimation import learning, sea_shape
-from gyroctl.waves.estimation.gaussian import Bins, bins, kernels, steering
+from gyroctl.waves.estimation.gaussian import Bins, bins, kernels, responses, steering
 from gyroctl.waves.estimation.learning import Learner, LearnerState, correlate, learn
 from gyroctl.waves.estimation.moment_model import Array, FloatModel, float_model, noise_covariance, transfer
 from gyroctl.waves.estimation.observer import MomentEstimator
@@ -96,57 +96,50 @@ class Predictor(NamedTuple):
                 raise InputError(f"predictor.{name}", value, "must be positive", f"Give {name} as a number")
         for name, value in (("past", past), ("horizon", horizon)):
             if round(value / step) < 1:
-                raise InputError(
-                    f"predictor.{name}", value, f"is shorter than the step of {step} s", "Give some seconds"
-                )
+                problem = f"is shorter than the step of {step} s"
+                raise InputError(f"predictor.{name}", value, problem, "Give some seconds")
         sea, grid = sea or GENERIC, grid or bins()
         ages = np.array([a for a in range(round(past / step) + 1) if _looked_at(a, step)], np.int64)
         count, leads = int(ages[-1]) + 1, round(horizon / step)
         noise: Array = np.zeros((2, 2, count))
-        response = None
+        through = None
         if estimator is not None:
             if not math.isclose(estimator.period, step):
-                raise InputError(
-                    "predictor.step",
-                    step,
-                    f"differs from the estimator's period {estimator.period}",
-                    "Give both the same",
-                )
+                problem = f"differs from the estimator's period {estimator.period}"
+                raise InputError("predictor.step", step, problem, "Give both the same")
             model, transition = _closed(plant, estimator)
-            response = transfer(model, transition, estimator.gain, grid.omega, step)
+            through = transfer(model, transition, estimator.gain, grid.omega, step)
             noise = noise_covariance(model, transition, estimator.gain, estimator.float_noise, count)
         noise[0, 0, 0] += floor**2
         noise[1, 1, 0] += floor**2
-        table = kernels(plant, sea.heading, grid, step, count, leads, response, noise)
+        response = responses(plant, sea.heading, grid, through)
+        table = kernels(response, step, count, leads, noise)
         learner = Learner(
-            ages,
-            table.seen,
-            table.ahead,
-            table.noise,
-            steering(plant, sea.heading, grid, step, ages, response),
-            grid.omega,
-            grid.width,
-            sea.spectrum(grid.omega),
-            np.array(shape_of(sea)),
-            0 if forgetting is None else max(round(every / step), 1),
-            0.0 if forgetting is None else math.exp(-step / forgetting),
-            past / step,
-            float(doubt) ** 2,
+            ages=ages,
+            **table._asdict(),
+            steering=steering(response, step, ages),
+            omega=grid.omega,
+            width=grid.width,
+            prior=sea.spectrum(grid.omega),
+            shape=np.array(shape_of(sea)),
+            every=0 if forgetting is None else max(round(every / step), 1),
+            fade=0.0 if forgetting is None else math.exp(-step / forgetting),
+            window=past / step,
+            doubt=float(doubt) ** 2,
         )
         return cls(float(step), leads, learner)
 
     def init(self) -> PredictorState:
         """Return a fresh state that knows the prior only."""
-        learner = self.learner
-        values, count = learner.steering.shape[0], learner.seen.shape[1]
+        values, past = self.learner.steering.shape[0], self.learner.seen.shape[1]
         return PredictorState(
-            np.zeros((count, 2)),
-            np.zeros(1, np.int64),
-            np.zeros(values),
-            np.zeros(values),
-            np.zeros((2, self.horizon)),
-            np.zeros(2),
-            learner.init(),
+            history=np.zeros((past, 2)),
+            samples=np.zeros(1, np.int64),
+            values=np.zeros(values),
+            weights=np.zeros(values),
+            coming=np.zeros((2, self.horizon)),
+            now=np.zeros(2),
+            memory=self.learner.init(),
         )
 
 
@@ -170,17 +163,18 @@ def forecast(predictor: Predictor, state: PredictorState, seconds: float) -> Arr
     InputError
         Where `seconds` is beyond the horizon of the design.
     """
-    count = round(seconds / predictor.step) if math.isfinite(seconds) else -1
-    if not 1 <= count <= predictor.horizon:
-        raise InputError(
-            "forecast.seconds",
-            seconds,
-            f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s",
-            "Ask for less or design the predictor with a longer horizon",
-        )
-    out = np.empty((2, count))
+    out = np.empty((2, steps_ahead(predictor, "forecast.seconds", seconds)))
     predict(predictor, state, out)
     return out
+
+
+def steps_ahead(predictor: Predictor, field: str, seconds: float) -> int:
+    """Return the steps in `seconds`, or refuse what is outside the horizon as an `InputError` of `field`."""
+    count = round(seconds / predictor.step) if math.isfinite(seconds) else -1
+    if not 1 <= count <= predictor.horizon:
+        problem = f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s"
+        raise InputError(field, seconds, problem, "Ask for less or design the predictor with a longer horizon")
+    return count
 
 
 def _looked_at(age: int, step: float) -> bool:
@@ -228,9 +222,8 @@ def predict(predictor: Predictor, state: PredictorState, out: NDArray[np.float64
     known = 0
     while known < ages.size and ages[known] < count:
         known += 1
-    for i in range(2 * known):
-        w[i] = 0.0
     for i in range(2 * known):  # the values looked at
+        w[i] = 0.0
         v[i] = state.history[(count - 1 - ages[i // 2]) % length, i % 2]
     for i in range(2 * known):  # G^-1 = V^T V
         first, second = 0.0, 0.0

@@ -60,12 +60,8 @@ class Probe(NamedTuple):
         """
         every = round(predictor.step / dt) if math.isfinite(dt) and dt > 0.0 else 0
         if every < 1 or not math.isclose(every * dt, predictor.step, rel_tol=1e-9):
-            raise InputError(
-                "probe.dt",
-                dt,
-                f"does not divide the predictor's step of {predictor.step:g} s",
-                "Realise the waves with another dt",
-            )
+            problem = f"does not divide the predictor's step of {predictor.step:g} s"
+            raise InputError("probe.dt", dt, problem, "Realise the waves with another dt")
         if moments.ndim != 2 or moments.shape[0] != 2:
             raise InputError("probe.moments", moments.shape, "must be of shape (2, n)", "Give waves.moments")
         if math.isnan(lead) or lead < 0.0:
@@ -77,9 +73,8 @@ class Probe(NamedTuple):
             source = np.random.SeedSequence(seed_number(seed), spawn_key=(PROBE_DOMAIN,))
             error = np.random.Generator(np.random.PCG64(source)).standard_normal(told.shape)
             told = told + noise * np.std(told, axis=1, keepdims=True) * error
-        return cls(
-            told, predictor.horizon if math.isinf(lead) else min(round(lead / predictor.step), predictor.horizon)
-        )
+        steps = predictor.horizon if math.isinf(lead) else round(lead / predictor.step)
+        return cls(told, min(steps, predictor.horizon))
 
 
 @stamped(SOURCES)
