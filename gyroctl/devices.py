@@ -68,14 +68,9 @@ def zhang2017(
     phase = choices.pop("excitation_phase")
     if isinstance(radiation, str):
         if radiation not in table.fits:
-            raise InputError(
-                "plant.radiation",
-                radiation,
-                "unknown radiation fit",
-                f"Choose one of {', '.join(table.fits)}, or give a pair of Radiation",
-            )
-        first, third = (Radiation(tuple(p), tuple(q)) for p, q in table.fits[radiation])
-        radiation = (first, third)
+            mend = f"Choose one of {', '.join(table.fits)}, or give a pair of Radiation"
+            raise InputError("plant.radiation", radiation, "unknown radiation fit", mend)
+        radiation = tuple(Radiation(tuple(p), tuple(q)) for p, q in table.fits[radiation])
     if phase not in ("complex", "magnitude"):
         raise InputError("plant.excitation_phase", phase, "unknown form", "Choose complex or magnitude")
     excitation = excitation_table(table, phase=phase)

@@ -346,7 +346,7 @@ def test_drifting_sea_has_its_own_identity(device: gy.Plant) -> None:
     assert len({prepare(device, sea).sha256(100000) for sea in seas_}) == 4
     whole, part = (realise(device, DriftingSea(), 100000, duration) for duration in (2000.0, 400.0))
     np.testing.assert_allclose(part.elevation, whole.elevation[: part.elevation.size], atol=1e-12)
-    batch = gy.waves.moments_batch(device, DriftingSea(), [100001, 100000], 400.0)
+    batch = prepare(device, DriftingSea(), 400.0).moments_batch([100001, 100000])
     np.testing.assert_array_equal(batch[1], part.moments)
     with pytest.raises(gy.InputError, match="too short"):
         DriftingSea(over=300.0)

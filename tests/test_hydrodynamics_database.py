@@ -1,4 +1,4 @@
-"""The shipped database, its light reader, and the refusal of files of another layout."""
+"""The shipped database, its reader, and the refusal of files of another layout."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ import pytest
 import xarray as xr
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics import Hydrodynamics, load, netcdf_classic, save, shipped
+from gyroctl.hydrodynamics import Hydrodynamics, load, save, shipped
 from gyroctl.hydrodynamics.capytaine_layout import to_dataset
-from gyroctl.hydrodynamics.database import SHIPPED
+from gyroctl.hydrodynamics.database import SHIPPED, read_classic
 from gyroctl.hydrodynamics.geometry import Geometry, statics
 from gyroctl.hydrodynamics.mesh import lid
 
@@ -79,16 +79,16 @@ def test_moments_are_joined_continuously_at_12_rad_s() -> None:
 
 
 def test_reader_agrees_with_xarray_on_every_variable() -> None:
-    contents = netcdf_classic.read(SHIPPED)
+    variables, attributes = read_classic(SHIPPED)
     with xr.open_dataset(SHIPPED, engine="scipy") as dataset:
-        assert set(contents.variables) == set(map(str, dataset.variables))
+        assert set(variables) == set(map(str, dataset.variables))
         for name, variable in dataset.variables.items():
-            ours = contents.variables[str(name)]
+            ours = variables[str(name)]
             assert ours.dimensions == variable.dims
             theirs = variable.values
             assert np.array_equal(ours.values, theirs.astype(str) if theirs.dtype.kind in "SO" else theirs)
-        assert contents.attributes.keys() == dataset.attrs.keys()
-        assert contents.attributes == dataset.attrs
+        assert attributes.keys() == dataset.attrs.keys()
+        assert attributes == dataset.attrs
 
 
 def test_saving_and_loading_keeps_every_bit(tmp_path: Path) -> None:
@@ -124,7 +124,7 @@ def test_shipped_data_and_fits_load_without_heavy_libraries() -> None:
         "print(sorted({m.split('.')[0] for m in sys.modules}))"
     )
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    for heavy in ("scipy", "xarray", "h5netcdf", "h5py", "capytaine", "cvxpy", "pandas"):
+    for heavy in ("xarray", "h5netcdf", "h5py", "capytaine", "cvxpy", "pandas"):
         assert f"'{heavy}'" not in shown
 
 
@@ -154,6 +154,30 @@ def test_truncated_file_is_refused(tmp_path: Path) -> None:
     path.write_bytes(SHIPPED.read_bytes()[:3000])
     with pytest.raises(InputError, match="not a readable"):
         load(path)
+
+
+@pytest.mark.parametrize("at", range(4, 2004, 50))
+def test_damaged_header_is_refused_or_harmless(tmp_path: Path, at: int) -> None:
+    path = tmp_path / "damaged.nc"
+    content = bytearray(SHIPPED.read_bytes())
+    content[at : at + 4] = b"\xff\xff\xff\xff"
+    path.write_bytes(content)
+    try:
+        load(path)
+    except InputError as refusal:
+        assert "damaged.nc" in str(refusal)
+
+
+def test_unlimited_dimension_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "records.nc"
+    xr.Dataset({"values": ("omega", [1.0, 2.0])}).to_netcdf(path, engine="scipy", unlimited_dims=["omega"])
+    with pytest.raises(InputError, match="unlimited dimension"):
+        load(path)
+
+
+def test_fit_without_its_denominator_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="fit_fine_q"):
+        load(written(layout(shipped()).drop_vars("fit_fine_q"), tmp_path / "x.nc"))
 
 
 @pytest.mark.parametrize("name", ["added_mass", "radiation_damping", "excitation_force"])

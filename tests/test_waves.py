@@ -28,7 +28,6 @@ from gyroctl.waves import (
     SeaState,
     TabulatedSpectrum,
     WaveRealisation,
-    moments_batch,
     prepare,
     realise,
     regular_amplitude,
@@ -155,7 +154,7 @@ def test_beyond_the_base_period_the_sea_does_not_repeat() -> None:
 @settings(max_examples=10, deadline=None)
 @given(st.lists(st.integers(0, 2**64), min_size=1, max_size=5), st.sampled_from([20.0, 2000.0]))
 def test_batch_has_the_bits_of_single_runs(seeds: list[int], duration: float) -> None:
-    batch = moments_batch(PLANT, SEA, seeds, duration)
+    batch = prepare(PLANT, SEA, duration).moments_batch(seeds)
     for row, seed in zip(batch, seeds, strict=True):
         assert row.tobytes() == realise(PLANT, SEA, seed, duration).moments.tobytes()
 
@@ -175,7 +174,7 @@ def test_bits_do_not_depend_on_order_workers_or_reused_memory() -> None:
 
 @pytest.mark.parametrize("blend", [0.0, 33.33, 100.0])
 def test_blended_batch_has_the_bits_of_a_blended_run(blend: float) -> None:
-    batch = moments_batch(PLANT, SEA, [3, 4], 200.0, blend=blend)
+    batch = prepare(PLANT, SEA, 200.0).moments_batch([3, 4], blend)
     assert np.array_equal(batch[1], realise(PLANT, SEA, 4, 200.0).blended(blend).moments)
 
 
@@ -339,12 +338,12 @@ BAD_RUNS: list[tuple[str, Callable[[], object]]] = [
     ("run.duration", lambda: realise(PLANT, SEA, 1, duration=-5.0)),
     ("run.duration", lambda: realise(PLANT, SEA, 1, duration=100.02)),
     ("run.duration", lambda: realise(PLANT, SEA, 1, duration=50.0).blended(100.0)),
-    ("run.duration", lambda: moments_batch(PLANT, SEA, [1], 50.0, blend=100.0)),
+    ("run.duration", lambda: prepare(PLANT, SEA, 50.0).moments_batch([1], 100.0)),
     ("run.duration", lambda: realise(PLANT, RECORD, 1, duration=1000.05)),
     ("run.blend", lambda: realise(PLANT, SEA, 1, duration=50.0).blended(-1.0)),
     ("run.blend", lambda: realise(PLANT, SEA, 1, duration=50.0).blended(math.nan)),
     ("run.seeds", lambda: realise(PLANT, SEA, -1)),
-    ("run.seeds", lambda: moments_batch(PLANT, SEA, [1, 2.5], 50.0)),  # type: ignore[list-item]
+    ("run.seeds", lambda: prepare(PLANT, SEA, 50.0).moments_batch([1, 2.5])),  # type: ignore[list-item]
     ("sea", lambda: realise(PLANT, "sea", 1)),  # type: ignore[arg-type]
     ("sea.wp", lambda: realise(PLANT, SeaState(wp=0.1), 1)),
     ("sea.wp", lambda: realise(PLANT, SeaState(wp=9.0, gamma=1.0), 1)),
@@ -369,7 +368,7 @@ def test_blending_twice_is_refused(waves: WaveRealisation) -> None:
 
 def test_wrong_output_array_is_refused() -> None:
     with pytest.raises(ValueError, match="shape"):
-        moments_batch(PLANT, SEA, [1], 50.0, out=np.empty((2, 2, 1001)))
+        prepare(PLANT, SEA, 50.0).moments_batch([1], out=np.empty((2, 2, 1001)))
 
 
 @pytest.mark.parametrize("sea", [SEA, Regular(0.2, 3.0), Bichromatic((0.2, 0.1), (3.0, 3.3)), RECORD])

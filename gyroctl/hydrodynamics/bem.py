@@ -15,11 +15,11 @@ from contextlib import contextmanager
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
+from itertools import count
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics import mesh
@@ -27,10 +27,8 @@ from gyroctl.hydrodynamics.database import save
 from gyroctl.hydrodynamics.geometry import VARIANTS, Geometry, Statics, statics
 from gyroctl.hydrodynamics.joining import JOINT, SHALLOWEST, Table, joined
 from gyroctl.hydrodynamics.radiation import PAPER_FIT, fit_all
-from gyroctl.hydrodynamics.table import DOFS, Hydrodynamics, coupling
+from gyroctl.hydrodynamics.table import DOFS, Floats, Hydrodynamics, coupling, diagonal
 
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
 Progress = Callable[[int, int], None]
 
 #: 74 frequencies, closest where the device works. [rad/s]
@@ -108,13 +106,11 @@ def solve(
     if len(finite) and finite[-1] < omega[-1] and finite[-1] < JOINT:
         raise InputError("omega", omega[-1], f"the table must contain the joint at {JOINT:g} rad/s", "Add it")
     infinite = omega[omega >= JOINT] if shallow else omega
-    total, done = len(finite) + len(infinite), 0
+    total, done = len(finite) + len(infinite), count(1)
 
     def advance() -> None:
-        nonlocal done
-        done += 1
         if progress is not None:
-            progress(done, total)
+            progress(next(done), total)
 
     with _quiet():
         coarse, fine = (_body(cpt, geometry, rest, n) for n in panels)
@@ -123,11 +119,10 @@ def solve(
         deep_inf = _infinite_frequency(cpt, fine, geometry) if len(deep.omega) else None
     raw = near if len(near.omega) else deep
     table, a_inf = joined(near, deep, deep_inf, geometry)
-    diagonal = np.diagonal(table.added_mass, axis1=1, axis2=2).T, np.diagonal(table.damping, axis1=1, axis2=2).T
     return Hydrodynamics(
         omega=table.omega,
-        added_mass=np.ascontiguousarray(diagonal[0]),
-        damping=np.ascontiguousarray(diagonal[1]),
+        added_mass=diagonal(table.added_mass),
+        damping=diagonal(table.damping),
         added_mass_inf=a_inf,
         excitation=np.ascontiguousarray(np.transpose(table.excitation, (2, 1, 0))),
         headings=np.asarray(headings, dtype=np.float64),
@@ -208,15 +203,14 @@ def _infinite_frequency(cpt: Any, body: Any, geometry: Geometry) -> Floats:
 
 def _provenance(geometry: Geometry, rest: Statics, panels: list[int], deep_inf: Floats | None) -> dict[str, Any]:
     """Return what was computed, with what, when."""
+    joined_at = f"infinite depth above {JOINT:g} rad/s, joined continuously; added mass from Kramers-Kronig "
+    finite = np.isfinite(geometry.depth)
     return {
         "title": "Hydrodynamics of the float of Zhang et al. (2017), Ocean Eng. 143, rebuilt from its geometry",
         "bem_solver": f"capytaine {version('capytaine')}, direct method, Fortran Prony decomposition",
         "created": datetime.now(UTC).strftime("%Y-%m-%d"),
         "wetted_panels": panels,
-        "depth_rule": f"infinite depth above {JOINT:g} rad/s, joined continuously; added mass from Kramers-Kronig "
-        f"where kh < {SHALLOWEST:g}"
-        if np.isfinite(geometry.depth)
-        else "infinite depth throughout",
+        "depth_rule": joined_at + f"where kh < {SHALLOWEST:g}" if finite else "infinite depth throughout",
         "geometry": {k: float(v) for k, v in asdict(geometry).items()},
         "float_centre_height_m": rest.height,
         "hinge_height_m": rest.hinge_height,

@@ -3,24 +3,31 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics import netcdf_classic
-from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf as kramers_kronig_inf
-from gyroctl.hydrodynamics.table import DOFS, LAYOUT, Coefficients, Complexes, Floats, Hydrodynamics, coupling
+from gyroctl.hydrodynamics.kramers_kronig import both_added_mass_inf
+from gyroctl.hydrodynamics.table import DOFS, LAYOUT, Complexes, Fits, Floats, Hydrodynamics, coupling, diagonal
 
 if TYPE_CHECKING:
     import xarray as xr
 
 
-def from_capytaine(
-    variables: Mapping[str, netcdf_classic.Variable], attributes: Mapping[str, Any], source: str
-) -> Hydrodynamics:
+class Variable(NamedTuple):
+    """One variable of a file: its dimensions and its values in native byte order."""
+
+    dimensions: tuple[str, ...]
+    values: NDArray[Any]
+
+
+Variables = Mapping[str, Variable]
+
+
+def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: str) -> Hydrodynamics:
     """Build the dataclass from variables named and shaped as in Capytaine's files.
 
     Parameters
@@ -45,30 +52,26 @@ def from_capytaine(
     def get(name: str, *dims: str) -> NDArray[Any]:
         if name not in variables:
             raise InputError(f"{source}: {name}", "missing", "the file has no such variable", LAYOUT)
-        variable = variables[name]
-        extra = [d for d in variable.dimensions if d not in dims]
-        keep = variable.values
-        for d in extra:  # Capytaine keeps dimensions such as water_depth when several were solved
-            axis = [*variable.dimensions].index(d)
-            if variable.values.shape[axis] != 1:
-                raise InputError(
-                    f"{source}: {name}", d, "has a dimension with several values", f"Select one value of {d} first"
-                )
-        left = [d for d in variable.dimensions if d in dims]
-        keep = keep.reshape([s for d, s in zip(variable.dimensions, keep.shape, strict=True) if d in dims])
+        own, values = variables[name]
+        for d, size in zip(own, values.shape, strict=True):
+            if d not in dims and size != 1:  # Capytaine keeps dimensions such as water_depth when several were solved
+                problem = "has a dimension with several values"
+                raise InputError(f"{source}: {name}", d, problem, f"Select one value of {d} first")
+        left = [d for d in own if d in dims]
         if set(left) != set(dims):
-            raise InputError(f"{source}: {name}", variable.dimensions, f"must have the dimensions {dims}", LAYOUT)
-        return np.transpose(keep, [left.index(d) for d in dims])
+            raise InputError(f"{source}: {name}", own, f"must have the dimensions {dims}", LAYOUT)
+        kept = values.reshape([size for d, size in zip(own, values.shape, strict=True) if d in dims])
+        return np.transpose(kept, [left.index(d) for d in dims])
 
     def scalar(name: str, default: float) -> float:
         return float(np.ravel(variables[name].values)[0]) if name in variables else default
 
-    def pick(dimension: str) -> list[int]:
+    def pick(dimension: str, wanted: Sequence[str] = DOFS) -> list[int]:
         labels = [str(v) for v in get(dimension, dimension)]
-        missing = [d for d in DOFS if d not in labels]
+        missing = [label for label in wanted if label not in labels]
         if missing:
             raise InputError(f"{source}: {dimension}", labels, f"lacks {' and '.join(missing)}", LAYOUT)
-        return [labels.index(d) for d in DOFS]
+        return [labels.index(label) for label in wanted]
 
     every = np.asarray(get("omega", "omega"), dtype=np.float64)
     order = np.argsort(every)
@@ -77,15 +80,14 @@ def from_capytaine(
 
     def matrix(name: str) -> Floats:
         full = np.asarray(get(name, "omega", "influenced_dof", "radiating_dof"), dtype=np.float64)
-        return full[:, rows, :][:, :, columns]
+        return full[order][:, rows, :][:, :, columns]
 
-    added, damping = matrix("added_mass"), matrix("radiation_damping")
-    omega = every[order]
+    added, damping, omega = matrix("added_mass"), matrix("radiation_damping"), every[order]
     if "added_mass_inf" in variables:
         infinite = np.asarray(get("added_mass_inf", "influenced_dof"), dtype=np.float64)[rows]
     else:
-        infinite = np.array([kramers_kronig_inf(omega, added[order, j, j], damping[order, j, j])[0] for j in range(2)])
-    force = _excitation(variables, get)[:, :, rows]
+        infinite = both_added_mass_inf(omega, added, damping)
+    force = _excitation(variables, get, pick)[:, :, rows]
     direction = np.asarray(get("wave_direction", "wave_direction"), dtype=np.float64)
     headings = np.asarray(np.round(np.rad2deg(direction), 9), dtype=np.float64)
     turn = np.argsort(headings)[: len(headings) - int(np.isclose(np.ptp(headings), 360.0))]  # 360 repeats 0
@@ -94,8 +96,8 @@ def from_capytaine(
         stiffness = float(get("hydrostatic_stiffness", "influenced_dof", "radiating_dof")[rows[1], columns[1]])
     return Hydrodynamics(
         omega=omega,
-        added_mass=_diagonal(added[order]),
-        damping=_diagonal(damping[order]),
+        added_mass=diagonal(added),
+        damping=diagonal(damping),
         added_mass_inf=infinite,
         # Capytaine writes exp(-i w t); everything here is exp(+i w t)
         excitation=np.ascontiguousarray(np.conj(np.transpose(force[order][:, turn], (2, 1, 0)))),
@@ -104,18 +106,13 @@ def from_capytaine(
         depth=scalar("water_depth", float("inf")),
         rho=scalar("rho", 1000.0),
         g=scalar("g", 9.81),
-        coupling=max(scalar("coupling", 0.0), coupling(added[order], damping[order])),
-        fits=_fits(variables, rows),
+        coupling=max(scalar("coupling", 0.0), coupling(added, damping)),
+        fits=_fits(variables, get, rows),
         provenance=dict(attributes),
     )
 
 
-def _diagonal(matrices: Floats) -> Floats:
-    """(n, 2, 2) to (2, n)."""
-    return np.ascontiguousarray(np.diagonal(matrices, axis1=1, axis2=2).T)
-
-
-def _excitation(variables: Mapping[str, netcdf_classic.Variable], get: Any) -> Complexes:
+def _excitation(variables: Variables, get: Any, pick: Any) -> Complexes:
     """Excitation as complex (omega, wave_direction, influenced_dof), stored as such or as real and imaginary parts."""
     names = ["excitation_force"]
     if "excitation_force" not in variables and "diffraction_force" in variables:
@@ -124,22 +121,19 @@ def _excitation(variables: Mapping[str, netcdf_classic.Variable], get: Any) -> C
     total: Any = 0.0
     for name in names:
         if name in variables and "complex" in variables[name].dimensions:
-            labels = [str(v) for v in get("complex", "complex")]
-            parts = get(name, "complex", *dims)
-            total = total + parts[labels.index("re")] + 1j * parts[labels.index("im")]
+            real, imaginary = get(name, "complex", *dims)[pick("complex", ("re", "im"))]
+            total = total + real + 1j * imaginary
         else:
             total = total + get(name, *dims)
     return np.asarray(total, dtype=np.complex128)
 
 
-def _fits(
-    variables: Mapping[str, netcdf_classic.Variable], rows: list[int]
-) -> dict[str, tuple[Coefficients, Coefficients]]:
+def _fits(variables: Variables, get: Any, rows: list[int]) -> Fits:
     """Radiation fits kept as fit_NAME_p and fit_NAME_q, (influenced_dof, coefficient)."""
-    found: dict[str, tuple[Coefficients, Coefficients]] = {}
+    found: Fits = {}
     for key in variables:
         if key.startswith("fit_") and key.endswith("_p"):
-            p, q = variables[key].values, variables[key[:-1] + "q"].values
+            p, q = (get(name, "influenced_dof", f"{name}_index") for name in (key, f"{key[:-1]}q"))
             found[key[4:-2]] = ((p[rows[0]], q[rows[0]]), (p[rows[1]], q[rows[1]]))
     return found
 
@@ -148,34 +142,28 @@ def to_dataset(hydro: Hydrodynamics) -> xr.Dataset:
     """Return the database as a dataset in Capytaine's layout, complex values as real and imaginary parts."""
     import xarray as xr
 
-    def diagonal(values: Floats) -> Floats:
+    def square(values: Floats) -> Floats:
         out = np.zeros((values.shape[1], 2, 2))
         out[:, 0, 0], out[:, 1, 1] = values
         return out
 
     force = np.conj(np.transpose(hydro.excitation, (2, 1, 0)))
-    square = ("omega", "influenced_dof", "radiating_dof")
-    stiffness = np.diag([0.0, hydro.stiffness])
+    pair, stiffness = ("influenced_dof", "radiating_dof"), np.diag([0.0, hydro.stiffness])
+    waves = ("complex", "omega", "wave_direction", "influenced_dof")
+    moment = {"units": "Nm/m", "long_name": "wave moment about the hinge, time factor exp(-i w t)"}
+    buoyancy = {"units": "Nm/rad", "long_name": "buoyancy only, without the gravity term"}
     data: dict[str, Any] = {
-        "added_mass": (square, diagonal(hydro.added_mass), {"units": "kg m^2"}),
-        "radiation_damping": (square, diagonal(hydro.damping), {"units": "Nms/rad"}),
-        "excitation_force": (
-            ("complex", "omega", "wave_direction", "influenced_dof"),
-            np.stack([force.real, force.imag]),
-            {"units": "Nm/m", "long_name": "wave moment about the hinge, time factor exp(-i w t)"},
-        ),
+        "added_mass": (("omega", *pair), square(hydro.added_mass), {"units": "kg m^2"}),
+        "radiation_damping": (("omega", *pair), square(hydro.damping), {"units": "Nms/rad"}),
+        "excitation_force": (waves, np.stack([force.real, force.imag]), moment),
         "added_mass_inf": ("influenced_dof", hydro.added_mass_inf, {"units": "kg m^2"}),
-        "hydrostatic_stiffness": (
-            ("influenced_dof", "radiating_dof"),
-            stiffness,
-            {"units": "Nm/rad", "long_name": "buoyancy only, without the gravity term"},
-        ),
+        "hydrostatic_stiffness": (pair, stiffness, buoyancy),
         "coupling": ((), hydro.coupling, {"units": "1"}),
     }
-    for name, pair in hydro.fits.items():
-        for k, letter in enumerate("pq"):
-            values = np.stack([pair[0][k], pair[1][k]])
-            data[f"fit_{name}_{letter}"] = (("influenced_dof", f"fit_{name}_{letter}_index"), values)
+    for name, fits in hydro.fits.items():
+        for letter, coefficients in zip("pq", zip(*fits, strict=True), strict=True):
+            key = f"fit_{name}_{letter}"
+            data[key] = (("influenced_dof", f"{key}_index"), np.stack(coefficients))
     coords: dict[str, Any] = {
         "omega": ("omega", hydro.omega, {"units": "rad/s"}),
         "wave_direction": ("wave_direction", np.deg2rad(hydro.headings), {"units": "rad"}),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,11 +12,10 @@ from gyroctl.hydrodynamics.database import load, shipped
 from gyroctl.hydrodynamics.haskind import haskind_error
 from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf
 from gyroctl.hydrodynamics.radiation import assess
-from gyroctl.hydrodynamics.table import Hydrodynamics
+from gyroctl.hydrodynamics.table import DOFS, Hydrodynamics
 
 #: k3, Jh1 and Jh3 of Table 1 of the paper. [Nm/rad], [kg m^2], [kg m^2]
 TABLE_1 = {"k3": 2945.0, "Jh1": 14.39, "Jh3": 32.16}
-_ROTATIONS = ("phi1", "phi3")
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,11 @@ class Row:
         """Whether the check holds."""
         return bool(abs(self.value - self.reference) <= self.tolerance)
 
+    def __str__(self) -> str:
+        """Line of the table."""
+        numbers = f"{self.value:12.5g} {self.reference:12.5g} {self.tolerance:10.3g}"
+        return f"{self.name:34} {numbers}  {'ok ' if self.ok else 'NO '} {self.unit:8} {self.note}"
+
 
 @dataclass(frozen=True)
 class Report:
@@ -49,13 +54,8 @@ class Report:
 
     def __str__(self) -> str:
         """Plain table."""
-        lines = [f"{'check':34} {'value':>12} {'reference':>12} {'tolerance':>10}      {'unit':8} note"]
-        lines += [
-            f"{r.name:34} {r.value:12.5g} {r.reference:12.5g} {r.tolerance:10.3g}  {'ok ' if r.ok else 'NO '} "
-            f"{r.unit:8} {r.note}"
-            for r in self.rows
-        ]
-        return "\n".join(lines)
+        head = f"{'check':34} {'value':>12} {'reference':>12} {'tolerance':>10}      {'unit':8} note"
+        return "\n".join([head, *map(str, self.rows)])
 
 
 def check(source: Hydrodynamics | Path | str | None = None) -> Report:
@@ -81,46 +81,31 @@ def check(source: Hydrodynamics | Path | str | None = None) -> Report:
     return Report((*_table_1(hydro), *_consistency(hydro), *_fits(hydro)))
 
 
-def _table_1(hydro: Hydrodynamics) -> list[Row]:
+def _table_1(hydro: Hydrodynamics) -> Iterator[Row]:
     values = {"k3": hydro.stiffness, "Jh1": hydro.added_mass_inf[0], "Jh3": hydro.added_mass_inf[1]}
-    units = {"k3": "Nm/rad", "Jh1": "kg m^2", "Jh3": "kg m^2"}
-    return [
-        Row(name, float(values[name]), target, 0.01 * target, units[name], "Table 1 of the paper, within 1 %")
-        for name, target in TABLE_1.items()
-    ]
+    for name, target in TABLE_1.items():
+        unit = "Nm/rad" if name == "k3" else "kg m^2"
+        yield Row(name, float(values[name]), target, 0.01 * target, unit, "Table 1 of the paper, within 1 %")
 
 
-def _consistency(hydro: Hydrodynamics) -> list[Row]:
-    rows = []
+def _consistency(hydro: Hydrodynamics) -> Iterator[Row]:
     error = haskind_error(hydro)
-    for j, name in enumerate(_ROTATIONS):
-        if error is not None:
-            rows.append(
-                Row(f"Haskind {name}", float(error[j]), 0.0, 0.02, "1", "damping against excitation, largest departure")
-            )
-    for j, name in enumerate(_ROTATIONS):
+    if error is not None:
+        for name, value in zip(DOFS, error, strict=True):
+            note = "damping against excitation, largest departure"
+            yield Row(f"Haskind {name}", float(value), 0.0, 0.02, "1", note)
+    for j, name in enumerate(DOFS):
         estimate, spread = added_mass_inf(hydro.omega, hydro.added_mass[j], hydro.damping[j])
         stored = float(hydro.added_mass_inf[j])
-        rows.append(
-            Row(
-                f"Kramers-Kronig {name}",
-                estimate,
-                stored,
-                0.01 * stored,
-                "kg m^2",
-                "A_inf from the damping against the stored one",
-            )
-        )
-        rows.append(
-            Row(f"Kramers-Kronig constancy {name}", spread, 0.0, 0.01, "1", "departure of A_inf(w) over the band")
-        )
-    rows.append(Row("coupling of phi1 and phi3", hydro.coupling, 0.0, 1e-3, "1", "zero by symmetry"))
+        note = "A_inf from the damping against the stored one"
+        yield Row(f"Kramers-Kronig {name}", estimate, stored, 0.01 * stored, "kg m^2", note)
+        note = "departure of A_inf(w) over the band"
+        yield Row(f"Kramers-Kronig constancy {name}", spread, 0.0, 0.01, "1", note)
+    yield Row("coupling of phi1 and phi3", hydro.coupling, 0.0, 1e-3, "1", "zero by symmetry")
     mirror = _mirror(hydro)
     if mirror is not None:
-        rows.append(
-            Row("mirrored headings", mirror, 0.0, 1e-3, "1", "He1 odd and He3 even under heading -> 180 - heading")
-        )
-    return rows
+        note = "He1 odd and He3 even under heading -> 180 - heading"
+        yield Row("mirrored headings", mirror, 0.0, 1e-3, "1", note)
 
 
 def _mirror(hydro: Hydrodynamics) -> float | None:
@@ -135,34 +120,16 @@ def _mirror(hydro: Hydrodynamics) -> float | None:
     return worst
 
 
-def _fits(hydro: Hydrodynamics) -> list[Row]:
-    rows = []
+def _fits(hydro: Hydrodynamics) -> Iterator[Row]:
     for name, pair in hydro.fits.items():
-        for j, rotation in enumerate(_ROTATIONS):
+        for j, rotation in enumerate(DOFS):
             fit = assess(hydro, j, *pair[j])
-            order = f"({len(fit.p) - 1},{len(fit.q)})"
-            faults = float(fit.passivity.crossings + (not fit.passivity.stable) + (not fit.passivity.passive))
-            rows.append(
-                Row(
-                    f"fit {name} {rotation} passive",
-                    faults,
-                    0.0,
-                    0.0,
-                    "1",
-                    f"{order}, Sturm and Routh in exact arithmetic; smallest Re H {fit.passivity.smallest:.3g} Nms, "
-                    f"rms {100.0 * fit.relative_rms:.2f} %",
-                )
-            )
+            found = fit.passivity
+            faults = float(found.crossings + (not found.stable) + (not found.passive))
+            note = f"({len(fit.p) - 1},{len(fit.q)}), Sturm and Routh in exact arithmetic; smallest Re H "
+            note += f"{found.smallest:.3g} Nms, rms {100.0 * fit.relative_rms:.2f} %"
+            yield Row(f"fit {name} {rotation} passive", faults, 0.0, 0.0, "1", note)
             if name == "accurate":
-                limit = max(0.1 * fit.damping_low_table, 0.05)
-                rows.append(
-                    Row(
-                        f"fit {name} {rotation} at 1.2 rad/s",
-                        fit.damping_low,
-                        fit.damping_low_table,
-                        limit,
-                        "Nms/rad",
-                        "damping against the table",
-                    )
-                )
-    return rows
+                value, table = fit.damping_low, fit.damping_low_table
+                title, limit = f"fit {name} {rotation} at 1.2 rad/s", max(0.1 * table, 0.05)
+                yield Row(title, value, table, limit, "Nms/rad", "damping against the table")

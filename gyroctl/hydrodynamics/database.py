@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics import netcdf_classic
-from gyroctl.hydrodynamics.capytaine_layout import from_capytaine, to_dataset
+from gyroctl.hydrodynamics.capytaine_layout import Variable, Variables, from_capytaine, to_dataset
 from gyroctl.hydrodynamics.table import LAYOUT, Hydrodynamics
+from gyroctl.writing import written_whole
 
 SHIPPED = Path(__file__).parent.parent / "data" / "hydrodynamics.nc"
 
@@ -27,7 +29,7 @@ def load(path: Path | str) -> Hydrodynamics:
     Parameters
     ----------
     path : Path or str
-        NetCDF classic (read without any further library) or NetCDF 4 (needs xarray with h5netcdf and h5py).
+        NetCDF classic or NetCDF 4.
 
     Returns
     -------
@@ -46,15 +48,49 @@ def load(path: Path | str) -> Hydrodynamics:
     with file.open("rb") as stream:
         magic = stream.read(4)
     if magic[:3] == b"CDF" and magic[3:] in (b"\x01", b"\x02"):
-        contents = netcdf_classic.read(file)
+        variables, attributes = read_classic(file)
     elif magic == b"\x89HDF":
-        contents = _read_netcdf4(file)
+        variables, attributes = _read_netcdf4(file)
     else:
         raise InputError("path", str(path), "is not a NetCDF file", LAYOUT)
-    return from_capytaine(contents.variables, contents.attributes, str(path))
+    return from_capytaine(variables, attributes, str(path))
 
 
-def _read_netcdf4(path: Path) -> netcdf_classic.Contents:
+def read_classic(path: Path) -> tuple[Variables, dict[str, Any]]:
+    """Return all variables and the global attributes of a NetCDF classic file; character arrays become arrays of str.
+
+    SciPy is what xarray would read it with, and comes without the second that importing xarray takes.
+
+    Raises
+    ------
+    InputError
+        When the file is damaged or has an unlimited dimension, which no table has.
+    """
+    from scipy.io import netcdf_file
+
+    try:
+        with netcdf_file(path, mmap=False) as file:
+            if None in file.dimensions.values():
+                raise ValueError("it has an unlimited dimension")
+            variables = {name: _variable(v.dimensions, v.data) for name, v in file.variables.items()}
+            attributes = {
+                name: value.decode() if isinstance(value, bytes) else np.asarray(value).tolist()
+                for name, value in file._attributes.items()
+            }
+    except (ArithmeticError, LookupError, MemoryError, OSError, TypeError, ValueError) as error:
+        problem = f"is not a readable NetCDF classic file ({error})"
+        raise InputError("path", str(path), problem, "Write it again with xarray or Capytaine") from error
+    return variables, attributes
+
+
+def _variable(dimensions: tuple[str, ...], values: NDArray[Any]) -> Variable:
+    if values.dtype.char != "c" or values.ndim == 0:
+        return Variable(dimensions, values.astype(values.dtype.newbyteorder("=")))
+    text = np.ascontiguousarray(values).view(f"S{values.shape[-1]}")[..., 0]
+    return Variable(dimensions[:-1], np.char.decode(text, "utf-8"))
+
+
+def _read_netcdf4(path: Path) -> tuple[Variables, dict[str, Any]]:
     """Read a NetCDF 4 file through xarray."""
     import xarray as xr
 
@@ -62,16 +98,12 @@ def _read_netcdf4(path: Path) -> netcdf_classic.Contents:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
             data = dataset.load()
     except ImportError as error:
-        raise InputError(
-            "path", str(path), "is a NetCDF 4 file and h5py is not installed", "Run: pip install h5py"
-        ) from error
+        problem = "is a NetCDF 4 file and h5py is not installed"
+        raise InputError("path", str(path), problem, "Run: pip install h5py") from error
     except (OSError, ValueError) as error:
         raise InputError("path", str(path), f"cannot be read as NetCDF 4 ({error})", LAYOUT) from error
-    variables = {
-        str(name): netcdf_classic.Variable(tuple(map(str, values.dims)), np.asarray(values.values))
-        for name, values in data.variables.items()
-    }
-    return netcdf_classic.Contents(variables, {str(k): v for k, v in data.attrs.items()})
+    found = {str(k): Variable(tuple(map(str, v.dims)), np.asarray(v.values)) for k, v in data.variables.items()}
+    return found, {str(k): v for k, v in data.attrs.items()}
 
 
 def save(hydro: Hydrodynamics, path: Path | str) -> Path:
@@ -89,11 +121,6 @@ def save(hydro: Hydrodynamics, path: Path | str) -> Path:
     Path
     """
     target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    partial = target.with_name(target.name + ".partial")
-    try:
-        to_dataset(hydro).to_netcdf(partial, engine="scipy", format="NETCDF3_64BIT")
-        partial.replace(target)
-    finally:
-        partial.unlink(missing_ok=True)
+    with written_whole(target) as part:
+        to_dataset(hydro).to_netcdf(part, engine="scipy", format="NETCDF3_64BIT")
     return target

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from gyroctl.hydrodynamics.table import Floats
 
 
 def wavenumber(omega: Floats, depth: float, g: float = 9.81) -> Floats:

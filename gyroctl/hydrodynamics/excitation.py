@@ -42,9 +42,8 @@ class ExcitationTable:
     def __post_init__(self) -> None:
         """Refuse an unknown phase."""
         if self.phase not in ("complex", "magnitude"):
-            raise InputError(
-                "excitation.phase", self.phase, "is neither 'complex' nor 'magnitude'", "Choose one of the two"
-            )
+            problem = "is neither 'complex' nor 'magnitude'"
+            raise InputError("excitation.phase", self.phase, problem, "Choose one of the two")
 
     @cached_property
     def sha256(self) -> str:
@@ -92,12 +91,9 @@ class ExcitationTable:
             raise InputError("sea.heading", heading, "is not a number", "Give the heading in degrees")
         turn = knots[0] + (heading - knots[0]) % 360.0  # the same direction, at or above the first knot
         if turn > knots[-1] + 1e-9:
-            raise InputError(
-                "sea.heading",
-                heading,
-                f"lies outside the tabulated headings {knots[0]:g} to {knots[-1]:g} deg",
-                "Choose a tabulated heading or build a database with more of them",
-            )
+            problem = f"lies outside the tabulated headings {knots[0]:g} to {knots[-1]:g} deg"
+            mend = "Choose a tabulated heading or build a database with more of them"
+            raise InputError("sea.heading", heading, problem, mend)
         at = np.array([min(turn, float(knots[-1]))])
         return np.asarray(spline(knots, np.swapaxes(values, 1, 2), at)[..., 0], dtype=np.complex128)
 

@@ -6,14 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf
-from gyroctl.hydrodynamics.table import Hydrodynamics, coupling
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from gyroctl.hydrodynamics.kramers_kronig import both_added_mass_inf
+from gyroctl.hydrodynamics.table import Complexes, Floats, Hydrodynamics, coupling, diagonal
 
 
 @dataclass(frozen=True)
@@ -49,13 +45,14 @@ def existing(path: Path) -> Path:
     return path
 
 
-def assembled(
-    matrices: dict[float, Floats],
-    forces: dict[tuple[float, float], Complexes],
-    infinite: Floats,
-    site: Site,
-    source: str,
-) -> Hydrodynamics:
+Matrices = dict[float, Floats]
+"""Added mass and damping (2, 2, 2) at each frequency. [rad/s]"""
+
+Forces = dict[tuple[float, float], Complexes]
+"""Moments (2,) at each frequency [rad/s] and heading [deg]."""
+
+
+def assembled(matrices: Matrices, forces: Forces, infinite: Floats, site: Site, source: str) -> Hydrodynamics:
     """Put rows in any order onto one frequency axis, which both kinds of results must share."""
     omega = np.array(sorted(matrices))
     headings = np.array(sorted({beta for _, beta in forces}))
@@ -69,21 +66,18 @@ def assembled(
     own = np.arange(2)
     complete = np.isfinite(table[:, :, own, own]).all() and np.isfinite(excitation).all()
     if not len(omega) or not len(headings) or not complete:
-        raise InputError(
-            source,
-            site.modes,
-            "lacks values of these modes at some frequency or heading",
-            "Compute radiation and excitation at the same frequencies, or set the two modes",
-        )
+        problem = "lacks values of these modes at some frequency or heading"
+        mend = "Compute radiation and excitation at the same frequencies, or set the two modes"
+        raise InputError(source, site.modes, problem, mend)
     table = np.nan_to_num(table)  # an absent coupling term is zero
     added, damping = table[:, 0], table[:, 1]
     at_infinity = np.diagonal(infinite)
     if not np.isfinite(at_infinity).all():
-        at_infinity = np.array([added_mass_inf(omega, added[:, j, j], damping[:, j, j])[0] for j in range(2)])
+        at_infinity = both_added_mass_inf(omega, added, damping)
     return Hydrodynamics(
         omega=omega,
-        added_mass=np.ascontiguousarray(added[:, own, own].T),
-        damping=np.ascontiguousarray(damping[:, own, own].T),
+        added_mass=diagonal(added),
+        damping=diagonal(damping),
         added_mass_inf=np.array(at_infinity),
         excitation=excitation,
         headings=headings,

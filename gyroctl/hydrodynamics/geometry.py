@@ -61,16 +61,11 @@ class Geometry:
             if not value > 0.0:
                 raise InputError(f"geometry.{name}", value, "must be positive", "Give it in SI units")
         if not self.cylinder >= 0.0:
-            raise InputError(
-                "geometry.cylinder", self.cylinder, "must not be negative", "Give it in metres, 0 for a sphere"
-            )
+            mend = "Give it in metres, 0 for a sphere"
+            raise InputError("geometry.cylinder", self.cylinder, "must not be negative", mend)
         if not abs(self.inclination) < 45.0:
-            raise InputError(
-                "geometry.inclination",
-                self.inclination,
-                "must lie between -45 and 45 deg",
-                "Give the angle of the lever below the horizontal in degrees",
-            )
+            mend = "Give the angle of the lever below the horizontal in degrees"
+            raise InputError("geometry.inclination", self.inclination, "must lie between -45 and 45 deg", mend)
 
     @property
     def axis(self) -> NDArray[np.float64]:
@@ -161,12 +156,8 @@ def statics(geometry: Geometry) -> Statics:
     extent = geometry.diameter / 2.0 + geometry.cylinder / 2.0 * abs(float(geometry.axis[2]))
     low, high = -0.999 * extent, 0.999 * extent
     if not excess(low) > 0.0 > excess(high):
-        raise InputError(
-            "geometry.moment",
-            geometry.moment,
-            "no draft of the float balances this moment of the masses",
-            "Lower the masses or enlarge the float",
-        )
+        problem = "no draft of the float balances this moment of the masses"
+        raise InputError("geometry.moment", geometry.moment, problem, "Lower the masses or enlarge the float")
     for _ in range(60):  # bisection: `excess` falls with the height
         middle = 0.5 * (low + high)
         low, high = (middle, high) if excess(middle) > 0.0 else (low, middle)

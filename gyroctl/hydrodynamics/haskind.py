@@ -8,12 +8,9 @@ Damping and excitation come from different boundary-value problems, so their agr
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.hydrodynamics.dispersion import group_velocity, wavenumber
-from gyroctl.hydrodynamics.table import Hydrodynamics
-
-Floats = NDArray[np.float64]
+from gyroctl.hydrodynamics.table import Floats, Hydrodynamics
 
 #: Errors are relative to the damping, or to this share of its largest value where it is smaller than that.
 _CARRIED = 0.2

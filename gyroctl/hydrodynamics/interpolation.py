@@ -39,9 +39,8 @@ def spline(x: NDArray[np.float64], y: NDArray[Any], at: NDArray[np.float64]) -> 
     t, hi = (at - x[i]) / h[i], h[i]
     left, right = slopes[..., i], slopes[..., i + 1]
     rise = chord[..., i]
-    return np.asarray(
-        y[..., i] + hi * t * (left + t * ((3.0 * rise - 2.0 * left - right) + t * (left + right - 2.0 * rise)))
-    )
+    bend = (3.0 * rise - 2.0 * left - right) + t * (left + right - 2.0 * rise)
+    return np.asarray(y[..., i] + hi * t * (left + t * bend))
 
 
 def _slopes(h: NDArray[np.float64], chord: NDArray[Any]) -> NDArray[Any]:
@@ -57,6 +56,5 @@ def _slopes(h: NDArray[np.float64], chord: NDArray[Any]) -> NDArray[Any]:
     matrix[0, 0] = matrix[-1, -1] = 1.0
     right[..., 0] = chord[..., 0] + (chord[..., 0] - chord[..., 1]) * h[0] / (h[0] + h[1])
     right[..., -1] = chord[..., -1] + (chord[..., -1] - chord[..., -2]) * h[-1] / (h[-1] + h[-2])
-    return np.moveaxis(
-        np.linalg.solve(matrix, np.moveaxis(right, -1, 0).reshape(n, -1)).reshape(n, *chord.shape[:-1]), 0, -1
-    )
+    columns = np.moveaxis(right, -1, 0)
+    return np.moveaxis(np.linalg.solve(matrix, columns.reshape(n, -1)).reshape(columns.shape), 0, -1)

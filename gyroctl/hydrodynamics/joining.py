@@ -5,14 +5,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.hydrodynamics.geometry import Geometry
-from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf, dispersion
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from gyroctl.hydrodynamics.kramers_kronig import both_added_mass_inf, dispersion
+from gyroctl.hydrodynamics.table import Complexes, Floats
 
 #: Finite depth up to here, infinite depth beyond. [rad/s]
 JOINT = 12.0
@@ -53,16 +50,13 @@ def joined(near: Table, deep: Table, deep_inf: Floats | None, geometry: Geometry
         The whole table and its added mass at infinite frequency. [kg m^2]
     """
     if not len(near.omega):
-        a_inf = [added_mass_inf(deep.omega, deep.added_mass[:, j, j], deep.damping[:, j, j])[0] for j in range(2)]
-        return deep, np.array(a_inf)
+        return deep, both_added_mass_inf(deep.omega, deep.added_mass, deep.damping)
     if len(deep.omega) < 2 or deep_inf is None:
-        a_inf = [added_mass_inf(near.omega, near.added_mass[:, j, j], near.damping[:, j, j])[0] for j in range(2)]
-        return near, np.array(a_inf)
+        return near, both_added_mass_inf(near.omega, near.added_mass, near.damping)
     omega = np.concatenate([near.omega, deep.omega[1:]])
-    diagonal = np.arange(2)
-    factor = near.damping[-1, diagonal, diagonal] / deep.damping[0, diagonal, diagonal]
-    damping = np.concatenate([near.damping, np.zeros((len(deep.omega) - 1, 2, 2))])
-    added = np.concatenate([near.added_mass, np.zeros((len(deep.omega) - 1, 2, 2))])
+    factor = np.diagonal(near.damping[-1]) / np.diagonal(deep.damping[0])
+    empty = np.zeros((len(deep.omega) - 1, 2, 2))
+    damping, added = np.concatenate([near.damping, empty]), np.concatenate([near.added_mass, empty])
     count = len(near.omega)
     fade = (deep.omega[0] / deep.omega[1:]) ** 2
     shallow = wavenumber(near.omega, geometry.depth, geometry.g) * geometry.depth < SHALLOWEST

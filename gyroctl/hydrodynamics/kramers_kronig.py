@@ -9,11 +9,10 @@ frequency gives its own estimate of A_inf. That they agree is a test of the whol
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.hydrodynamics.interpolation import spline
+from gyroctl.hydrodynamics.table import Floats
 
-Floats = NDArray[np.float64]
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(12)
 
 
@@ -80,3 +79,8 @@ def added_mass_inf(omega: Floats, added_mass: Floats, damping: Floats) -> tuple[
     chosen = estimates[carried] if np.any(carried) else estimates
     value = float(np.median(chosen))
     return value, float(np.max(np.abs(chosen - value)) / abs(value))
+
+
+def both_added_mass_inf(omega: Floats, added_mass: Floats, damping: Floats) -> Floats:
+    """Return the added mass of both rotations at infinite frequency, (2,), from matrices (n, 2, 2)."""
+    return np.array([added_mass_inf(omega, added_mass[:, j, j], damping[:, j, j])[0] for j in range(2)])

@@ -80,6 +80,5 @@ def lid(geometry: Geometry, height: float, around: int = 28, across: int = 7) ->
     rays = np.stack([np.cos(azimuth), np.sin(azimuth), 0.0 * azimuth], axis=-1)
     rays[[0, -1], 0] = 0.0
     rim = rays * _distance_along(geometry, height, rays)[:, None]
-    return _grid(
-        np.linspace(1.0, 0.0, across + 1)[:, None, None] * rim
-    )  # from the rim inwards: normals down, as on the hull
+    inwards = np.linspace(1.0, 0.0, across + 1)  # from the rim: normals down, as on the hull
+    return _grid(inwards[:, None, None] * rim)

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics.foreign import Complexes, Floats, Site, assembled, existing
-from gyroctl.hydrodynamics.table import Hydrodynamics
+from gyroctl.hydrodynamics.foreign import Forces, Matrices, Site, assembled, existing
+from gyroctl.hydrodynamics.table import Floats, Hydrodynamics
 
 
 def read_nemoh(path: Path | str, site: Site | None = None) -> Hydrodynamics:
@@ -39,13 +39,12 @@ def read_nemoh(path: Path | str, site: Site | None = None) -> Hydrodynamics:
     site = _nemoh_site(site or Site(), [folder / "Nemoh.cal", results.parent / "Nemoh.cal"])
     radiation = _zones(existing(results / "RadiationCoefficients.tec"))
     excitation = _zones(existing(results / "ExcitationForce.tec"))
-    matrices: dict[float, Floats] = {}
+    matrices: Matrices = {}
     order = [abs(m) for m in site.modes]
     for j, mode in enumerate(order):
         if not 1 <= mode <= len(radiation):
-            raise InputError(
-                str(results), site.modes, f"needs mode {mode}, the file has {len(radiation)}", "Set the two modes"
-            )
+            problem = f"needs mode {mode}, the file has {len(radiation)}"
+            raise InputError(str(results), site.modes, problem, "Set the two modes")
         for row in radiation[mode - 1][1]:
             entry = matrices.setdefault(float(row[0]), np.full((2, 2, 2), np.nan))
             for i, other in enumerate(order):
@@ -53,7 +52,7 @@ def read_nemoh(path: Path | str, site: Site | None = None) -> Hydrodynamics:
                 entry[:, i, j] = sign * _columns(row, other, results)
     largest = max((float(np.max(np.abs(zone[:, 2::2]))) for _, zone in excitation), default=0.0)
     unit = 1.0 if largest <= np.pi + 1e-3 else np.pi / 180.0
-    forces: dict[tuple[float, float], Complexes] = {}
+    forces: Forces = {}
     for title, zone in excitation:
         found = re.search(r"beta\s*=\s*([-+.\deE]+)", title)
         if found is None:
@@ -83,12 +82,8 @@ def _zones(path: Path) -> list[tuple[str, Floats]]:
             zones[-1][1].append(row)
     widths = {len(row) for _, rows in zones for row in rows}
     if not zones or len(widths) != 1 or widths.pop() % 2 == 0:
-        raise InputError(
-            "path",
-            str(path),
-            "is not made of zones of one frequency and pairs of values",
-            "Use the files of NEMOH's postProc",
-        )
+        problem = "is not made of zones of one frequency and pairs of values"
+        raise InputError("path", str(path), problem, "Use the files of NEMOH's postProc")
     return [(title, np.array(rows)) for title, rows in zones]
 
 
@@ -111,8 +106,7 @@ def _nemoh_site(site: Site, candidates: list[Path]) -> Site:
                 except (ValueError, IndexError):
                     continue
             if len(values) < 3:
-                raise InputError(
-                    "path", str(path), "lacks density, gravity and depth", "Use Nemoh.cal as NEMOH reads it"
-                )
+                problem = "lacks density, gravity and depth"
+                raise InputError("path", str(path), problem, "Use Nemoh.cal as NEMOH reads it")
             return replace(site, rho=values[0], g=values[1], depth=values[2] if values[2] > 0.0 else float("inf"))
     return site

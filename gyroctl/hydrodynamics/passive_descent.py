@@ -15,9 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.hydrodynamics.passivity import real_part
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from gyroctl.hydrodynamics.table import Complexes, Floats
 
 
 def evaluate(p: Floats, q: Floats, omega: Floats) -> Complexes:
@@ -40,17 +38,18 @@ def _sanathanan_koerner(omega: Floats, target: Complexes, weight: Floats, n: int
     q: Floats = np.zeros(n)
     for _ in range(15):
         rows = np.concatenate([powers, -target[:, None] * powers], axis=1)
-        w = (weight / np.abs(denominator))[:, None]
-        right = (target * s**n)[:, None] * w
-        stacked, rhs = rows * w, right[:, 0]
-        solution = np.linalg.lstsq(
-            np.concatenate([stacked.real, stacked.imag]), np.concatenate([rhs.real, rhs.imag]), rcond=None
-        )[0]
-        p, q = solution[:n], solution[n:]
+        w = weight / np.abs(denominator)
+        rows, right = rows * w[:, None], target * s**n * w
+        p, q = np.split(np.linalg.lstsq(_real(rows), _real(right), rcond=None)[0], 2)
         zeros = np.roots(np.concatenate([[1.0], q]))
         q = _polynomial(-np.abs(zeros.real) + 1j * zeros.imag)[1:]
         denominator = np.polyval(np.concatenate([[1.0], q]), s)
     return p, q
+
+
+def _real(equations: NDArray[Any]) -> Floats:
+    """Real parts of complex equations, then their imaginary parts."""
+    return np.concatenate([equations.real, equations.imag])
 
 
 def _spectral_factor(p: Floats, q: Floats) -> Floats:
@@ -71,9 +70,8 @@ def _spectral_factor(p: Floats, q: Floats) -> Floats:
 def _poles_from(parameters: NDArray[Any]) -> NDArray[Any]:
     """Q without its leading 1 from logarithms of the coefficients of its stable first- and second-order factors."""
     q: NDArray[Any] = np.ones(1)
-    rest = np.exp(
-        np.clip(parameters.real, -30.0, 30.0) + (1j * parameters.imag if np.iscomplexobj(parameters) else 0.0)
-    )
+    turn = 1j * parameters.imag if np.iscomplexobj(parameters) else 0.0
+    rest = np.exp(np.clip(parameters.real, -30.0, 30.0) + turn)
     if len(rest) % 2:
         q, rest = np.array([1.0, rest[0]]), rest[1:]
     for a, b in rest.reshape(-1, 2):
@@ -127,8 +125,7 @@ def descend(omega: Floats, goal: Complexes, weight: Floats, n: int) -> Floats:
     powers = (1j * omega)[:, None] ** np.arange(n - 1, -1, -1)
 
     def residual(x: Floats) -> Floats:
-        error = weight * (evaluate(*coefficients(x), omega) - goal)
-        return np.concatenate([error.real, error.imag])
+        return _real(weight * (evaluate(*coefficients(x), omega) - goal))
 
     def jacobian(x: Floats) -> Floats:
         """Exact: by complex step through the coefficients, in closed form from there."""
@@ -136,23 +133,15 @@ def descend(omega: Floats, goal: Complexes, weight: Floats, n: int) -> Floats:
         steps = [coefficients(x + 1j * _COMPLEX_STEP * e) for e in np.eye(2 * n)]
         dp, dq = (np.array([step[k].imag for step in steps]).T / _COMPLEX_STEP for k in range(2))
         scaled = weight[:, None] * powers / np.polyval(np.concatenate([[1.0], q]), 1j * omega)[:, None]
-        slope = scaled @ dp - evaluate(p, q, omega)[:, None] * (scaled @ dq)
-        return np.concatenate([slope.real, slope.imag])
+        return _real(scaled @ dp - evaluate(p, q, omega)[:, None] * (scaled @ dq))
 
     starts = []
     for exponent in (1.0, 0.0, 0.5, 2.0):
         p, q = _sanathanan_koerner(omega, goal, weight**exponent, n)
         starts.append(np.concatenate([_poles_to(q), _spectral_factor(p, q)]))
     # g = 0 is stationary, so a start too active to have a spectral factor of any size would stay there
-    starts.append(
-        np.concatenate([_poles_to(_polynomial(-np.arange(1.0, n + 1.0))[1:]), _polynomial(-np.arange(1.0, n))])
-    )
-    best: tuple[float, Floats] | None = None
-    for start in starts:
-        found = least_squares(
-            residual, start, jacobian, method="lm", x_scale="jac", xtol=1e-13, ftol=1e-13, gtol=1e-13, max_nfev=600
-        )
-        if best is None or found.cost < best[0]:
-            best = (float(found.cost), found.x)
-    assert best is not None
-    return best[1]
+    poles = _polynomial(-np.arange(1.0, n + 1.0))[1:]
+    starts.append(np.concatenate([_poles_to(poles), _polynomial(-np.arange(1.0, n))]))
+    fine = {"x_scale": "jac", "xtol": 1e-13, "ftol": 1e-13, "gtol": 1e-13, "max_nfev": 600}
+    ends = [least_squares(residual, start, jacobian, method="lm", **fine) for start in starts]
+    return np.asarray(min(ends, key=lambda end: float(end.cost)).x)

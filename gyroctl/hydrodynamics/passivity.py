@@ -83,13 +83,6 @@ def _trim(a: Exact) -> Exact:
     return a
 
 
-def _value(a: Exact, x: Fraction) -> Fraction:
-    total = Fraction(0)
-    for v in a:
-        total = total * x + v
-    return total
-
-
 def _remainder(a: Exact, b: Exact) -> Exact:
     """Remainder of the polynomial division a / b."""
     a = list(a)
@@ -140,14 +133,11 @@ def _minimum(p: NDArray[np.float64], q: NDArray[np.float64]) -> tuple[float, flo
     """Frequency and value of the smallest Re H(iw) at w = 0 or a stationary point (for information, in floats)."""
     c = real_part(p, q)
     full = np.concatenate([[1.0], q])
-    even = full[::-1][::2] * (-1.0) ** np.arange(len(full[::-1][::2]))
-    odd = full[::-1][1::2] * (-1.0) ** np.arange(len(full[::-1][1::2]))
-    even, odd = even[::-1], odd[::-1]
+    even, odd = ((half * (-1.0) ** np.arange(len(half)))[::-1] for half in (full[::-1][::2], full[::-1][1::2]))
     size = np.polyadd(np.polymul(even, even), np.polymul([1.0, 0.0], np.polymul(odd, odd)))  # |Q|^2 in x
     stationary = np.roots(np.polysub(np.polymul(np.polyder(c), size), np.polymul(c, np.polyder(size))))
-    x = np.concatenate(
-        [[0.0], stationary[(np.abs(stationary.imag) < 1e-9 * (1.0 + np.abs(stationary))) & (stationary.real > 0)].real]
-    )
+    real = np.abs(stationary.imag) < 1e-9 * (1.0 + np.abs(stationary))
+    x = np.concatenate([[0.0], stationary.real[real & (stationary.real > 0)]])
     values = np.polyval(c, x) / np.polyval(size, x)
     k = int(np.argmin(values))
     return float(np.sqrt(x[k])), float(values[k])

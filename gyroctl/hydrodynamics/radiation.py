@@ -10,17 +10,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.database import shipped
 from gyroctl.hydrodynamics.interpolation import spline
 from gyroctl.hydrodynamics.passive_descent import coefficients, descend, evaluate
 from gyroctl.hydrodynamics.passivity import Passivity, certify
-from gyroctl.hydrodynamics.table import Coefficients, Hydrodynamics
-
-Floats = NDArray[np.float64]
-Complexes = NDArray[np.complex128]
+from gyroctl.hydrodynamics.table import Coefficients, Complexes, Fits, Floats, Hydrodynamics
 
 #: Frequency of the free phi1 mode, where the damping decides whether lock holds. [rad/s]
 LOW_FREQUENCY = 1.2
@@ -37,8 +33,6 @@ PAPER_FIT: tuple[Coefficients, Coefficients] = (
 )
 _FREQUENCY_SCALE = 5.0  # [rad/s], keeps the coefficients of the fit near one
 _STEP = 0.1  # [rad/s], even grid of the fit, so that the tabulated frequencies do not weight it
-
-
 #: The optimum often has a zero of g at w = 0 or at infinity, where rounding decides the sign of Re H. Then g(s) g(-s)
 #: is lifted there, relative to its largest coefficient, by the least of these that earns the certificate.
 _LIFTS = (0.0, 1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4)
@@ -146,13 +140,14 @@ def fit_radiation(
     return assess(hydro, direction, p, q)
 
 
-def fit_all(hydro: Hydrodynamics) -> dict[str, tuple[Coefficients, Coefficients]]:
+def fit_all(hydro: Hydrodynamics) -> Fits:
     """Return the coefficients of all `SHIPPED_FITS` for a table, to be kept with it."""
-    out: dict[str, tuple[Coefficients, Coefficients]] = {}
-    for name, (order, weight) in SHIPPED_FITS.items():
-        first, second = (fit_radiation(hydro, j, order, weight) for j in range(2))
-        out[name] = ((first.p, first.q), (second.p, second.q))
-    return out
+
+    def fitted(direction: int, order: tuple[int, int], weight: float) -> Coefficients:
+        fit = fit_radiation(hydro, direction, order, weight)
+        return fit.p, fit.q
+
+    return {name: (fitted(0, *choice), fitted(1, *choice)) for name, choice in SHIPPED_FITS.items()}
 
 
 def shipped_fit(name: str = "accurate") -> tuple[RadiationFit, RadiationFit]:

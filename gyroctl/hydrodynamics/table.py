@@ -16,6 +16,7 @@ from gyroctl.errors import InputError
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Coefficients = tuple[Floats, Floats]
+Fits = dict[str, tuple[Coefficients, Coefficients]]
 
 #: The two rotations, in the order of the arrays.
 DOFS = ("phi1", "phi3")
@@ -79,40 +80,27 @@ class Hydrodynamics:
             if values.shape != shape:
                 raise InputError(f"hydrodynamics.{name}", values.shape, f"must have shape {shape}", LAYOUT)
             if not np.all(np.isfinite(values)):
-                raise InputError(
-                    f"hydrodynamics.{name}",
-                    "nan",
-                    "holds values that are not finite",
-                    "Compute those frequencies again or leave them out",
-                )
+                mend = "Compute those frequencies again or leave them out"
+                raise InputError(f"hydrodynamics.{name}", "nan", "holds values that are not finite", mend)
         if n < 8 or np.any(self.omega <= 0.0) or np.any(np.diff(self.omega) <= 0.0):
-            raise InputError(
-                "hydrodynamics.omega",
-                n,
-                "must be at least 8 increasing positive frequencies",
-                "Tabulate more frequencies, in rad/s",
-            )
+            problem = "must be at least 8 increasing positive frequencies"
+            raise InputError("hydrodynamics.omega", n, problem, "Tabulate more frequencies, in rad/s")
         if m < 1 or np.any(np.diff(self.headings) <= 0.0):
-            raise InputError(
-                "hydrodynamics.headings", m, "must be increasing, one at least", "Sort the headings of the table"
-            )
+            raise InputError("hydrodynamics.headings", m, "must be increasing, one at least", "Sort the headings")
 
     @cached_property
     def sha256(self) -> str:
         """Hash of the numbers (not of the provenance), for the fairness contract of comparisons."""
         digest = hashlib.sha256()
-        scalars = np.array([self.stiffness, self.depth, self.rho, self.g])
-        for values in (
-            self.omega,
-            self.added_mass,
-            self.damping,
-            self.added_mass_inf,
-            self.excitation,
-            self.headings,
-            scalars,
-        ):
+        tables = (self.omega, self.added_mass, self.damping, self.added_mass_inf, self.excitation, self.headings)
+        for values in (*tables, np.array([self.stiffness, self.depth, self.rho, self.g])):
             digest.update(np.ascontiguousarray(values).tobytes())
         return digest.hexdigest()
+
+
+def diagonal(matrices: Floats) -> Floats:
+    """Return the two rotations' own values (2, n) of (n, 2, 2) matrices."""
+    return np.ascontiguousarray(np.diagonal(matrices, axis1=1, axis2=2).T)
 
 
 def coupling(added: Floats, damping: Floats) -> float:

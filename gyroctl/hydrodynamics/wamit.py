@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics.foreign import Complexes, Floats, Site, assembled, existing
+from gyroctl.hydrodynamics.foreign import Forces, Matrices, Site, assembled, existing
 from gyroctl.hydrodynamics.table import Hydrodynamics
 
 
@@ -36,12 +36,10 @@ def read_wamit(path: Path | str, site: Site | None = None) -> Hydrodynamics:
     base = Path(path)
     base = base.with_suffix("") if base.suffix in (".1", ".2", ".3") else base
     first = existing(base.with_name(base.name + ".1"))
-    third = base.with_name(base.name + ".3")
-    third = existing(
-        third if third.is_file() or not base.with_name(base.name + ".2").is_file() else third.with_suffix(".2")
-    )
+    third, second = (base.with_name(base.name + suffix) for suffix in (".3", ".2"))
+    third = existing(second if second.is_file() and not third.is_file() else third)
     scale = site.rho * site.length**5  # rotation with rotation
-    matrices: dict[float, Floats] = {}
+    matrices: Matrices = {}
     infinite = np.full((2, 2), np.nan)
     for row in _rows(first, (4, 5)):
         period, i, j = row[0], _index(row[1], site.modes), _index(row[2], site.modes)
@@ -54,7 +52,7 @@ def read_wamit(path: Path | str, site: Site | None = None) -> Hydrodynamics:
             omega = 2.0 * np.pi / period
             entry = matrices.setdefault(omega, np.full((2, 2, 2), np.nan))
             entry[:, i, j] = sign * scale * np.array([row[3], row[4] * omega])
-    forces: dict[tuple[float, float], Complexes] = {}
+    forces: Forces = {}
     for row in _rows(third, (7,)):
         i = _index(row[2], site.modes)
         if i is None or row[0] <= 0.0:
@@ -68,6 +66,7 @@ def read_wamit(path: Path | str, site: Site | None = None) -> Hydrodynamics:
 def _rows(path: Path, lengths: tuple[int, ...]) -> list[list[float]]:
     """Rows of numbers of one of the given lengths; a heading line before the first of them is skipped."""
     rows: list[list[float]] = []
+    mend = "Use WAMIT's numeric output files"
     for number, line in enumerate(path.read_text(errors="replace").splitlines(), 1):
         try:
             row = [float(v.replace("D", "E")) for v in line.split()]
@@ -76,14 +75,10 @@ def _rows(path: Path, lengths: tuple[int, ...]) -> list[list[float]]:
         if len(row) in lengths:
             rows.append(row)
         elif line.strip() and rows:
-            raise InputError(
-                f"{path.name}, line {number}",
-                line.strip()[:60],
-                f"is not a row of {lengths} numbers",
-                "Use WAMIT's numeric output files",
-            )
+            problem = f"is not a row of {lengths} numbers"
+            raise InputError(f"{path.name}, line {number}", line.strip()[:60], problem, mend)
     if not rows:
-        raise InputError("path", str(path), f"has no row of {lengths} numbers", "Use WAMIT's numeric output files")
+        raise InputError("path", str(path), f"has no row of {lengths} numbers", mend)
     return rows
 
 

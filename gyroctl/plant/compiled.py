@@ -1,7 +1,8 @@
 """The two ways in which this package compiles: parts that melt into their caller, and entry points that are cached.
 
 A cache entry of numba knows only the file of its own function. An entry point therefore carries a stamp of every
-source file that is compiled into it: edit the equations, and everything that contains them is compiled anew.
+source file that is compiled into it: edit the equations, and everything that contains them is compiled anew. Where the
+function is a closure of the stamp, numba hashes it with the code; `stamped` puts it into the name of the cache file.
 """
 
 from __future__ import annotations
@@ -32,8 +33,19 @@ def entry_point(function: F) -> F:
     return cast(F, njit(cache=True, nogil=True, error_model="numpy")(function))
 
 
+def stamped(sources: Sequence[str]) -> Callable[[F], F]:
+    """Make a decorator like `entry_point` for functions into which the named files are compiled."""
+    stamp = source_stamp(sources)
+
+    def compiled(function: F) -> F:
+        function.__qualname__ += f"_{stamp}"  # numba names the cache file by it
+        return entry_point(function)
+
+    return compiled
+
+
 def source_stamp(modules: Sequence[str]) -> str:
-    """SHA-256 over the text of the named files. An entry point refers to it as a closure variable."""
+    """SHA-256 over the text of the named files."""
     digest = hashlib.sha256()
     for path in modules:
         digest.update(Path(path).read_bytes())

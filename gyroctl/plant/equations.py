@@ -70,32 +70,13 @@ def derivative(x: Any, dx: Any, L: int, l: int, k: Coefficients, cc: Any, cg: An
     me1, me3 : scalar
         Wave excitation moments. [Nm]
     """
-    phi1, phi3, psi = x[PHI1 * L + l], x[PHI3 * L + l], x[PSI * L + l]
-    v1, v3 = x[PHI1_RATE * L + l], x[PHI3_RATE * L + l]
-    w, W = x[PSI_RATE * L + l], x[OMEGA_RATE * L + l]
-    n1, n3 = len(k.q1), len(k.q3)
-    z1 = RADIATION
-    z3 = RADIATION + n1
-    end = z3 + n3
-
+    phi1, phi3, psi, v1, v3, w, W = motion(x, L, l)
     c, s = cos_sin(psi)
     u1 = c * v1 - s * v3
     u3 = s * v1 + c * v3
     slip = W - k.N * w
-
-    # radiation: Mr = P/Q phi', controllable canonical form                                           (27)-(28)
-    mr1 = 0.0 * v1
-    for i in range(len(k.p1)):
-        mr1 = mr1 + k.p1[len(k.p1) - 1 - i] * x[(z1 + i) * L + l]
-    mr3 = 0.0 * v3
-    for i in range(len(k.p3)):
-        mr3 = mr3 + k.p3[len(k.p3) - 1 - i] * x[(z3 + i) * L + l]
-    top1 = v1
-    for i in range(n1):
-        top1 = top1 - k.q1[n1 - 1 - i] * x[(z1 + i) * L + l]
-    top3 = v3
-    for i in range(n3):
-        top3 = top3 - k.q3[n3 - 1 - i] * x[(z3 + i) * L + l]
+    mr1 = radiation(x, dx, L, l, RADIATION, k.p1, k.q1, v1)
+    mr3 = radiation(x, dx, L, l, RADIATION + len(k.q1), k.p3, k.q3, v3)
 
     # generalised forces, everything but the accelerations
     K, J3, J4, N = k.K, k.J3, k.J4, k.N
@@ -121,19 +102,43 @@ def derivative(x: Any, dx: Any, L: int, l: int, k: Coefficients, cc: Any, cg: An
     share = k.kappa * (c * g1 - s * g3) / (1.0 + k.kappa * (c * e1 + s * e3))
     a1, a3 = g1 - e1 * share, g3 + e3 * share
     ae = c * a1 - s * a3
+    aw = k.Gpp * fp + k.Gpo * fo - k.ap * ae
+    aW = k.Gpo * fp + k.Goo * fo - k.ao * ae
 
-    dx[PHI1 * L + l], dx[PHI3 * L + l], dx[PSI * L + l], dx[OMEGA * L + l] = v1, v3, w, W
-    dx[PHI1_RATE * L + l], dx[PHI3_RATE * L + l] = a1, a3
-    dx[PSI_RATE * L + l] = k.Gpp * fp + k.Gpo * fo - k.ap * ae
-    dx[OMEGA_RATE * L + l] = k.Gpo * fp + k.Goo * fo - k.ao * ae
-    for i in range(n1 - 1):
-        dx[(z1 + i) * L + l] = x[(z1 + i + 1) * L + l]
-    dx[(z3 - 1) * L + l] = top1
-    for i in range(n3 - 1):
-        dx[(z3 + i) * L + l] = x[(z3 + i + 1) * L + l]
-    dx[(end - 1) * L + l] = top3
-    dx[end * L + l] = me1 * v1 + me3 * v3
-    dx[(end + 1) * L + l] = mr1 * v1 + mr3 * v3
-    dx[(end + 2) * L + l] = hinge1 * v1 + hinge3 * v3
-    dx[(end + 3) * L + l] = coupling * slip
-    dx[(end + 4) * L + l] = generator * W
+    write(dx, L, l, PHI1, (v1, v3, w, W, a1, a3, aw, aW))
+    ledger = RADIATION + len(k.q1) + len(k.q3)
+    radiated, hinge = mr1 * v1 + mr3 * v3, hinge1 * v1 + hinge3 * v3
+    write(dx, L, l, ledger, (me1 * v1 + me3 * v3, radiated, hinge, coupling * slip, generator * W))
+
+
+@inlined
+def motion(x: Any, L: int, l: int) -> Any:
+    """Return phi1, phi3, psi and the rates of phi1, phi3, psi, omega of a run; see `derivative`."""
+    angles = x[PHI1 * L + l], x[PHI3 * L + l], x[PSI * L + l]
+    rates = x[PHI1_RATE * L + l], x[PHI3_RATE * L + l], x[PSI_RATE * L + l], x[OMEGA_RATE * L + l]
+    return angles + rates
+
+
+@inlined
+def write(dx: Any, L: int, l: int, first: int, values: Any) -> None:
+    """Write `values` into the rows of a run from row `first` on; see `derivative`."""
+    for i in range(len(values)):
+        dx[(first + i) * L + l] = values[i]
+
+
+@inlined
+def radiation(x: Any, dx: Any, L: int, l: int, first: int, p: Any, q: Any, rate: Any) -> Any:
+    """Return the moment Mr = P/Q phi' and write the rates of its states, from row `first` on, into `dx`. (27)-(28)
+
+    In controllable canonical form every state is the rate of the one before.
+    """
+    moment, top = 0.0 * rate, rate
+    n = len(q)
+    for i in range(len(p)):
+        moment = moment + p[len(p) - 1 - i] * x[(first + i) * L + l]
+    for i in range(n):
+        top = top - q[n - 1 - i] * x[(first + i) * L + l]
+    for i in range(n - 1):
+        dx[(first + i) * L + l] = x[(first + i + 1) * L + l]
+    dx[(first + n - 1) * L + l] = top
+    return moment

@@ -16,11 +16,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.plant import compiled, equations, trigonometry
-from gyroctl.plant.compiled import entry_point, inlined, source_stamp
-from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI, RADIATION, Coefficients, derivative
+from gyroctl.plant.compiled import inlined, stamped
+from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, RADIATION, Coefficients, derivative
+
+Array = NDArray[Any]
+Floats = NDArray[np.float64]
 
 LANES = 16
 """Runs side by side in the compiled ensemble: two vectors of eight doubles."""
+
+RECORDED = (PHI1, PHI3, PSI, OMEGA_RATE)
+"""Rows that `run_lanes` writes down."""
 
 TAPS = 8
 LAGRANGE = tuple(1.0 / math.prod(i - j for j in range(TAPS) if j != i) for i in range(TAPS))
@@ -136,45 +142,28 @@ def advance(
             moments[lane] = moments[4 * L + lane]
 
 
-def _hold_into(stamp: str) -> Any:
-    """Build the compiled kernel for one run; `stamp` ties its cache to the sources."""
-
-    def hold_into(
-        y: NDArray[Any],
-        work: NDArray[Any],
-        moments: NDArray[np.float64],
-        weight: NDArray[np.float64],
-        k: Coefficients,
-        controls: NDArray[Any],
-        start: float,
-        hold: float,
-        steps: int,
-        waves: NDArray[np.float64],
-        waves_dt: float,
-    ) -> None:
-        """Advance one run in place. `work` (5, rows), `controls` (2, 1); float or complex alike."""
-        assert stamp
-        advance(
-            y, work[0], work[1:], moments, weight, 1, k, controls[0], controls[1], start, hold, steps, waves, waves_dt
-        )
-
-    return entry_point(hold_into)
-
-
-hold_into = _hold_into(source_stamp(SOURCES))
-
-
-def hold_one(
-    y: NDArray[Any],
+@stamped(SOURCES)
+def hold_into(
+    y: Array,
+    work: Array,
+    moments: Array,
+    weight: Floats,
     k: Coefficients,
-    cc: Any,
-    cg: Any,
+    controls: Array,
     start: float,
     hold: float,
     steps: int,
-    waves: NDArray[Any],
+    waves: Array,
     waves_dt: float,
-) -> NDArray[Any]:
+) -> None:
+    """Advance one run in place. `work` (5, rows), `controls` (2, 1); float or complex alike."""
+    cc, cg = controls[0], controls[1]
+    advance(y, work[0], work[1:], moments, weight, 1, k, cc, cg, start, hold, steps, waves, waves_dt)
+
+
+def hold_one(
+    y: Array, k: Coefficients, cc: Any, cg: Any, start: float, hold: float, steps: int, waves: Array, waves_dt: float
+) -> Array:
     """Return state and ledger (rows,) after one held interval, see `advance`; float or complex."""
     out = y.copy()
     controls = np.array([[cc], [cg]], y.dtype)
@@ -183,50 +172,50 @@ def hold_one(
     return out
 
 
-def _run_lanes(stamp: str) -> Any:
-    """Build the compiled ensemble kernel; `stamp` ties its cache to the sources."""
+@stamped(SOURCES)
+def run_lanes(
+    y: Floats,
+    k: Coefficients,
+    cc: Floats,
+    cg: Floats,
+    hold: float,
+    steps: int,
+    waves: Floats,
+    waves_dt: float,
+    record: Floats,
+    mark: int,
+    marked: Floats,
+) -> None:
+    """Run LANES runs with constant controls, in place.
 
-    def run_lanes(
-        y: NDArray[np.float64],
-        k: Coefficients,
-        cc: NDArray[np.float64],
-        cg: NDArray[np.float64],
-        hold: float,
-        steps: int,
-        intervals: int,
-        waves: NDArray[np.float64],
-        waves_dt: float,
-        psi: NDArray[np.float64],
-        speed: NDArray[np.float64],
-        peak: NDArray[np.float64],
-        mark: int,
-        marked: NDArray[np.float64],
-    ) -> None:
-        """Run LANES runs with constant controls; see `gyroctl.simulation.ensemble` for the meaning of the outputs."""
-        assert stamp
-        x, slope = np.empty(y.size), np.empty((4, y.size))
-        moments, weight = np.empty(6 * LANES), np.empty(TAPS)
-        for i in range(intervals):
-            if i == mark:
-                marked[:] = y
-            for l in range(LANES):
-                psi[i, l] = y[PSI * LANES + l]
-                speed[i, l] = y[OMEGA_RATE * LANES + l]
-            for row in range(2):
-                for l in range(LANES):
-                    peak[row, i, l] = y[row * LANES + l]
-            advance(y, x, slope, moments, weight, LANES, k, cc, cg, i * hold, hold, steps, waves, waves_dt)
+    Parameters
+    ----------
+    y : (rows * LANES,) array
+        State and ledger, those of the end afterwards.
+    cc, cg, hold, steps, waves, waves_dt
+        As in `advance`; every interval begins a `hold` after the one before, the first at 0.
+    record : (len(RECORDED), intervals + 1, LANES) array
+        Receives the rows `RECORDED` at both ends of every interval.
+    mark : int
+        Interval at whose beginning `marked`, of the shape of `y`, receives state and ledger.
+    """
+    x, slope = np.empty(y.size), np.empty((4, y.size))
+    moments, weight = np.empty(6 * LANES), np.empty(TAPS)
+    intervals = record.shape[1] - 1
+    for i in range(intervals):
+        if i == mark:
+            marked[:] = y
+        write_down(y, record, i)
+        advance(y, x, slope, moments, weight, LANES, k, cc, cg, i * hold, hold, steps, waves, waves_dt)
+    write_down(y, record, intervals)
+
+
+@inlined
+def write_down(y: Any, record: Any, i: int) -> None:
+    """Copy the rows `RECORDED` into column `i` of the record."""
+    for r in range(len(RECORDED)):
         for l in range(LANES):
-            psi[intervals, l] = y[PSI * LANES + l]
-            speed[intervals, l] = y[OMEGA_RATE * LANES + l]
-        for row in range(2):
-            for l in range(LANES):
-                peak[row, intervals, l] = y[row * LANES + l]
-
-    return entry_point(run_lanes)
-
-
-run_lanes = _run_lanes(source_stamp(SOURCES))
+            record[r, i, l] = y[RECORDED[r] * LANES + l]
 
 
 def rows(k: Coefficients) -> int:

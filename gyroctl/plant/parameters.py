@@ -87,19 +87,11 @@ class Parameters:
         if self.connection not in ("magnetic", "rigid"):
             raise InputError("plant.connection", self.connection, "unknown connection", 'Choose "magnetic" or "rigid"')
         if self.r2 <= self.r1:
-            raise InputError(
-                "plant.r2",
-                self.r2,
-                f"the ring must be wider than the spin axis (r1 = {self.r1})",
-                "Exchange r1 and r2 or correct one of them",
-            )
+            problem = f"the ring must be wider than the spin axis (r1 = {self.r1})"
+            raise InputError("plant.r2", self.r2, problem, "Exchange r1 and r2 or correct one of them")
         if self.J22 < self.J13:
-            raise InputError(
-                "plant.J22",
-                self.J22,
-                "the ring cannot be lighter than the spin axis that rolls on it",
-                "Check J22 and J13",
-            )
+            problem = "the ring cannot be lighter than the spin axis that rolls on it"
+            raise InputError("plant.J22", self.J22, problem, "Check J22 and J13")
 
     @property
     def N(self) -> float:

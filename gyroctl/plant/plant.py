@@ -25,16 +25,13 @@ class Excitation(Protocol):
     @property
     def sha256(self) -> str:
         """Hash of the table."""
-        ...
 
     @property
     def omega(self) -> NDArray[np.float64]:
         """Tabulated frequencies. [rad/s]"""
-        ...
 
     def __call__(self, omega: ArrayLike, heading: float = 0.0) -> NDArray[np.complex128]:
         """Return He_1, He_3 (2, n) [Nm/m] at `omega` (n,) [rad/s] for `heading` [deg], time factor exp(+iwt)."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -70,12 +67,8 @@ class Plant:
         """Refuse what is no pair of radiation functions."""
         pair = self.radiation
         if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(r, Radiation) for r in pair)):
-            raise InputError(
-                "plant.radiation",
-                pair,
-                "must be a pair of Radiation, for phi1 and phi3",
-                "Leave it out, choose accurate, paper or fine, or give two Radiation",
-            )
+            mend = "Leave it out, choose accurate, paper or fine, or give two Radiation"
+            raise InputError("plant.radiation", pair, "must be a pair of Radiation, for phi1 and phi3", mend)
 
     def __getstate__(self) -> dict[str, Any]:
         """Fields alone: the same plant has the same bytes, whatever has been asked of it before."""
@@ -98,12 +91,8 @@ class Plant:
         inner = {f.name for f in dataclasses.fields(self.parameters)}
         for name in changes:
             if name not in own | inner:
-                raise InputError(
-                    f"plant.{name}",
-                    changes[name],
-                    "unknown parameter",
-                    f"Choose one of {', '.join(sorted(own | inner))}",
-                )
+                mend = f"Choose one of {', '.join(sorted(own | inner))}"
+                raise InputError(f"plant.{name}", changes[name], "unknown parameter", mend)
         parameters = changes.get("parameters", self.parameters)
         parameters = dataclasses.replace(parameters, **{n: v for n, v in changes.items() if n in inner})
         outer = {n: v for n, v in changes.items() if n in own}
@@ -190,12 +179,8 @@ class Plant:
     def _evaluate(self, x: ArrayLike, u: Any, moments: Any) -> NDArray[Any]:
         state = np.asarray(x)
         if state.ndim not in (1, 2) or state.shape[0] != len(self.labels):
-            raise InputError(
-                "x",
-                state.shape,
-                f"the state has {len(self.labels)} rows",
-                "Give an array of shape (n,) or (n, batch) in the order of plant.labels",
-            )
+            mend = "Give an array of shape (n,) or (n, batch) in the order of plant.labels"
+            raise InputError("x", state.shape, f"the state has {len(self.labels)} rows", mend)
         kind = np.result_type(state, *map(np.asarray, u), *map(np.asarray, moments), float)
         dx = np.empty((state.shape[0] + len(LEDGER), *state.shape[1:]), kind)
         equations.derivative(state, dx, 1, 0, self.coefficients, u[0], u[1], moments[0], moments[1])

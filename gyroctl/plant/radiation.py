@@ -36,26 +36,14 @@ class Radiation:
         object.__setattr__(self, "p", tuple(float(value) for value in self.p))
         object.__setattr__(self, "q", tuple(float(value) for value in self.q))
         if not 1 <= len(self.p) <= len(self.q) or not all(map(math.isfinite, self.p + self.q)):
-            raise InputError(
-                "radiation.p",
-                self.p,
-                "numerator order must be below the denominator's",
-                "Give finite coefficients, len(p) <= len(q)",
-            )
+            mend = "Give finite coefficients, len(p) <= len(q)"
+            raise InputError("radiation.p", self.p, "numerator order must be below the denominator's", mend)
         if np.max(np.roots([1.0, *self.q]).real) >= 0.0:
-            raise InputError(
-                "radiation.q",
-                self.q,
-                "the denominator has a root that is not in the left half plane",
-                "Refit with stable poles",
-            )
+            problem = "the denominator has a root that is not in the left half plane"
+            raise InputError("radiation.q", self.q, problem, "Refit with stable poles")
         if not self.is_passive():
-            raise InputError(
-                "radiation.p",
-                self.p,
-                "the function is not passive: Re H(iw) < 0 at some frequency",
-                "Refit with the passivity constraint, see hydrodynamics.fit_radiation",
-            )
+            mend = "Refit with the passivity constraint, see hydrodynamics.fit_radiation"
+            raise InputError("radiation.p", self.p, "the function is not passive: Re H(iw) < 0 at some frequency", mend)
 
     def response(self, omega: ArrayLike) -> NDArray[np.complex128]:
         """H(i omega) [Nms/rad] at angular frequencies `omega` [rad/s], of the same shape."""
@@ -70,8 +58,7 @@ class Radiation:
         product[np.abs(product) <= 1e-14 * len(full) * np.polymul(np.abs(self.p), np.abs(full))] = 0.0
         powers = np.arange(len(product))[::-1]
         even = powers % 2 == 0
-        x = product[even] * np.real(1j ** powers[even])  # coefficients in x, highest first
-        x = np.trim_zeros(x, "f")
+        x = np.trim_zeros(product[even] * np.real(1j ** powers[even]), "f")  # coefficients in x, highest first
         if len(x) == 0:
             return True
         scale = np.max(np.abs(x))

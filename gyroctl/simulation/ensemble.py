@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER
-from gyroctl.plant.kernel import LANES, rows, run_lanes, slip_rate, steps_for
+from gyroctl.plant.kernel import LANES, RECORDED, rows, run_lanes, slip_rate, steps_for
 from gyroctl.simulation.lock import loss_time
 from gyroctl.simulation.progress import Progress
 from gyroctl.waves import Sea, Synthesis, prepare
@@ -123,10 +123,11 @@ def run_ensemble(
     synthesis = prepare(plant, sea, duration, 0.05)
     jobs = _jobs(plant, pairs, seeds, dt, period)
     results = np.full((8, len(pairs), len(seeds)), np.nan)
+    every = _Every(plant, synthesis, start, round(duration / period), round(blend / period), blend, period, sense)
 
     def work(job: _Job) -> _Done:
-        numbers = [seeds[seed] for _, seed in job.runs]
-        return job, _run_job(plant, synthesis, sea.wp, job, pairs, numbers, start, duration, blend, period, sense)
+        controls = np.array([pairs[pair] for pair, _ in job.runs], np.float64)
+        return job, every.run(job.steps, controls, [seeds[seed] for _, seed in job.runs])
 
     with ThreadPoolExecutor(workers) as pool, Progress(title, len(pairs) * len(seeds), quiet) as progress:
         for future in _bounded(pool, work, jobs, 2 * workers):
@@ -142,9 +143,8 @@ def check_pairs(plant: Plant, pairs: Sequence[tuple[float, float]], dt: float) -
     for cc, cg in pairs:
         for name, value in (("cc", cc), ("cg", cg)):
             if not (np.isfinite(value) and value >= 0.0):
-                raise InputError(
-                    name, value, "must be zero or positive: both controls only dissipate", f"Give {name} >= 0 in Nms"
-                )
+                problem = "must be zero or positive: both controls only dissipate"
+                raise InputError(name, value, problem, f"Give {name} >= 0 in Nms")
         check_step(plant, cc, dt)
 
 
@@ -154,12 +154,8 @@ def check_step(plant: Plant, cc: float, dt: float) -> None:
         raise InputError("run.dt", dt, "must be positive", "Give the step in seconds, for example 0.01")
     rate = float(slip_rate(plant.coefficients, cc))
     if dt * rate > UNSTABLE:
-        raise InputError(
-            "run.dt",
-            dt,
-            f"the step is unstable for the slip: h * {rate:.0f}/s = {dt * rate:.2f} > {UNSTABLE}",
-            f"Give dt <= {UNSTABLE / rate:.4f} s, or a smaller cc (now {cc})",
-        )
+        problem = f"the step is unstable for the slip: h * {rate:.0f}/s = {dt * rate:.2f} > {UNSTABLE}"
+        raise InputError("run.dt", dt, problem, f"Give dt <= {UNSTABLE / rate:.4f} s, or a smaller cc (now {cc})")
 
 
 def _jobs(
@@ -178,56 +174,55 @@ def _jobs(
     return jobs
 
 
-def _run_job(
-    plant: Plant,
-    synthesis: Synthesis,
-    wp: float,
-    job: _Job,
-    pairs: Sequence[tuple[float, float]],
-    seeds: Sequence[int],
-    start: NDArray[np.float64],
-    duration: float,
-    blend: float,
-    period: float,
-    sense: int,
-) -> NDArray[np.float64]:
-    k, n = plant.coefficients, len(plant.labels)
-    intervals, first = round(duration / period), round(blend / period)
-    used = len(job.runs)
-    lane_of = np.minimum(np.arange(LANES), used - 1)  # idle lanes repeat the last run
-    unique = list(dict.fromkeys(seeds))
-    moments = synthesis.moments_batch(unique, blend)[[unique.index(seeds[lane]) for lane in lane_of]]
-    waves = np.ascontiguousarray(moments.transpose(2, 1, 0)).ravel()
-    cc = np.array([pairs[job.runs[lane][0]][0] for lane in lane_of])
-    cg = np.array([pairs[job.runs[lane][0]][1] for lane in lane_of])
-    first_state = np.zeros((rows(k), LANES))
-    first_state[:n] = start[:, None]
-    y = first_state.ravel()
-    psi, speed = np.empty((intervals + 1, LANES)), np.empty((intervals + 1, LANES))
-    motion, marked = np.empty((2, intervals + 1, LANES)), y.copy()
-    run_lanes(y, k, cc, cg, period, job.steps, intervals, waves, synthesis.grid.dt, psi, speed, motion, first, marked)
-    end, mark = y.reshape(-1, LANES), marked.reshape(-1, LANES)
-    scored = (intervals - first) * period
-    energy = end[n:] - mark[n:]
-    stored = plant.stored_energy(end[:n]) - plant.stored_energy(mark[:n])
-    mean = energy[LEDGER.index("generator")] / scored
-    power = cg * speed[first:] ** 2
-    edge = 0.5 * (power[0] ** 2 + power[-1] ** 2)
-    second = (np.sum(power**2, axis=0) - edge) / (intervals - first)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        out = np.stack(
-            [
-                loss_time(psi, period, wp, sense),
+class _Every(NamedTuple):
+    """What all jobs of an ensemble have in common."""
+
+    plant: Plant
+    synthesis: Synthesis
+    start: NDArray[np.float64]
+    intervals: int
+    first: int  # interval at which scoring starts
+    blend: float
+    period: float
+    sense: int
+
+    def run(self, steps: int, controls: NDArray[np.float64], seeds: Sequence[int]) -> NDArray[np.float64]:
+        """Run one job: a pair of `controls` (used, 2) and a seed for each lane; results (8, used)."""
+        plant, intervals, first = self.plant, self.intervals, self.first
+        k, n, used = plant.coefficients, len(plant.labels), len(seeds)
+        lane_of = np.minimum(np.arange(LANES), used - 1)  # idle lanes repeat the last run
+        unique = list(dict.fromkeys(seeds))
+        of_seed = self.synthesis.moments_batch(unique, self.blend)
+        moments = of_seed[[unique.index(seeds[lane]) for lane in lane_of]]
+        waves = np.ascontiguousarray(moments.transpose(2, 1, 0)).ravel()
+        cc, cg = np.ascontiguousarray(controls[lane_of].T)
+        first_state = np.zeros((rows(k), LANES))
+        first_state[:n] = self.start[:, None]
+        y = first_state.ravel()
+        record, marked = np.empty((len(RECORDED), intervals + 1, LANES)), y.copy()
+        run_lanes(y, k, cc, cg, self.period, steps, waves, self.synthesis.grid.dt, record, first, marked)
+        phi1, phi3, psi, speed = record
+        end, mark = y.reshape(-1, LANES), marked.reshape(-1, LANES)
+        energy = dict(zip(LEDGER, end[n:] - mark[n:], strict=True))
+        stored = plant.stored_energy(end[:n]) - plant.stored_energy(mark[:n])
+        scored = (intervals - first) * self.period
+        mean = energy["generator"] / scored
+        power = cg * speed[first:] ** 2
+        edge = 0.5 * (power[0] ** 2 + power[-1] ** 2)
+        second = (np.sum(power**2, axis=0) - edge) / (intervals - first)
+        spent = (end[n:] - mark[n:])[1:].sum(axis=0)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            results = (
+                loss_time(psi, self.period, self.synthesis.sea.wp, self.sense),
                 mean,
                 np.sqrt(np.maximum(second - mean**2, 0.0)) / mean,
-                np.quantile(np.abs(motion[0, first:]), 0.98, axis=0),
-                np.quantile(np.abs(motion[1, first:]), 0.98, axis=0),
-                np.abs(energy[0] - energy[1:].sum(axis=0) - stored) / np.abs(energy[0]),
-                energy[LEDGER.index("slip")] / scored,
-                energy[LEDGER.index("wave_input")] / scored,
-            ]
-        )
-    return out[:, :used]
+                np.quantile(np.abs(phi1[first:]), 0.98, axis=0),
+                np.quantile(np.abs(phi3[first:]), 0.98, axis=0),
+                np.abs(energy["wave_input"] - spent - stored) / np.abs(energy["wave_input"]),
+                energy["slip"] / scored,
+                energy["wave_input"] / scored,
+            )
+        return np.stack(results)[:, :used]
 
 
 def _bounded(

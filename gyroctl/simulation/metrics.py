@@ -107,8 +107,8 @@ def evaluate(
     n = len(plant.labels)
     period, states = record.period, record.states
     first = round(score_from / period)
-    psi = states[:, PSI]
-    in_production = production(psi, states[:, n + LEDGER.index("generator")], period, wp, sense)
+    psi, net = states[:, PSI], states[:, n + LEDGER.index("generator")]
+    in_production = production(psi, net, period, wp, sense)
     begins = float(np.argmax(in_production)) * period if np.any(in_production) else np.nan
     if from_rest and np.isfinite(begins):
         lost = float(loss_time(psi[round(begins / period) :], period, wp, sense)) + begins
@@ -126,7 +126,6 @@ def evaluate(
     begin, end = cg * speed[:-1] ** 2, cg * speed[1:] ** 2  # cg jumps at the samples: both ends of each interval
     second = 0.5 * float(np.mean(begin**2) + np.mean(end**2))
     per_second = round(1.0 / period)
-    net = states[:, n + LEDGER.index("generator")]
     mean_1s = np.diff(net[first::per_second]) / (per_second * period)
     negative = np.flatnonzero(net < 0.0)
     repaid = negative[-1] + 1 if negative.size else 0

@@ -6,7 +6,6 @@ import sys
 import time
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager
-from types import TracebackType
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -30,15 +29,12 @@ class Progress(AbstractContextManager["Progress"]):
 
     def __init__(self, title: str, total: int, quiet: bool = False) -> None:
         self.title, self.total, self.quiet = title, total, quiet
-        self.done, self.begin, self.bar, self.task = 0, time.monotonic(), None, None
+        self.done, self.begin = 0, time.monotonic()
         self.said = self.begin
+        self.bar: Any = None
+        self.task: Any = None
 
-    bar: Any
-    task: Any
-
-    def __exit__(
-        self, kind: type[BaseException] | None, value: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *failure: object) -> None:
         """Take the bar away."""
         if self.bar is not None:
             self.bar.stop()
@@ -60,14 +56,8 @@ class Progress(AbstractContextManager["Progress"]):
             from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
             from rich.progress import Progress as Bar
 
-            self.bar = Bar(
-                TextColumn("{task.description}"),
-                BarColumn(),
-                MofNCompleteColumn(),
-                TimeRemainingColumn(),
-                console=Console(stderr=True),
-                transient=True,
-            )
+            columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+            self.bar = Bar(*columns, console=Console(stderr=True), transient=True)
             self.bar.start()
             self.task = self.bar.add_task(self.title, total=self.total)
         self.bar.update(self.task, completed=self.done)

@@ -71,6 +71,12 @@ def seed_number(value: object) -> int:
     return int(value)
 
 
+def store(value: object, **fields: object) -> None:
+    """Set fields of a frozen dataclass that is being made."""
+    for name, entry in fields.items():
+        object.__setattr__(value, name, entry)
+
+
 def series(field: str, value: object, mend: str) -> NDArray[np.float64]:
     """Return `value` as a read-only copy, shape (n,), of finite float64.
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import finite, heading_angle, positive
+from gyroctl.waves.checks import finite, positive, store
 from gyroctl.waves.spectrum import SeaState
 from gyroctl.waves.superposition import Superposition
 
@@ -60,15 +60,9 @@ class DriftingSea:
         over = finite("sea.over", self.over, "Give the length of the drift in seconds, for example 2000")
         least = 100.0 * abs(end - first.wp) / SPACING  # 100 s a stage: twenty waves, so that a fade turns no phase
         if over < least or over <= 0.0:
-            raise InputError(
-                "sea.over",
-                self.over,
-                "is too short for waves that only drift",
-                f"Give at least {max(least, 1.0):.4g} s",
-            )
-        fields = {"hs": first.hs, "wp": first.wp, "wp_end": end, "gamma": first.gamma, "over": over}
-        for name, value in {**fields, "heading": heading_angle(self.heading)}.items():
-            object.__setattr__(self, name, value)
+            mend = f"Give at least {max(least, 1.0):.4g} s"
+            raise InputError("sea.over", self.over, "is too short for waves that only drift", mend)
+        store(self, hs=first.hs, wp=first.wp, wp_end=end, gamma=first.gamma, over=over, heading=first.heading)
 
     @property
     def stages(self) -> tuple[SeaState, ...]:

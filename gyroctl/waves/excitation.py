@@ -19,7 +19,6 @@ class Excited(Protocol):
     @property
     def excitation(self) -> Excitation:
         """Transfer from elevation to excitation moments."""
-        ...
 
 
 class Wave(Protocol):
@@ -28,17 +27,14 @@ class Wave(Protocol):
     @property
     def hs(self) -> float:
         """Significant wave height [m]."""
-        ...
 
     @property
     def wp(self) -> float:
         """Peak frequency [rad/s]."""
-        ...
 
     @property
     def heading(self) -> float:
         """Direction the waves travel to [deg]."""
-        ...
 
 
 def equivalent_amplitude(sea: Wave) -> float:

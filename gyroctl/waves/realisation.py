@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -141,20 +140,3 @@ def realise(plant: Excited, sea: Sea, seed: int, duration: float = 2000.0, dt: f
         regular=synthesis.regular,
         hydrodynamics=synthesis.hydrodynamics,
     )
-
-
-def moments_batch(
-    plant: Excited,
-    sea: Sea,
-    seeds: Sequence[int],
-    duration: float = 2000.0,
-    dt: float = 0.05,
-    *,
-    blend: float = 0.0,
-    out: NDArray[np.float64] | None = None,
-) -> NDArray[np.float64]:
-    """Moments of many seeds, bit for bit those of `realise` (and of `WaveRealisation.blended`).
-
-    Parameters, returns and errors are those of `prepare` and `Synthesis.moments_batch`. Shape (len(seeds), 2, n). [Nm]
-    """
-    return prepare(plant, sea, duration, dt).moments_batch(seeds, blend, out)

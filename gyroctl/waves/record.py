@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import heading_angle, series
+from gyroctl.waves.checks import heading_angle, series, store
 from gyroctl.waves.columns import digest, read_columns
 
 JOIN = 30.0
@@ -75,10 +75,7 @@ class ElevationRecord:
         _check_times(time)
         if np.ptp(eta) <= 1e-12:
             raise InputError("sea.eta", float(np.ptp(eta)), "does not vary", _ELEVATION)
-        object.__setattr__(self, "time", time)
-        object.__setattr__(self, "eta", eta)
-        object.__setattr__(self, "heading", heading_angle(self.heading))
-        object.__setattr__(self, "sha256", digest(time, eta))
+        store(self, time=time, eta=eta, heading=heading_angle(self.heading), sha256=digest(time, eta))
 
     @property
     def duration(self) -> float:

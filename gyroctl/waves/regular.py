@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import heading_angle, positive
+from gyroctl.waves.checks import heading_angle, positive, store
 
 _HEIGHT = "Give the wave height, crest to trough, in metres, for example 0.2"
 _FREQUENCY = "Give the frequency in rad/s, for example 3.14"
@@ -41,9 +41,8 @@ class Regular:
 
     def __post_init__(self) -> None:
         """Check every field and store it as a float."""
-        object.__setattr__(self, "height", positive("sea.height", self.height, _HEIGHT))
-        object.__setattr__(self, "wp", positive("sea.wp", self.wp, _FREQUENCY))
-        object.__setattr__(self, "heading", heading_angle(self.heading))
+        height, wp = positive("sea.height", self.height, _HEIGHT), positive("sea.wp", self.wp, _FREQUENCY)
+        store(self, height=height, wp=wp, heading=heading_angle(self.heading))
 
     @property
     def hs(self) -> float:
@@ -86,9 +85,7 @@ class Bichromatic:
         frequencies = _pair("sea.frequencies", self.frequencies, mend)
         if frequencies[0] == frequencies[1]:
             raise InputError("sea.frequencies", self.frequencies, "the two must differ", mend)
-        object.__setattr__(self, "heights", heights)
-        object.__setattr__(self, "frequencies", frequencies)
-        object.__setattr__(self, "heading", heading_angle(self.heading))
+        store(self, heights=heights, frequencies=frequencies, heading=heading_angle(self.heading))
 
     @property
     def hs(self) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import finite, heading_angle, positive
+from gyroctl.waves.checks import finite, heading_angle, positive, store
 
 SIGMA_BELOW = 0.07
 """Relative width of the peak below the peak frequency, (40) [-]."""
@@ -52,8 +52,7 @@ class SeaState:
         gamma = finite("sea.gamma", self.gamma, mend)
         if gamma < 1.0:
             raise InputError("sea.gamma", self.gamma, "must be at least 1", mend)
-        for name, value in (("hs", hs), ("wp", wp), ("gamma", gamma), ("heading", heading_angle(self.heading))):
-            object.__setattr__(self, name, value)
+        store(self, hs=hs, wp=wp, gamma=gamma, heading=heading_angle(self.heading))
 
     def spectrum(self, omega: ArrayLike) -> NDArray[np.float64]:
         """One-sided spectral density of the elevation.

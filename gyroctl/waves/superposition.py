@@ -22,7 +22,6 @@ class Superposition(Protocol):
         out : ndarray, shape (rows, n)
             Receives the signals.
         """
-        ...
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import heading_angle, series
+from gyroctl.waves.checks import heading_angle, series, store
 from gyroctl.waves.columns import digest, read_columns
 
 _OMEGA = "Give frequencies in rad/s (not Hz), rising from line to line"
@@ -57,10 +57,8 @@ class TabulatedSpectrum:
             raise InputError("sea.density", float(density.min()), "must not be negative", _DENSITY)
         if density.max() == 0.0:
             raise InputError("sea.density", 0.0, "must not be zero everywhere", _DENSITY)
-        object.__setattr__(self, "omega", omega)
-        object.__setattr__(self, "density", density)
-        object.__setattr__(self, "heading", heading_angle(self.heading))
-        object.__setattr__(self, "sha256", digest(omega, density))
+        heading = heading_angle(self.heading)
+        store(self, omega=omega, density=density, heading=heading, sha256=digest(omega, density))
 
     @property
     def hs(self) -> float:

@@ -18,7 +18,7 @@ and change nothing but the arrays of the state that they are given::
     foresee(predictor, probe, memory, sample, out)       # as told up to 2 s ahead, forecast beyond
 
 Left out of the design, `estimator` means that the observed moments are the true ones. `forecast` is `predict` for
-Python, with a check of the horizon. A compiled function that calls these should carry ``source_stamp(SOURCES)``, see
+Python, with a check of the horizon. A compiled function that calls these should be ``stamped(SOURCES)``, see
 `gyroctl.plant.compiled`.
 """
 

@@ -46,36 +46,37 @@ def bins(low: float = 1.0, high: float = 12.6, width: float = 0.1) -> Bins:
     return Bins(omega, width)
 
 
-def kernels(
-    plant: Excited,
-    heading: float,
-    grid: Bins,
-    step: float,
-    past: int,
-    horizon: int,
-    transfer: NDArray[np.complex128] | None,
-    noise: Array,
-) -> Kernels:
+class Responses(NamedTuple):
+    """Moments that a unit wave of each bin gives. [Nm/m]"""
+
+    grid: Bins
+    true: NDArray[np.complex128]  # (2, b)
+    seen: NDArray[np.complex128]  # (2, b)
+
+
+def responses(plant: Excited, heading: float, grid: Bins, transfer: NDArray[np.complex128] | None = None) -> Responses:
+    """Responses of `plant` to waves that travel to `heading` [deg].
+
+    `transfer` (2, 2, b) leads from the true moments to the seen ones; unity without.
+    """
+    true = plant.excitation(grid.omega, heading)
+    return Responses(grid, true, true if transfer is None else np.einsum("ijb,jb->ib", transfer, true))
+
+
+def kernels(response: Responses, step: float, past: int, horizon: int, noise: Array) -> Kernels:
     """Covariances per bin.
 
     Parameters
     ----------
-    plant : Plant
-        Gives He_j.
-    heading : float
-        Direction the waves travel to. [deg]
-    grid : Bins
+    response : Responses
     step : float
         Sampling period. [s]
     past, horizon : int
         Greatest lag between two seen values, and beyond. [steps]
-    transfer : (2, 2, b) complex array, optional
-        From the true moments to the seen ones; unity without.
     noise : (2, 2, k) array
         Covariance of the noise in the seen moments at lags 0 .. k - 1, zero beyond. [Nm^2]
     """
-    true = plant.excitation(grid.omega, heading)
-    seen = true if transfer is None else np.einsum("ijb,jb->ib", transfer, true)
+    grid, true, seen = response
     lag = step * np.arange(past + horizon)
     wave = np.exp(1j * np.outer(lag, grid.omega)) * (grid.width * np.sinc(0.5 / np.pi * grid.width * lag))[:, None]
     ahead = np.stack([np.real(wave * (true[i] * np.conj(seen[j]))) for i, j in PAIRS])
@@ -87,20 +88,12 @@ def kernels(
     return Kernels(np.ascontiguousarray(both), np.ascontiguousarray(ahead), floor)
 
 
-def steering(
-    plant: Excited,
-    heading: float,
-    grid: Bins,
-    step: float,
-    ages: NDArray[np.int64],
-    transfer: NDArray[np.complex128] | None,
-) -> Array:
+def steering(response: Responses, step: float, ages: NDArray[np.int64]) -> Array:
     """Moments (2 m, 2 b) that a unit wave of each bin gives at the ages looked at: real parts, then imaginary ones.
 
-    Rows are Me1, Me3 of the youngest, then of the next; the parameters are those of `kernels`.
+    Rows are Me1, Me3 of the youngest, then of the next, as they are seen; `step` is that of `kernels`.
     """
-    true = plant.excitation(grid.omega, heading)
-    seen = true if transfer is None else np.einsum("ijb,jb->ib", transfer, true)
+    grid, _, seen = response
     wave = np.exp(-1j * step * np.outer(ages, grid.omega))
     both = (wave[:, None, :] * seen[None, :, :]).reshape(2 * ages.size, grid.omega.size)
     return np.ascontiguousarray(np.hstack([both.real, both.imag]))

@@ -18,13 +18,13 @@ noise, three numbers alone would be wrong in a mixed sea.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.plant import compiled
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import stamped
 from gyroctl.waves import spectrum
 from gyroctl.waves.estimation import sea_shape
 from gyroctl.waves.estimation.moment_model import Array
@@ -103,210 +103,175 @@ class Fit(NamedTuple):
     system: Array  # (3, 4), the linear equations of the three numbers
 
 
-def _factorise(stamp: str) -> Any:
-    def factorise(learner: Learner, state: LearnerState, doubt: float) -> None:
-        """Covariances at the present spectrum, the factor of those looked at and its inverse.
+@stamped(SOURCES)
+def factorise(learner: Learner, state: LearnerState, doubt: float) -> None:
+    """Covariances at the present spectrum, the factor of those looked at and its inverse.
 
-        `doubt` is a variance added to the values looked at. [Nm^2]
-        """
-        assert stamp
-        S, ages, V = state.spectrum, learner.ages, state.whitener
-        size, lags = V.shape[0], learner.noise.shape[1]
-        U, seen = np.empty((size, size)), np.empty((4, lags))  # G = U^T U, V = U^-T
-        for p in range(4):
-            for lag in range(lags):
-                total = learner.noise[p, lag]
-                for b in range(S.size):
-                    total += learner.seen[p, lag, b] * S[b]
-                seen[p, lag] = total
-            for lag in range(state.ahead.shape[1]):
-                total = 0.0
-                for b in range(S.size):
-                    total += learner.ahead[p, lag, b] * S[b]
-                state.ahead[p, lag] = total
-        for r in range(size):
-            for c in range(r, size):  # column c is the older: E o_i(t - a) o_j(t - b) at the lag b - a
-                U[r, c] = seen[2 * (r % 2) + c % 2, ages[c // 2] - ages[r // 2]]
-            U[r, r] += doubt
-        for k in range(size):
-            pivot = math.sqrt(U[k, k])
-            for c in range(k, size):
-                U[k, c] /= pivot
-            for r in range(k + 1, size):
-                f = U[k, r]
-                for c in range(r, size):
-                    U[r, c] -= f * U[k, c]
-        for r in range(size):
-            for c in range(size):
-                V[r, c] = 0.0
-            V[r, r] = 1.0
-            for k in range(r):
-                f = U[k, r]
-                for c in range(k + 1):
-                    V[r, c] -= f * V[k, c]
-            for c in range(r + 1):
-                V[r, c] /= U[r, r]
-
-    return entry_point(factorise)
+    `doubt` is a variance added to the values looked at. [Nm^2]
+    """
+    S, ages, V = state.spectrum, learner.ages, state.whitener
+    size, lags = V.shape[0], learner.noise.shape[1]
+    U, seen = np.empty((size, size)), np.empty((4, lags))  # G = U^T U, V = U^-T
+    for p in range(4):
+        for lag in range(lags):
+            total = learner.noise[p, lag]
+            for b in range(S.size):
+                total += learner.seen[p, lag, b] * S[b]
+            seen[p, lag] = total
+        for lag in range(state.ahead.shape[1]):
+            total = 0.0
+            for b in range(S.size):
+                total += learner.ahead[p, lag, b] * S[b]
+            state.ahead[p, lag] = total
+    for r in range(size):
+        for c in range(r, size):  # column c is the older: E o_i(t - a) o_j(t - b) at the lag b - a
+            U[r, c] = seen[2 * (r % 2) + c % 2, ages[c // 2] - ages[r // 2]]
+        U[r, r] += doubt
+    for k in range(size):
+        pivot = math.sqrt(U[k, k])
+        for c in range(k, size):
+            U[k, c] /= pivot
+        for r in range(k + 1, size):
+            f = U[k, r]
+            for c in range(r, size):
+                U[r, c] -= f * U[k, c]
+    for r in range(size):
+        for c in range(size):
+            V[r, c] = 0.0
+        V[r, r] = 1.0
+        for k in range(r):
+            f = U[k, r]
+            for c in range(k + 1):
+                V[r, c] -= f * V[k, c]
+        for c in range(r + 1):
+            V[r, c] /= U[r, r]
 
 
-def _correlate(stamp: str) -> Any:
-    def correlate(learner: Learner, state: LearnerState, history: NDArray[np.float64], at: int) -> None:
-        """Take the newest moments, row `at` of the round buffer, into the products over the lag."""
-        assert stamp
-        keep, share, length = learner.fade, 1.0 - learner.fade, history.shape[0]
-        one, three = share * history[at, 0], share * history[at, 1]
-        products = state.products
-        for lag in range(length):
-            row = at - lag if lag <= at else at - lag + length
-            h1, h3 = history[row, 0], history[row, 1]
-            products[0, lag] = keep * products[0, lag] + one * h1
-            products[1, lag] = keep * products[1, lag] + one * h3
-            products[2, lag] = keep * products[2, lag] + three * h1
-            products[3, lag] = keep * products[3, lag] + three * h3
-        state.weight[0] = keep * state.weight[0] + share
-
-    return entry_point(correlate)
+@stamped(SOURCES)
+def correlate(learner: Learner, state: LearnerState, history: NDArray[np.float64], at: int) -> None:
+    """Take the newest moments, row `at` of the round buffer, into the products over the lag."""
+    keep, share, length = learner.fade, 1.0 - learner.fade, history.shape[0]
+    one, three = share * history[at, 0], share * history[at, 1]
+    products = state.products
+    for lag in range(length):
+        row = at - lag if lag <= at else at - lag + length
+        h1, h3 = history[row, 0], history[row, 1]
+        products[0, lag] = keep * products[0, lag] + one * h1
+        products[1, lag] = keep * products[1, lag] + one * h3
+        products[2, lag] = keep * products[2, lag] + three * h1
+        products[3, lag] = keep * products[3, lag] + three * h3
+    state.weight[0] = keep * state.weight[0] + share
 
 
-def _learn(stamp: str) -> Any:
-    def learn(learner: Learner, state: LearnerState) -> None:
-        """Take one step of the fit and factorise anew."""
-        assert stamp
-        bins = learner.omega.size
-        spared = (bins + SPARED - 1) // SPARED
-        fit = Fit(
-            np.zeros(learner.steering.shape),
-            np.zeros(bins),
-            np.zeros(bins),
-            np.zeros((bins, 3)),
-            np.zeros((2, spared, spared)),
-            np.zeros((3, 4)),
-        )
-        factorise(learner, state, learner.doubt)
-        whiten(learner, state, fit)
-        compare(learner, state, fit)
-        fit_shape(learner, state, fit)
-        fit_bins(learner, state, fit)
-        factorise(learner, state, 0.0)
-
-    return entry_point(learn)
+@stamped(SOURCES)
+def learn(learner: Learner, state: LearnerState) -> None:
+    """Take one step of the fit and factorise anew."""
+    bins = learner.omega.size
+    spared = (bins + SPARED - 1) // SPARED
+    overlap, system = np.zeros((2, spared, spared)), np.zeros((3, 4))
+    solved, slopes = np.zeros(learner.steering.shape), np.zeros((bins, 3))
+    fit = Fit(solved, np.zeros(bins), np.zeros(bins), slopes, overlap, system)
+    factorise(learner, state, learner.doubt)
+    whiten(learner, state, fit)
+    compare(learner, state, fit)
+    fit_shape(learner, state, fit)
+    fit_bins(learner, state, fit)
+    factorise(learner, state, 0.0)
 
 
-def _whiten(stamp: str) -> Any:
-    def whiten(learner: Learner, state: LearnerState, fit: Fit) -> None:
-        """G^-1 a_b and e_b."""
-        assert stamp
-        A, V, X = learner.steering, state.whitener, fit.solved
-        size, twice = A.shape
-        bins, z = twice // 2, np.empty(twice)
-        for r in range(size):
+@stamped(SOURCES)
+def whiten(learner: Learner, state: LearnerState, fit: Fit) -> None:
+    """G^-1 a_b and e_b."""
+    A, V, X = learner.steering, state.whitener, fit.solved
+    size, twice = A.shape
+    bins, z = twice // 2, np.empty(twice)
+    for r in range(size):
+        for b in range(twice):
+            z[b] = 0.0
+        for k in range(r + 1):
+            f = V[r, k]
             for b in range(twice):
-                z[b] = 0.0
-            for k in range(r + 1):
-                f = V[r, k]
-                for b in range(twice):
-                    z[b] += f * A[k, b]
-            for k in range(r + 1):
-                f = V[r, k]
-                for b in range(twice):
-                    X[k, b] += f * z[b]
-            for b in range(bins):
-                fit.e[b] += z[b] * z[b] + z[bins + b] * z[bins + b]
-
-    return entry_point(whiten)
-
-
-def _compare(stamp: str) -> Any:
-    def compare(learner: Learner, state: LearnerState, fit: Fit) -> None:
-        """q_b, from the covariances as seen."""
-        assert stamp
-        X, ages, q = fit.solved, learner.ages, fit.q
-        size, twice = X.shape
-        bins, y = twice // 2, np.empty(twice)
-        scale = 1.0 / state.weight[0]
-        for r in range(size):
+                z[b] += f * A[k, b]
+        for k in range(r + 1):
+            f = V[r, k]
             for b in range(twice):
-                y[b] = 0.0
-            for c in range(size):
-                lag = ages[c // 2] - ages[r // 2]
-                if lag >= 0:
-                    f = scale * state.products[2 * (r % 2) + c % 2, lag]
-                else:
-                    f = scale * state.products[2 * (c % 2) + r % 2, -lag]
-                for b in range(twice):
-                    y[b] += f * X[c, b]
-            for b in range(bins):
-                q[b] += X[r, b] * y[b] + X[r, bins + b] * y[bins + b]
-
-    return entry_point(compare)
-
-
-def _fit_shape(stamp: str) -> Any:
-    def fit_shape(learner: Learner, state: LearnerState, fit: Fit) -> None:
-        """One Fisher-scoring step of level, peak and sharpness."""
-        assert stamp
-        S, slopes, M, H = state.spectrum, fit.slopes, fit.system, fit.overlap
-        A, X, shape = learner.steering, fit.solved, state.shape
-        size, bins = A.shape[0], S.size
+                X[k, b] += f * z[b]
         for b in range(bins):
-            log_spectrum(shape, learner.omega[b], slopes[b])
-        spared = H.shape[1]
-        for r in range(size):
-            for i in range(spared):
-                real, imaginary = A[r, SPARED * i], A[r, bins + SPARED * i]
-                for j in range(spared):
-                    H[0, i, j] += real * X[r, SPARED * j] + imaginary * X[r, bins + SPARED * j]
-                    H[1, i, j] += real * X[r, bins + SPARED * j] - imaginary * X[r, SPARED * j]
-        # the prior weighs as much as one window against the number of windows seen
-        windows = 1.0 + min(-math.log(max(1.0 - state.weight[0], 1e-9)), 1.0) / -math.log(learner.fade) / learner.window
-        for k in range(3):
-            precision = 1.0 / (PRIOR[k] * PRIOR[k] * windows)
-            M[k, k] = precision
-            M[k, 3] = -precision * (shape[k] - learner.shape[k])
-            for b in range(bins):
-                M[k, 3] += 0.5 * learner.width * slopes[b, k] * S[b] * (fit.q[b] - fit.e[b])
-        area = (SPARED * learner.width) ** 2
+            fit.e[b] += z[b] * z[b] + z[bins + b] * z[bins + b]
+
+
+@stamped(SOURCES)
+def compare(learner: Learner, state: LearnerState, fit: Fit) -> None:
+    """q_b, from the covariances as seen."""
+    X, ages, q = fit.solved, learner.ages, fit.q
+    size, twice = X.shape
+    bins, y = twice // 2, np.empty(twice)
+    scale = 1.0 / state.weight[0]
+    for r in range(size):
+        for b in range(twice):
+            y[b] = 0.0
+        for c in range(size):
+            lag = ages[c // 2] - ages[r // 2]
+            if lag >= 0:
+                f = scale * state.products[2 * (r % 2) + c % 2, lag]
+            else:
+                f = scale * state.products[2 * (c % 2) + r % 2, -lag]
+            for b in range(twice):
+                y[b] += f * X[c, b]
+        for b in range(bins):
+            q[b] += X[r, b] * y[b] + X[r, bins + b] * y[bins + b]
+
+
+@stamped(SOURCES)
+def fit_shape(learner: Learner, state: LearnerState, fit: Fit) -> None:
+    """One Fisher-scoring step of level, peak and sharpness."""
+    S, slopes, M, H = state.spectrum, fit.slopes, fit.system, fit.overlap
+    A, X, shape = learner.steering, fit.solved, state.shape
+    size, bins = A.shape[0], S.size
+    for b in range(bins):
+        log_spectrum(shape, learner.omega[b], slopes[b])
+    spared = H.shape[1]
+    for r in range(size):
         for i in range(spared):
+            real, imaginary = A[r, SPARED * i], A[r, bins + SPARED * i]
             for j in range(spared):
-                b, c = SPARED * i, SPARED * j
-                weight = 0.25 * area * S[b] * S[c] * (H[0, i, j] ** 2 + H[1, i, j] ** 2)
-                for k in range(3):
-                    for l in range(3):
-                        M[k, l] += weight * slopes[b, k] * slopes[c, l]
-        for k in range(3):  # M is positive definite: no pivoting
-            for r in range(k + 1, 3):
-                f = M[r, k] / M[k, k]
-                for c in range(k, 4):
-                    M[r, c] -= f * M[k, c]
-        for k in range(2, -1, -1):
-            for c in range(k + 1, 3):
-                M[k, 3] -= M[k, c] * M[c, 3]
-            M[k, 3] /= M[k, k]
-        for k in range(3):
-            shape[k] += 0.7 * min(max(M[k, 3], -TRUST[k]), TRUST[k])
-            shape[k] = min(max(shape[k], LOWEST[k]), HIGHEST[k])
-
-    return entry_point(fit_shape)
-
-
-def _fit_bins(stamp: str) -> Any:
-    def fit_bins(learner: Learner, state: LearnerState, fit: Fit) -> None:
-        """Expectation-maximisation of every bin, drawn to the JONSWAP sea."""
-        assert stamp
-        S, slopes = state.spectrum, fit.slopes
-        for b in range(S.size):
-            jonswap = math.exp(log_spectrum(state.shape, learner.omega[b], slopes[b]))
-            grown = 1.0 + 0.5 * learner.width * S[b] * (fit.q[b] - fit.e[b])
-            S[b] = (1.0 - DRAWN) * S[b] * min(max(grown, 0.1), 10.0) + DRAWN * jonswap
-
-    return entry_point(fit_bins)
+                H[0, i, j] += real * X[r, SPARED * j] + imaginary * X[r, bins + SPARED * j]
+                H[1, i, j] += real * X[r, bins + SPARED * j] - imaginary * X[r, SPARED * j]
+    # the prior weighs as much as one window against the number of windows seen
+    windows = 1.0 + min(-math.log(max(1.0 - state.weight[0], 1e-9)), 1.0) / -math.log(learner.fade) / learner.window
+    for k in range(3):
+        precision = 1.0 / (PRIOR[k] * PRIOR[k] * windows)
+        M[k, k] = precision
+        M[k, 3] = -precision * (shape[k] - learner.shape[k])
+        for b in range(bins):
+            M[k, 3] += 0.5 * learner.width * slopes[b, k] * S[b] * (fit.q[b] - fit.e[b])
+    area = (SPARED * learner.width) ** 2
+    for i in range(spared):
+        for j in range(spared):
+            b, c = SPARED * i, SPARED * j
+            weight = 0.25 * area * S[b] * S[c] * (H[0, i, j] ** 2 + H[1, i, j] ** 2)
+            for k in range(3):
+                for l in range(3):
+                    M[k, l] += weight * slopes[b, k] * slopes[c, l]
+    for k in range(3):  # M is positive definite: no pivoting
+        for r in range(k + 1, 3):
+            f = M[r, k] / M[k, k]
+            for c in range(k, 4):
+                M[r, c] -= f * M[k, c]
+    for k in range(2, -1, -1):
+        for c in range(k + 1, 3):
+            M[k, 3] -= M[k, c] * M[c, 3]
+        M[k, 3] /= M[k, k]
+    for k in range(3):
+        shape[k] += 0.7 * min(max(M[k, 3], -TRUST[k]), TRUST[k])
+        shape[k] = min(max(shape[k], LOWEST[k]), HIGHEST[k])
 
 
-factorise = _factorise(source_stamp(SOURCES))
-correlate = _correlate(source_stamp(SOURCES))
-whiten = _whiten(source_stamp(SOURCES))
-compare = _compare(source_stamp(SOURCES))
-fit_shape = _fit_shape(source_stamp(SOURCES))
-fit_bins = _fit_bins(source_stamp(SOURCES))
-learn = _learn(source_stamp(SOURCES))
+@stamped(SOURCES)
+def fit_bins(learner: Learner, state: LearnerState, fit: Fit) -> None:
+    """Expectation-maximisation of every bin, drawn to the JONSWAP sea."""
+    S, slopes = state.spectrum, fit.slopes
+    for b in range(S.size):
+        jonswap = math.exp(log_spectrum(state.shape, learner.omega[b], slopes[b]))
+        grown = 1.0 + 0.5 * learner.width * S[b] * (fit.q[b] - fit.e[b])
+        S[b] = (1.0 - DRAWN) * S[b] * min(max(grown, 0.1), 10.0) + DRAWN * jonswap

@@ -11,14 +11,14 @@ held and with moments that swing on at the peak frequency. Correction has two pa
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.plant import compiled, equations, kernel, trigonometry
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import stamped
 from gyroctl.plant.equations import (
     LEDGER,
     OMEGA_RATE,
@@ -32,7 +32,7 @@ from gyroctl.plant.equations import (
     Coefficients,
     derivative,
 )
-from gyroctl.plant.kernel import slip_rate, steps_for
+from gyroctl.plant.kernel import rows, slip_rate, steps_for
 from gyroctl.plant.plant import Plant
 from gyroctl.waves.estimation.moment_model import Array, FloatModel, Gains, float_model, stationary_gains
 from gyroctl.waves.spectrum import SeaState
@@ -119,17 +119,16 @@ class MomentEstimator(NamedTuple):
 
     def init(self) -> EstimatorState:
         """Return a fresh state; the first sample fills it."""
-        n = RADIATION + len(self.k.q1) + len(self.k.q3)
-        rows = n + len(LEDGER)
+        n = rows(self.k) - len(LEDGER)
         return EstimatorState(
-            np.zeros(n),
-            np.zeros(2),
-            np.zeros(4),
-            np.diag(self.ring_noise),
-            np.zeros((self.delay + 1, 2)),
-            np.zeros(7),
-            np.zeros((6, rows)),
-            np.zeros(1),
+            x_hat=np.zeros(n),
+            me_hat=np.zeros(2),
+            wave=np.zeros(4),
+            ring=np.diag(self.ring_noise),
+            queue=np.zeros((self.delay + 1, 2)),
+            innovation=np.zeros(7),
+            work=np.zeros((6, rows(self.k))),
+            begun=np.zeros(1),
         )
 
 
@@ -161,175 +160,149 @@ def gains_of(
 def _checked(sensor_noise: tuple[float, ...]) -> Array:
     noise: Array = np.asarray(sensor_noise, np.float64)
     if noise.shape != (7,) or not np.all(np.isfinite(noise)) or np.any(noise < 0.0):
-        raise InputError(
-            "estimator.sensor_noise",
-            sensor_noise,
-            "must be seven numbers, none negative",
-            "Give standard deviations of psi, psi', omega', phi1, phi3, phi1', phi3'",
-        )
+        mend = "Give standard deviations of psi, psi', omega', phi1, phi3, phi1', phi3'"
+        raise InputError("estimator.sensor_noise", sensor_noise, "must be seven numbers, none negative", mend)
     return noise
 
 
-def _update(stamp: str) -> Any:
-    def update(estimator: MomentEstimator, state: EstimatorState, y: NDArray[np.float64], cc: float, cg: float) -> None:
-        """Take one sample, in place.
+@stamped(SOURCES)
+def update(estimator: MomentEstimator, state: EstimatorState, y: NDArray[np.float64], cc: float, cg: float) -> None:
+    """Take one sample, in place.
 
-        Parameters
-        ----------
-        estimator : MomentEstimator
-        state : EstimatorState
-            Holds `x_hat` and `me_hat` of this sample afterwards.
-        y : (7,) array
-            psi, psi', omega', phi1, phi3, phi1', phi3' as measured. [rad, rad/s]
-        cc, cg : float
-            Command since the last sample; ignored at the first. [Nms]
-        """
-        assert stamp
-        x, wave, queue = state.x_hat, state.wave, state.queue
-        if state.begun[0] == 0.0:
-            x[PSI], x[PSI_RATE], x[OMEGA_RATE] = y[0], y[1], y[2]
-            x[PHI1], x[PHI3], x[PHI1_RATE], x[PHI3_RATE] = y[3], y[4], y[5], y[6]
-            state.begun[0] = 1.0
-            for i in range(queue.shape[0]):
-                queue[i, 0], queue[i, 1] = cc, cg
-            return
-        state.begun[0] += 1.0
-        last = queue.shape[0] - 1
-        for i in range(last):
-            queue[i, 0], queue[i, 1] = queue[i + 1, 0], queue[i + 1, 1]
-        queue[last, 0], queue[last, 1] = cc, cg
-        predict_state(estimator, state, queue[0, 0], queue[0, 1])
-        predict_ring(estimator, state, queue[0, 0], queue[0, 1])
-        e = state.innovation
-        e[0], e[1], e[2] = y[0] - x[PSI], y[1] - x[PSI_RATE], y[2] - x[OMEGA_RATE]
-        e[3], e[4], e[5], e[6] = y[3] - x[PHI1], y[4] - x[PHI3], y[5] - x[PHI1_RATE], y[6] - x[PHI3_RATE]
-        correct_ring(estimator, state)
-        correct_float(estimator, state)
-        state.me_hat[0], state.me_hat[1] = wave[0], wave[2]
-
-    return entry_point(update)
+    Parameters
+    ----------
+    estimator : MomentEstimator
+    state : EstimatorState
+        Holds `x_hat` and `me_hat` of this sample afterwards.
+    y : (7,) array
+        psi, psi', omega', phi1, phi3, phi1', phi3' as measured. [rad, rad/s]
+    cc, cg : float
+        Command since the last sample; ignored at the first. [Nms]
+    """
+    x, wave, queue = state.x_hat, state.wave, state.queue
+    if state.begun[0] == 0.0:
+        x[PSI], x[PSI_RATE], x[OMEGA_RATE] = y[0], y[1], y[2]
+        x[PHI1], x[PHI3], x[PHI1_RATE], x[PHI3_RATE] = y[3], y[4], y[5], y[6]
+        state.begun[0] = 1.0
+        for i in range(queue.shape[0]):
+            queue[i, 0], queue[i, 1] = cc, cg
+        return
+    state.begun[0] += 1.0
+    last = queue.shape[0] - 1
+    for i in range(last):
+        queue[i, 0], queue[i, 1] = queue[i + 1, 0], queue[i + 1, 1]
+    queue[last, 0], queue[last, 1] = cc, cg
+    predict_state(estimator, state, queue[0, 0], queue[0, 1])
+    predict_ring(estimator, state, queue[0, 0], queue[0, 1])
+    e = state.innovation
+    e[0], e[1], e[2] = y[0] - x[PSI], y[1] - x[PSI_RATE], y[2] - x[OMEGA_RATE]
+    e[3], e[4], e[5], e[6] = y[3] - x[PHI1], y[4] - x[PHI3], y[5] - x[PHI1_RATE], y[6] - x[PHI3_RATE]
+    correct_ring(estimator, state)
+    correct_float(estimator, state)
+    state.me_hat[0], state.me_hat[1] = wave[0], wave[2]
 
 
-def _predict_state(stamp: str) -> Any:
-    def predict_state(estimator: MomentEstimator, state: EstimatorState, cc: float, cg: float) -> None:
-        """Run plant and moments over one period with held controls."""
-        assert stamp
-        k, x_hat, wave, work = estimator.k, state.x_hat, state.wave, state.work
-        n = x_hat.size
-        hold = estimator.period
-        steps = steps_for(hold, COARSEST, slip_rate(k, cc))
-        h = hold / steps
-        x, dx, total = work[0], work[1], work[2]
-        decay = estimator.spread * estimator.wp
-        turn = estimator.wp * math.sqrt(1.0 - estimator.spread**2)
-        one = (wave[1] + decay * wave[0]) / turn
-        three = (wave[3] + decay * wave[2]) / turn
-        for step in range(steps):
+@stamped(SOURCES)
+def predict_state(estimator: MomentEstimator, state: EstimatorState, cc: float, cg: float) -> None:
+    """Run plant and moments over one period with held controls."""
+    k, x_hat, wave, work = estimator.k, state.x_hat, state.wave, state.work
+    n = x_hat.size
+    hold = estimator.period
+    steps = steps_for(hold, COARSEST, slip_rate(k, cc))
+    h = hold / steps
+    x, dx, total = work[0], work[1], work[2]
+    decay = estimator.spread * estimator.wp
+    turn = estimator.wp * math.sqrt(1.0 - estimator.spread**2)
+    one = (wave[1] + decay * wave[0]) / turn
+    three = (wave[3] + decay * wave[2]) / turn
+    for step in range(steps):
+        for i in range(n):
+            x[i] = x_hat[i]
+            total[i] = 0.0
+        for stage in range(4):
+            ahead = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
+            s = step * h + ahead
+            fade = math.exp(-decay * s)
+            c, sn = fade * math.cos(turn * s), fade * math.sin(turn * s)
+            derivative(x, dx, 1, 0, k, cc, cg, c * wave[0] + sn * one, c * wave[2] + sn * three)
+            share = h / 6.0 if stage == 0 or stage == 3 else h / 3.0
+            to = h if stage == 2 else 0.5 * h
             for i in range(n):
-                x[i] = x_hat[i]
-                total[i] = 0.0
-            for stage in range(4):
-                ahead = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
-                s = step * h + ahead
-                fade = math.exp(-decay * s)
-                c, sn = fade * math.cos(turn * s), fade * math.sin(turn * s)
-                derivative(x, dx, 1, 0, k, cc, cg, c * wave[0] + sn * one, c * wave[2] + sn * three)
-                share = h / 6.0 if stage == 0 or stage == 3 else h / 3.0
-                to = h if stage == 2 else 0.5 * h
-                for i in range(n):
-                    total[i] += share * dx[i]
-                    x[i] = x_hat[i] + to * dx[i]
-            for i in range(n):
-                x_hat[i] += total[i]
-        fade = math.exp(-decay * hold)
-        c, sn = fade * math.cos(turn * hold), fade * math.sin(turn * hold)
-        for j in range(2):
-            m, v = wave[2 * j], wave[2 * j + 1]
-            b = (v + decay * m) / turn
-            wave[2 * j] = c * m + sn * b
-            wave[2 * j + 1] = c * (turn * b - decay * m) - sn * (turn * m + decay * b)
-
-    return entry_point(predict_state)
+                total[i] += share * dx[i]
+                x[i] = x_hat[i] + to * dx[i]
+        for i in range(n):
+            x_hat[i] += total[i]
+    fade = math.exp(-decay * hold)
+    c, sn = fade * math.cos(turn * hold), fade * math.sin(turn * hold)
+    for j in range(2):
+        m, v = wave[2 * j], wave[2 * j + 1]
+        b = (v + decay * m) / turn
+        wave[2 * j] = c * m + sn * b
+        wave[2 * j + 1] = c * (turn * b - decay * m) - sn * (turn * m + decay * b)
 
 
-def _predict_ring(stamp: str) -> Any:
-    def predict_ring(estimator: MomentEstimator, state: EstimatorState, cc: float, cg: float) -> None:
-        """Carry the variance of psi, psi', omega' over one period."""
-        assert stamp
-        k, P, h = estimator.k, state.ring, estimator.period
-        # the slip decays within a period: an L-stable Pade step (1, 2) of its two states, a trapezoid for psi
-        a, b = -h * k.N * k.N * cc * k.Gpp, h * k.N * cc * k.Gpp
-        c, d = h * k.N * cc * k.Goo, -h * (cc + cg) * k.Goo
-        aa, ab, ca, dd = a * a + b * c, a * b + b * d, c * a + d * c, c * b + d * d
-        la, lb = 1.0 - 2.0 / 3.0 * a + aa / 6.0, -2.0 / 3.0 * b + ab / 6.0
-        lc, ld = -2.0 / 3.0 * c + ca / 6.0, 1.0 - 2.0 / 3.0 * d + dd / 6.0
-        ra, rb, rc, rd = 1.0 + a / 3.0, b / 3.0, c / 3.0, 1.0 + d / 3.0
-        det = la * ld - lb * lc
-        fa, fb = (ld * ra - lb * rc) / det, (ld * rb - lb * rd) / det
-        fc, fd = (la * rc - lc * ra) / det, (la * rd - lc * rb) / det
-        F = state.work[3:6, 0:3]
-        F[0, 0], F[0, 1], F[0, 2] = 1.0, 0.5 * h * (1.0 + fa), 0.5 * h * fb
-        F[1, 0], F[1, 1], F[1, 2] = 0.0, fa, fb
-        F[2, 0], F[2, 1], F[2, 2] = 0.0, fc, fd
-        G = state.work[3:6, 3:6]
-        for i in range(3):
-            for j in range(3):
-                G[i, j] = F[i, 0] * P[0, j] + F[i, 1] * P[1, j] + F[i, 2] * P[2, j]
-        for i in range(3):
-            for j in range(3):
-                P[i, j] = G[i, 0] * F[j, 0] + G[i, 1] * F[j, 1] + G[i, 2] * F[j, 2]
-            P[i, i] += estimator.ring_drift[i]
-
-    return entry_point(predict_ring)
+@stamped(SOURCES)
+def predict_ring(estimator: MomentEstimator, state: EstimatorState, cc: float, cg: float) -> None:
+    """Carry the variance of psi, psi', omega' over one period."""
+    k, P, h = estimator.k, state.ring, estimator.period
+    # the slip decays within a period: an L-stable Pade step (1, 2) of its two states, a trapezoid for psi
+    a, b = -h * k.N * k.N * cc * k.Gpp, h * k.N * cc * k.Gpp
+    c, d = h * k.N * cc * k.Goo, -h * (cc + cg) * k.Goo
+    aa, ab, ca, dd = a * a + b * c, a * b + b * d, c * a + d * c, c * b + d * d
+    la, lb = 1.0 - 2.0 / 3.0 * a + aa / 6.0, -2.0 / 3.0 * b + ab / 6.0
+    lc, ld = -2.0 / 3.0 * c + ca / 6.0, 1.0 - 2.0 / 3.0 * d + dd / 6.0
+    ra, rb, rc, rd = 1.0 + a / 3.0, b / 3.0, c / 3.0, 1.0 + d / 3.0
+    det = la * ld - lb * lc
+    fa, fb = (ld * ra - lb * rc) / det, (ld * rb - lb * rd) / det
+    fc, fd = (la * rc - lc * ra) / det, (la * rd - lc * rb) / det
+    F = state.work[3:6, 0:3]
+    F[0, 0], F[0, 1], F[0, 2] = 1.0, 0.5 * h * (1.0 + fa), 0.5 * h * fb
+    F[1, 0], F[1, 1], F[1, 2] = 0.0, fa, fb
+    F[2, 0], F[2, 1], F[2, 2] = 0.0, fc, fd
+    G = state.work[3:6, 3:6]
+    for i in range(3):
+        for j in range(3):
+            G[i, j] = F[i, 0] * P[0, j] + F[i, 1] * P[1, j] + F[i, 2] * P[2, j]
+    for i in range(3):
+        for j in range(3):
+            P[i, j] = G[i, 0] * F[j, 0] + G[i, 1] * F[j, 1] + G[i, 2] * F[j, 2]
+        P[i, i] += estimator.ring_drift[i]
 
 
-def _correct_ring(stamp: str) -> Any:
-    def correct_ring(estimator: MomentEstimator, state: EstimatorState) -> None:
-        """Correct psi, psi', omega' by their measurements, one after the other: their noises are independent."""
-        assert stamp
-        x, P, e, gain = state.x_hat, state.ring, state.innovation, state.work[3]
-        move0, move1, move2 = 0.0, 0.0, 0.0
-        for i in range(3):
-            moved = move0 if i == 0 else (move1 if i == 1 else move2)
-            whole = P[i, i] + estimator.ring_noise[i]
-            for j in range(3):
-                gain[j] = P[j, i] / whole
-            left = e[i] - moved
-            move0, move1, move2 = move0 + gain[0] * left, move1 + gain[1] * left, move2 + gain[2] * left
-            r0, r1, r2 = P[i, 0], P[i, 1], P[i, 2]
-            for j in range(3):
-                P[j, 0] -= gain[j] * r0
-                P[j, 1] -= gain[j] * r1
-                P[j, 2] -= gain[j] * r2
-        x[PSI] += move0
-        x[PSI_RATE] += move1
-        x[OMEGA_RATE] += move2
-
-    return entry_point(correct_ring)
+@stamped(SOURCES)
+def correct_ring(estimator: MomentEstimator, state: EstimatorState) -> None:
+    """Correct psi, psi', omega' by their measurements, one after the other: their noises are independent."""
+    x, P, e, gain = state.x_hat, state.ring, state.innovation, state.work[3]
+    move0, move1, move2 = 0.0, 0.0, 0.0
+    for i in range(3):
+        moved = move0 if i == 0 else (move1 if i == 1 else move2)
+        whole = P[i, i] + estimator.ring_noise[i]
+        for j in range(3):
+            gain[j] = P[j, i] / whole
+        left = e[i] - moved
+        move0, move1, move2 = move0 + gain[0] * left, move1 + gain[1] * left, move2 + gain[2] * left
+        r0, r1, r2 = P[i, 0], P[i, 1], P[i, 2]
+        for j in range(3):
+            P[j, 0] -= gain[j] * r0
+            P[j, 1] -= gain[j] * r1
+            P[j, 2] -= gain[j] * r2
+    x[PSI] += move0
+    x[PSI_RATE] += move1
+    x[OMEGA_RATE] += move2
 
 
-def _correct_float(stamp: str) -> Any:
-    def correct_float(estimator: MomentEstimator, state: EstimatorState) -> None:
-        """Correct float and moments by the constant gain."""
-        assert stamp
-        x, wave, e, gain = state.x_hat, state.wave, state.innovation, estimator.gain
-        f = x.size - 4  # psi, omega and their rates are not of the float
-        for i in range(f + 4):
-            move = gain[i, 0] * e[3] + gain[i, 1] * e[4] + gain[i, 2] * e[5] + gain[i, 3] * e[6]
-            if i >= f:
-                wave[i - f] += move
-            elif i < 2:
-                x[PHI1 + i] += move
-            elif i < 4:
-                x[PHI1_RATE + i - 2] += move
-            else:
-                x[RADIATION + i - 4] += move
-
-    return entry_point(correct_float)
-
-
-predict_state = _predict_state(source_stamp(SOURCES))
-predict_ring = _predict_ring(source_stamp(SOURCES))
-correct_ring = _correct_ring(source_stamp(SOURCES))
-correct_float = _correct_float(source_stamp(SOURCES))
-update = _update(source_stamp(SOURCES))
+@stamped(SOURCES)
+def correct_float(estimator: MomentEstimator, state: EstimatorState) -> None:
+    """Correct float and moments by the constant gain."""
+    x, wave, e, gain = state.x_hat, state.wave, state.innovation, estimator.gain
+    f = x.size - 4  # psi, omega and their rates are not of the float
+    for i in range(f + 4):
+        move = gain[i, 0] * e[3] + gain[i, 1] * e[4] + gain[i, 2] * e[5] + gain[i, 3] * e[6]
+        if i >= f:
+            wave[i - f] += move
+        elif i < 2:
+            x[PHI1 + i] += move
+        elif i < 4:
+            x[PHI1_RATE + i - 2] += move
+        else:
+            x[RADIATION + i - 4] += move

@@ -9,18 +9,18 @@ the leading block of the same factor.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.plant import compiled
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import stamped
 from gyroctl.plant.plant import Plant
 from gyroctl.waves import spectrum
 from gyroctl.waves.estimation import learning, sea_shape
-from gyroctl.waves.estimation.gaussian import Bins, bins, kernels, steering
+from gyroctl.waves.estimation.gaussian import Bins, bins, kernels, responses, steering
 from gyroctl.waves.estimation.learning import Learner, LearnerState, correlate, learn
 from gyroctl.waves.estimation.moment_model import Array, FloatModel, float_model, noise_covariance, transfer
 from gyroctl.waves.estimation.observer import MomentEstimator
@@ -96,57 +96,50 @@ class Predictor(NamedTuple):
                 raise InputError(f"predictor.{name}", value, "must be positive", f"Give {name} as a number")
         for name, value in (("past", past), ("horizon", horizon)):
             if round(value / step) < 1:
-                raise InputError(
-                    f"predictor.{name}", value, f"is shorter than the step of {step} s", "Give some seconds"
-                )
+                problem = f"is shorter than the step of {step} s"
+                raise InputError(f"predictor.{name}", value, problem, "Give some seconds")
         sea, grid = sea or GENERIC, grid or bins()
         ages = np.array([a for a in range(round(past / step) + 1) if _looked_at(a, step)], np.int64)
         count, leads = int(ages[-1]) + 1, round(horizon / step)
         noise: Array = np.zeros((2, 2, count))
-        response = None
+        through = None
         if estimator is not None:
             if not math.isclose(estimator.period, step):
-                raise InputError(
-                    "predictor.step",
-                    step,
-                    f"differs from the estimator's period {estimator.period}",
-                    "Give both the same",
-                )
+                problem = f"differs from the estimator's period {estimator.period}"
+                raise InputError("predictor.step", step, problem, "Give both the same")
             model, transition = _closed(plant, estimator)
-            response = transfer(model, transition, estimator.gain, grid.omega, step)
+            through = transfer(model, transition, estimator.gain, grid.omega, step)
             noise = noise_covariance(model, transition, estimator.gain, estimator.float_noise, count)
         noise[0, 0, 0] += floor**2
         noise[1, 1, 0] += floor**2
-        table = kernels(plant, sea.heading, grid, step, count, leads, response, noise)
+        response = responses(plant, sea.heading, grid, through)
+        table = kernels(response, step, count, leads, noise)
         learner = Learner(
-            ages,
-            table.seen,
-            table.ahead,
-            table.noise,
-            steering(plant, sea.heading, grid, step, ages, response),
-            grid.omega,
-            grid.width,
-            sea.spectrum(grid.omega),
-            np.array(shape_of(sea)),
-            0 if forgetting is None else max(round(every / step), 1),
-            0.0 if forgetting is None else math.exp(-step / forgetting),
-            past / step,
-            float(doubt) ** 2,
+            ages=ages,
+            **table._asdict(),
+            steering=steering(response, step, ages),
+            omega=grid.omega,
+            width=grid.width,
+            prior=sea.spectrum(grid.omega),
+            shape=np.array(shape_of(sea)),
+            every=0 if forgetting is None else max(round(every / step), 1),
+            fade=0.0 if forgetting is None else math.exp(-step / forgetting),
+            window=past / step,
+            doubt=float(doubt) ** 2,
         )
         return cls(float(step), leads, learner)
 
     def init(self) -> PredictorState:
         """Return a fresh state that knows the prior only."""
-        learner = self.learner
-        values, count = learner.steering.shape[0], learner.seen.shape[1]
+        values, past = self.learner.steering.shape[0], self.learner.seen.shape[1]
         return PredictorState(
-            np.zeros((count, 2)),
-            np.zeros(1, np.int64),
-            np.zeros(values),
-            np.zeros(values),
-            np.zeros((2, self.horizon)),
-            np.zeros(2),
-            learner.init(),
+            history=np.zeros((past, 2)),
+            samples=np.zeros(1, np.int64),
+            values=np.zeros(values),
+            weights=np.zeros(values),
+            coming=np.zeros((2, self.horizon)),
+            now=np.zeros(2),
+            memory=self.learner.init(),
         )
 
 
@@ -170,17 +163,18 @@ def forecast(predictor: Predictor, state: PredictorState, seconds: float) -> Arr
     InputError
         Where `seconds` is beyond the horizon of the design.
     """
-    count = round(seconds / predictor.step) if math.isfinite(seconds) else -1
-    if not 1 <= count <= predictor.horizon:
-        raise InputError(
-            "forecast.seconds",
-            seconds,
-            f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s",
-            "Ask for less or design the predictor with a longer horizon",
-        )
-    out = np.empty((2, count))
+    out = np.empty((2, steps_ahead(predictor, "forecast.seconds", seconds)))
     predict(predictor, state, out)
     return out
+
+
+def steps_ahead(predictor: Predictor, field: str, seconds: float) -> int:
+    """Return the steps in `seconds`, or refuse what is outside the horizon as an `InputError` of `field`."""
+    count = round(seconds / predictor.step) if math.isfinite(seconds) else -1
+    if not 1 <= count <= predictor.horizon:
+        problem = f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s"
+        raise InputError(field, seconds, problem, "Ask for less or design the predictor with a longer horizon")
+    return count
 
 
 def _looked_at(age: int, step: float) -> bool:
@@ -196,69 +190,58 @@ def _closed(plant: Plant, estimator: MomentEstimator) -> tuple[FloatModel, Array
     return model, np.asarray(expm(model.A * estimator.period))
 
 
-def _observe(stamp: str) -> Any:
-    def observe(predictor: Predictor, state: PredictorState, me1: float, me3: float) -> None:
-        """Take the moments of one sample, in place. [Nm]
+@stamped(SOURCES)
+def observe(predictor: Predictor, state: PredictorState, me1: float, me3: float) -> None:
+    """Take the moments of one sample, in place. [Nm]
 
-        Every few seconds the spectrum is learnt anew, which costs as much as a hundred samples.
-        """
-        assert stamp
-        learner = predictor.learner
-        length = state.history.shape[0]
-        at = state.samples[0] % length
-        before = (state.samples[0] - 1) % length  # a value that is no number must not stay: the last one stands for it
-        state.history[at, 0] = me1 if math.isfinite(me1) else state.history[before, 0]
-        state.history[at, 1] = me3 if math.isfinite(me3) else state.history[before, 1]
-        state.samples[0] += 1
-        if learner.every > 0 and state.samples[0] >= length:
-            correlate(learner, state.memory, state.history, at)
-            if state.samples[0] % learner.every == 0 and state.samples[0] >= length + learner.every:
-                learn(learner, state.memory)
-
-    return entry_point(observe)
+    Every few seconds the spectrum is learnt anew, which costs as much as a hundred samples.
+    """
+    learner = predictor.learner
+    length = state.history.shape[0]
+    at = state.samples[0] % length
+    before = (state.samples[0] - 1) % length  # a value that is no number must not stay: the last one stands for it
+    state.history[at, 0] = me1 if math.isfinite(me1) else state.history[before, 0]
+    state.history[at, 1] = me3 if math.isfinite(me3) else state.history[before, 1]
+    state.samples[0] += 1
+    if learner.every > 0 and state.samples[0] >= length:
+        correlate(learner, state.memory, state.history, at)
+        if state.samples[0] % learner.every == 0 and state.samples[0] >= length + learner.every:
+            learn(learner, state.memory)
 
 
-def _predict(stamp: str) -> Any:
-    def predict(predictor: Predictor, state: PredictorState, out: NDArray[np.float64]) -> None:
-        """Write the moments (2, n) at 1 .. n steps ahead of the last observation, n up to the horizon. [Nm]
+@stamped(SOURCES)
+def predict(predictor: Predictor, state: PredictorState, out: NDArray[np.float64]) -> None:
+    """Write the moments (2, n) at 1 .. n steps ahead of the last observation, n up to the horizon. [Nm]
 
-        `state.now` holds the moments at the last observation afterwards. Beyond the horizon `out` is zero, the mean of
-        what is not known; `forecast` refuses to be asked for it.
-        """
-        assert stamp
-        ages, ahead, V = predictor.learner.ages, state.memory.ahead, state.memory.whitener
-        v, w = state.values, state.weights
-        length, count = state.history.shape[0], state.samples[0]
-        known = 0
-        while known < ages.size and ages[known] < count:
-            known += 1
-        for i in range(2 * known):
-            w[i] = 0.0
-        for i in range(2 * known):  # the values looked at
-            v[i] = state.history[(count - 1 - ages[i // 2]) % length, i % 2]
-        for i in range(2 * known):  # G^-1 = V^T V
-            first, second = 0.0, 0.0
-            for j in range(0, i, 2):
-                first += V[i, j] * v[j]
-                second += V[i, j + 1] * v[j + 1]
-            if i % 2 == 0:
-                first += V[i, i] * v[i]
-            total = first + second
-            for j in range(i + 1):
-                w[j] += V[i, j] * total
-        leads = min(out.shape[1], predictor.horizon)
-        for i in range(2):
-            state.now[i] = 0.0
-            for lead in range(out.shape[1]):
-                out[i, lead] = 0.0
-            for a in range(known):
-                of1, of3, age = w[2 * a], w[2 * a + 1], ages[a]
-                state.now[i] += ahead[2 * i, age] * of1 + ahead[2 * i + 1, age] * of3
-                for lead in range(leads):
-                    out[i, lead] += ahead[2 * i, age + 1 + lead] * of1 + ahead[2 * i + 1, age + 1 + lead] * of3
-
-    return entry_point(predict)
-
-
-observe = _observe(source_stamp(SOURCES))
-predict = _predict(source_stamp(SOURCES))
+    `state.now` holds the moments at the last observation afterwards. Beyond the horizon `out` is zero, the mean of
+    what is not known; `forecast` refuses to be asked for it.
+    """
+    ages, ahead, V = predictor.learner.ages, state.memory.ahead, state.memory.whitener
+    v, w = state.values, state.weights
+    length, count = state.history.shape[0], state.samples[0]
+    known = 0
+    while known < ages.size and ages[known] < count:
+        known += 1
+    for i in range(2 * known):  # the values looked at
+        w[i] = 0.0
+        v[i] = state.history[(count - 1 - ages[i // 2]) % length, i % 2]
+    for i in range(2 * known):  # G^-1 = V^T V
+        first, second = 0.0, 0.0
+        for j in range(0, i, 2):
+            first += V[i, j] * v[j]
+            second += V[i, j + 1] * v[j + 1]
+        if i % 2 == 0:
+            first += V[i, i] * v[i]
+        total = first + second
+        for j in range(i + 1):
+            w[j] += V[i, j] * total
+    leads = min(out.shape[1], predictor.horizon)
+    for i in range(2):
+        state.now[i] = 0.0
+        for lead in range(out.shape[1]):
+            out[i, lead] = 0.0
+        for a in range(known):
+            of1, of3, age = w[2 * a], w[2 * a + 1], ages[a]
+            state.now[i] += ahead[2 * i, age] * of1 + ahead[2 * i + 1, age] * of3
+            for lead in range(leads):
+                out[i, lead] += ahead[2 * i, age + 1 + lead] * of1 + ahead[2 * i + 1, age + 1 + lead] * of3

@@ -8,13 +8,13 @@ moments of now, with a lead of the whole horizon it is an oracle.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import stamped
 from gyroctl.waves.checks import seed_number
 from gyroctl.waves.estimation import predictor as below
 from gyroctl.waves.estimation.moment_model import Array
@@ -60,12 +60,8 @@ class Probe(NamedTuple):
         """
         every = round(predictor.step / dt) if math.isfinite(dt) and dt > 0.0 else 0
         if every < 1 or not math.isclose(every * dt, predictor.step, rel_tol=1e-9):
-            raise InputError(
-                "probe.dt",
-                dt,
-                f"does not divide the predictor's step of {predictor.step:g} s",
-                "Realise the waves with another dt",
-            )
+            problem = f"does not divide the predictor's step of {predictor.step:g} s"
+            raise InputError("probe.dt", dt, problem, "Realise the waves with another dt")
         if moments.ndim != 2 or moments.shape[0] != 2:
             raise InputError("probe.moments", moments.shape, "must be of shape (2, n)", "Give waves.moments")
         if math.isnan(lead) or lead < 0.0:
@@ -77,42 +73,33 @@ class Probe(NamedTuple):
             source = np.random.SeedSequence(seed_number(seed), spawn_key=(PROBE_DOMAIN,))
             error = np.random.Generator(np.random.PCG64(source)).standard_normal(told.shape)
             told = told + noise * np.std(told, axis=1, keepdims=True) * error
-        return cls(
-            told, predictor.horizon if math.isinf(lead) else min(round(lead / predictor.step), predictor.horizon)
-        )
+        steps = predictor.horizon if math.isinf(lead) else round(lead / predictor.step)
+        return cls(told, min(steps, predictor.horizon))
 
 
-def _foresee(stamp: str) -> Any:
-    def foresee(
-        predictor: Predictor, probe: Probe, state: PredictorState, sample: int, out: NDArray[np.float64]
-    ) -> None:
-        """Write the moments (2, n) at 1 .. n steps after `sample`, n up to the horizon. [Nm]
+@stamped(SOURCES)
+def foresee(predictor: Predictor, probe: Probe, state: PredictorState, sample: int, out: NDArray[np.float64]) -> None:
+    """Write the moments (2, n) at 1 .. n steps after `sample`, n up to the horizon. [Nm]
 
-        Samples are to be asked for in their order; one that was left out is caught up with. `state` is a state of
-        `predictor` that sees nothing but this probe; `state.now` holds the moments at the sample as told. Beyond the
-        end of the record the moments are zero.
-        """
-        assert stamp
-        told, last = probe.told, probe.told.shape[1] - 1
-        reach = min(sample + probe.lead, last)
-        leads = out.shape[1]
-        if leads > probe.lead:
-            while state.samples[0] <= reach:
-                at = state.samples[0]
-                observe(predictor, state, told[0, at], told[1, at])
-            predict(predictor, state, state.coming)
-        for i in range(2):
-            for lead in range(leads):
-                ahead = sample + lead + 1
-                if ahead <= reach:
-                    out[i, lead] = told[i, ahead]
-                elif lead < probe.lead or ahead - reach > predictor.horizon:
-                    out[i, lead] = 0.0
-                else:
-                    out[i, lead] = state.coming[i, ahead - reach - 1]
-            state.now[i] = told[i, min(sample, last)]
-
-    return entry_point(foresee)
-
-
-foresee = _foresee(source_stamp(SOURCES))
+    Samples are to be asked for in their order; one that was left out is caught up with. `state` is a state of
+    `predictor` that sees nothing but this probe; `state.now` holds the moments at the sample as told. Beyond the
+    end of the record the moments are zero.
+    """
+    told, last = probe.told, probe.told.shape[1] - 1
+    reach = min(sample + probe.lead, last)
+    leads = out.shape[1]
+    if leads > probe.lead:
+        while state.samples[0] <= reach:
+            at = state.samples[0]
+            observe(predictor, state, told[0, at], told[1, at])
+        predict(predictor, state, state.coming)
+    for i in range(2):
+        for lead in range(leads):
+            ahead = sample + lead + 1
+            if ahead <= reach:
+                out[i, lead] = told[i, ahead]
+            elif lead < probe.lead or ahead - reach > predictor.horizon:
+                out[i, lead] = 0.0
+            else:
+                out[i, lead] = state.coming[i, ahead - reach - 1]
+        state.now[i] = told[i, min(sample, last)]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.waves.estimation.moment_model import Array
 from gyroctl.waves.estimation.observer import MomentEstimator, update
-from gyroctl.waves.estimation.predictor import Predictor, observe, predict
+from gyroctl.waves.estimation.predictor import Predictor, observe, predict, steps_ahead
 
 
 class Replay(NamedTuple):
@@ -49,13 +49,8 @@ def replay(
     n = min(measured.shape[0], controls.shape[0])
     measured = np.ascontiguousarray(measured)
     state, memory = estimator.init(), predictor.init()
-    out = Replay(
-        np.zeros((n, state.x_hat.size)),
-        np.zeros((n, 2)),
-        np.zeros((n, 2)),
-        np.zeros((n, 2, steps.size)),
-        np.zeros((n, 7)),
-    )
+    shapes = (state.x_hat.shape, (2,), (2,), (2, steps.size), (7,))
+    out = Replay(*(np.zeros((n, *shape)) for shape in shapes))
     for i in range(n):
         held = controls[max(i - 1, 0)]
         update(estimator, state, measured[i], held[0], held[1])
@@ -113,13 +108,4 @@ def relative_error(
 
 
 def _steps(predictor: Predictor, leads: Sequence[float]) -> NDArray[np.int64]:
-    steps = np.array([round(lead / predictor.step) for lead in leads], np.int64)
-    bad = np.flatnonzero((steps < 1) | (steps > predictor.horizon))
-    if bad.size:
-        raise InputError(
-            "forecast.leads",
-            leads[bad[0]],
-            f"is outside the horizon, {predictor.step:g} to {predictor.horizon * predictor.step:g} s",
-            "Ask for less or design the predictor with a longer horizon",
-        )
-    return steps
+    return np.array([steps_ahead(predictor, "forecast.leads", lead) for lead in leads], np.int64)
