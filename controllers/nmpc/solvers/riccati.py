@@ -15,10 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gyroctl.controllers.nmpc import problem as problem_file
-from gyroctl.controllers.nmpc.solvers import interior_point as interior_point_file
-from gyroctl.controllers.nmpc.solvers import riccati_sweep as riccati_sweep_file
-from gyroctl.controllers.nmpc.solvers import subproblem as subproblem_file
+from gyroctl.controllers.nmpc.solvers import SOURCES
 from gyroctl.controllers.nmpc.solvers.interior_point import InteriorRoom, empty_interior_room, interior_point
 from gyroctl.controllers.nmpc.solvers.riccati_sweep import SweepRoom, empty_sweep_room, sweep
 from gyroctl.controllers.nmpc.solvers.subproblem import (
@@ -61,27 +58,11 @@ def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
 
     @entry_point
     def solve(qp: Any, proximal: float, d: Any, tolerance: float, limit: int, rooms: Any) -> Step:
-        """Solve a subproblem.
+        """Solve a subproblem that `linearise` has filled; `d` (n,) is the start [Nms] and becomes the solution.
 
-        Parameters
-        ----------
-        qp : Subproblem
-            As `linearise` fills it.
-        proximal : float
-            Weight of |d|^2 / 2, positive. [J/(Nms)^2]
-        d : (n,) array
-            Start, and solution in place; zero or the last solution. [Nms]
-        tolerance : float
-            Largest distance from the solution. [Nms]
-        limit : int
-            Most projected Newton steps; up to PATIENCE of them the interior point method is never called.
-        rooms : RiccatiRoom
-            Overwritten.
-
-        Returns
-        -------
-        Step
-            Status, iterations, the distance from the solution at most, value of the cost.
+        `proximal` is the weight of |d|^2 / 2, positive [J/(Nms)^2], `tolerance` the largest distance from the solution
+        [Nms], `limit` the most projected Newton steps: up to PATIENCE of them the interior point method is never
+        called. The `rooms`, a RiccatiRoom, are overwritten.
         """
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         n, room = d.size, rooms.sweep
@@ -158,13 +139,6 @@ def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
     return solve
 
 
-SOURCES = (
-    __file__,
-    riccati_sweep_file.__file__,
-    interior_point_file.__file__,
-    subproblem_file.__file__,
-    problem_file.__file__,
-)
 solve = _solve(source_stamp(SOURCES), True)
 solve_briefly = _solve(source_stamp(SOURCES), False)
 """`solve` for a few Newton steps: without the interior point method, whose machine code takes seconds to make."""

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.solvers.subproblem import OUTPUTS
+from gyroctl.controllers.nmpc.solvers.subproblem import OUTPUTS, add_product, add_transposed, transposed_product
 from gyroctl.plant.compiled import entry_point, inlined
 
 FloatArray = NDArray[np.float64]
@@ -34,20 +34,22 @@ class SweepRoom(NamedTuple):
 @inlined
 def empty_sweep_room(n: int, m: int) -> SweepRoom:
     """Room for a horizon of `n` intervals of a model with `m` states."""
+    new, held = np.zeros, np.zeros(n, np.bool_)
+    states, ahead, slopes, new_slopes, curvature = new((n, m)), new((n, m)), new((n, 3)), new((n, 3)), new((n, 3))
     return SweepRoom(
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((n, m)),
-        np.zeros((n, m)),
-        np.zeros((n, 3)),
-        np.zeros((n, 3)),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros(n),
-        np.zeros((n, m + 2)),
-        np.zeros(n, np.bool_),
-        np.zeros((n, 3)),
-        np.zeros(n),
+        new(n),
+        new(n),
+        states,
+        ahead,
+        slopes,
+        new_slopes,
+        new(n),
+        new(n),
+        new(n),
+        new((n, m + 2)),
+        held,
+        curvature,
+        new(n),
     )
 
 
@@ -78,22 +80,18 @@ def sweep(qp: Any, proximal: float, room: Any) -> bool:
                 empty = False
         # pb = P b + c; by_state = A' pb; moved = A' v; by_itself, constant: the quadratic in p_i
         by_itself, constant = gamma + twice + proximal + room.barrier[i], room.slope[i] + nu
-        for row in range(m):
-            total = 0.0
-            if not empty:
-                for column in range(m):
-                    total += p[row, column] * b[column]
-            by_itself += b[row] * (total + 2.0 * c[row])
-            constant += b[row] * v[row]
-            pb[row] = total + c[row]
-        by_state[:] = 0.0
-        moved[:] = 0.0
-        for row in range(m):
-            for column in range(m):
-                by_state[column] += a[row, column] * pb[row]
-                moved[column] += a[row, column] * v[row]
+        pb[:], by_state[:], moved[:] = 0.0, 0.0, 0.0
         if not empty:
-            _congruence(p, a, w)
+            add_product(p, b, pb)
+        for row in range(m):
+            by_itself += b[row] * (pb[row] + 2.0 * c[row])
+            constant += b[row] * v[row]
+            pb[row] += c[row]
+        add_transposed(a, pb, by_state)
+        add_transposed(a, v, moved)
+        if not empty:  # P becomes A' P A
+            transposed_product(p.T, a, w)
+            transposed_product(a, w, p)
         last_travel = -twice
         if room.held[i]:
             given = room.direction[i]
@@ -135,28 +133,8 @@ def sweep(qp: Any, proximal: float, room: Any) -> bool:
             room.direction[i] = total
         before = room.direction[i]
         for row in range(m):
-            total = qp.b[i, row] * before
-            for column in range(m):
-                total += qp.A[i, row, column] * e[column]
-            moved[row] = total
+            moved[row] = qp.b[i, row] * before
+        add_product(qp.A[i], e, moved)
         e[:] = moved
         room.ahead[i] = e
     return True
-
-
-@entry_point
-def _congruence(p: Any, a: Any, w: Any) -> None:
-    """Overwrite symmetric `p` by a' p a; `w` is room."""
-    m = p.shape[0]
-    for row in range(m):
-        w[row, :] = 0.0
-        for inner in range(m):
-            factor = p[row, inner]
-            for column in range(m):
-                w[row, column] += factor * a[inner, column]
-    p[:, :] = 0.0
-    for inner in range(m):
-        for row in range(m):
-            factor = a[inner, row]
-            for column in range(m):
-                p[row, column] += factor * w[inner, column]
