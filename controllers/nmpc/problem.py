@@ -15,6 +15,7 @@ The limits are soft: a plan must exist in every state.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -102,25 +103,14 @@ _stage = entry_point(stage_cost)
 _terminal = entry_point(terminal_cost)
 
 
-def _predict(stamp: str) -> Any:
+def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
+    """Compile prediction and adjoint; the stamp makes the cache forget code whose parts have changed."""
+
+    @entry_point
     def predict(step: Any, problem: Problem, cc: Any, states: Any) -> float:
-        """Predict the states of a plan and return its cost.
+        """Predict the `states` (n STEPS + 1, m) of the plan `cc` (n,) [Nms] and return its cost [J].
 
-        Parameters
-        ----------
-        step : cfunc
-            See `prediction.step_of`.
-        problem : Problem
-            The horizon.
-        cc : (n,) array
-            The plan. [Nms]
-        states : (n STEPS + 1, m) array
-            Overwritten.
-
-        Returns
-        -------
-        float
-            Cost. [J]
+        `step` comes from `prediction.step_of`.
         """
         assert stamp
         u, ignored = np.array([0.0, problem.power]), np.zeros(problem.start.size)
@@ -136,10 +126,7 @@ def _predict(stamp: str) -> Any:
         total: float = cost + _terminal(states[STEPS * cc.size], problem.weights, ignored)
         return total
 
-    return entry_point(predict)
-
-
-def _gradient(stamp: str) -> Any:
+    @entry_point
     def gradient(pullback: Any, problem: Problem, cc: Any, states: Any, slope: Any) -> None:
         """Write the gradient of the cost by the plan into `slope` (n,), by the adjoint of the predicted `states`."""
         assert stamp
@@ -153,21 +140,19 @@ def _gradient(stamp: str) -> Any:
             for row in range(m):
                 weight[row] += problem.period * by_x[row]
             u[0] = cc[i]
-            total = 0.0
+            slope[i] = 0.0
             for q in range(STEPS * (i + 1) - 1, STEPS * i - 1, -1):
                 pullback(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, weight, by_x, by_u)
-                total += by_u[0]
+                slope[i] += by_u[0]
                 weight[:] = by_x
-            slope[i] = total
         travel = 2.0 * problem.weights.travel
         for i in range(cc.size):
             slope[i] += travel * (cc[i] - (problem.before if i == 0 else cc[i - 1]))
             if i + 1 < cc.size:
                 slope[i] += travel * (cc[i] - cc[i + 1])
 
-    return entry_point(gradient)
+    return predict, gradient
 
 
 SOURCES = (prediction.__file__, __file__)
-predict = _predict(source_stamp(SOURCES))
-gradient = _gradient(source_stamp(SOURCES))
+predict, gradient = _compiled(source_stamp(SOURCES))

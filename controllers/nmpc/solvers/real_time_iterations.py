@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc import solvers
 from gyroctl.controllers.nmpc.prediction import STEPS
-from gyroctl.controllers.nmpc.problem import Problem, predict
+from gyroctl.controllers.nmpc.problem import predict
 from gyroctl.controllers.nmpc.solvers.riccati import PATIENCE, RiccatiRoom, empty_riccati_room, solve, solve_briefly
 from gyroctl.controllers.nmpc.solvers.subproblem import (
     NOT_FINITE,
