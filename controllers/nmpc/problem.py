@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc import prediction
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.plant import Plant
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 PHI1, PHI3, RING_ANGLE, V1, V3, RING, FLYWHEEL = range(7)  # rows of the prediction model's state
 
@@ -70,6 +70,7 @@ def weights(
     return Weights(motion, limit1, limit3, lock, floor, travel, terminal, k.J4, 1.0 / k.i1, 1.0 / k.i3, k.k1, k.k3)
 
 
+@inlined
 def stage_cost(x: Any, w: Weights, slope: Any) -> Any:
     """Cost per second in state `x` [J/s]; its gradient is added to `slope` (n,)."""
     cost = 0.0
@@ -85,6 +86,7 @@ def stage_cost(x: Any, w: Weights, slope: Any) -> Any:
     return cost
 
 
+@inlined
 def terminal_cost(x: Any, w: Weights, slope: Any) -> Any:
     """Cost of the last state [J]; its gradient is added to `slope` (n,)."""
     slope[FLYWHEEL] -= w.J4 * x[FLYWHEEL]
@@ -97,10 +99,6 @@ def terminal_cost(x: Any, w: Weights, slope: Any) -> Any:
     kinetic = w.I1 * x[V1] * x[V1] + w.I3 * x[V3] * x[V3]
     spring = w.k1 * x[PHI1] * x[PHI1] + w.k3 * x[PHI3] * x[PHI3]
     return w.turns * short * short - 0.5 * (w.J4 * x[FLYWHEEL] * x[FLYWHEEL] + w.terminal * (kinetic + spring))
-
-
-_stage = entry_point(stage_cost)
-_terminal = entry_point(terminal_cost)
 
 
 def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
@@ -120,10 +118,10 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
             u[0] = cc[i]
             for q in range(STEPS * i, STEPS * (i + 1)):
                 step(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, states[q + 1])
-            cost += problem.period * _stage(states[STEPS * (i + 1)], problem.weights, ignored)
+            cost += problem.period * stage_cost(states[STEPS * (i + 1)], problem.weights, ignored)
             cost += problem.weights.travel * (cc[i] - last) ** 2
             last = cc[i]
-        total: float = cost + _terminal(states[STEPS * cc.size], problem.weights, ignored)
+        total: float = cost + terminal_cost(states[STEPS * cc.size], problem.weights, ignored)
         return total
 
     @entry_point
@@ -133,10 +131,10 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
         m = problem.start.size
         u, weight = np.array([0.0, problem.power]), np.zeros(m)
         by_x, by_u = np.zeros(m), np.zeros(2)
-        _terminal(states[STEPS * cc.size], problem.weights, weight)
+        terminal_cost(states[STEPS * cc.size], problem.weights, weight)
         for i in range(cc.size - 1, -1, -1):
             by_x[:] = 0.0
-            _stage(states[STEPS * (i + 1)], problem.weights, by_x)
+            stage_cost(states[STEPS * (i + 1)], problem.weights, by_x)
             for row in range(m):
                 weight[row] += problem.period * by_x[row]
             u[0] = cc[i]

@@ -108,9 +108,6 @@ def transposed_product(left: Any, right: Any, out: Any) -> None:
                     out[row, column] += factor * right[inner, column]
 
 
-_terminal = entry_point(terminal_cost)
-
-
 def _linearise(stamp: str) -> Callable[..., bool]:
     """Compile the linearisation; the stamp makes the cache forget code whose parts have changed."""
 
@@ -141,7 +138,7 @@ def _linearise(stamp: str) -> Callable[..., bool]:
             for r in range(3):
                 qp.outputs[i, r] = states[STEPS * (i + 1), OUTPUTS[r]]
         qp.terminal[:] = 0.0
-        value = _terminal(states[STEPS * n], problem.weights, qp.terminal)
+        value = terminal_cost(states[STEPS * n], problem.weights, qp.terminal)
         return bool(np.isfinite(value + np.sum(qp.A) + np.sum(qp.b)))
 
     return linearise
