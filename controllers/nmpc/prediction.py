@@ -12,6 +12,7 @@ that one compilation serves every device.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import lru_cache
 from itertools import islice
 from typing import Any, NamedTuple
@@ -134,5 +135,5 @@ def _symbolic_constants(orders: Orders) -> tuple[Coefficients, Any]:
 
     scalars = len(Coefficients._fields) - len(orders)
     symbols = casadi.SX.sym("k", scalars + sum(orders))
-    each = iter(casadi.vertsplit(symbols))
+    each: Iterator[Any] = iter(casadi.vertsplit(symbols))
     return Coefficients(*islice(each, scalars), *(tuple(islice(each, order)) for order in orders)), symbols

@@ -17,19 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.solvers.subproblem import (
-    LIMIT_REACHED,
-    NOT_CONVEX,
-    NOT_FINITE,
-    OUTPUTS,
-    SOLVED,
-    Step,
-    Subproblem,
-    add_product,
-    bounds,
-    evaluate,
-    slope,
-)
+from gyroctl.controllers.nmpc.solvers import subproblem
+from gyroctl.controllers.nmpc.solvers.subproblem import OUTPUTS, Step, Subproblem, add_product, bounds, evaluate, slope
 from gyroctl.plant.compiled import entry_point
 
 FloatArray = NDArray[np.float64]
@@ -131,9 +120,9 @@ class OsqpSolver:
             self._osqp.update(q=q, l=low, u=high, Px=P.data, Ax=G.data)
         result = self._osqp.solve(raise_error=False)
         status, count = _status(result.info.status_val), result.info.iter
-        if status in (NOT_FINITE, NOT_CONVEX) or not np.all(np.isfinite(result.x)):
+        if status in (subproblem.NOT_FINITE, subproblem.NOT_CONVEX) or not np.all(np.isfinite(result.x)):
             d[:] = 0.0
-            return Step(NOT_FINITE if status == SOLVED else status, count, np.inf, 0.0)
+            return Step(subproblem.NOT_FINITE if status == subproblem.SOLVED else status, count, np.inf, 0.0)
         least, most, states, slopes, steepness = self._room
         bounds(qp, least, most)
         d[:] = 0.0
@@ -150,7 +139,7 @@ def _status(value: int) -> int:
     import osqp
 
     names = osqp.SolverStatus
-    known = {names.OSQP_SOLVED: SOLVED, names.OSQP_NON_CVX: NOT_CONVEX}
+    known = {names.OSQP_SOLVED: subproblem.SOLVED, names.OSQP_NON_CVX: subproblem.NOT_CONVEX}
     for near in (names.OSQP_SOLVED_INACCURATE, names.OSQP_MAX_ITER_REACHED, names.OSQP_TIME_LIMIT_REACHED):
-        known[near] = LIMIT_REACHED
-    return known.get(names(value), NOT_FINITE)
+        known[near] = subproblem.LIMIT_REACHED
+    return known.get(names(value), subproblem.NOT_FINITE)

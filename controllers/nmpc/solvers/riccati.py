@@ -15,19 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gyroctl.controllers.nmpc.solvers import SOURCES
+from gyroctl.controllers.nmpc.solvers import SOURCES, subproblem
 from gyroctl.controllers.nmpc.solvers.interior_point import InteriorRoom, empty_interior_room, interior_point
 from gyroctl.controllers.nmpc.solvers.riccati_sweep import SweepRoom, empty_sweep_room, sweep
-from gyroctl.controllers.nmpc.solvers.subproblem import (
-    LIMIT_REACHED,
-    NOT_CONVEX,
-    NOT_FINITE,
-    SOLVED,
-    Step,
-    bounds,
-    evaluate,
-    slope,
-)
+from gyroctl.controllers.nmpc.solvers.subproblem import Step, bounds, evaluate, slope
 from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 PATIENCE = 7
@@ -115,17 +106,17 @@ def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
             d[i] = min(max(d[i], room.low[i]), room.high[i])
         cost = evaluate(qp, proximal, d, room.states, room.slopes)
         rounding = ROUNDING * (1.0 + abs(cost) + abs(nothing))
-        distance, status, count, inner = np.inf, LIMIT_REACHED, 0, 0
+        distance, status, count, inner = np.inf, subproblem.LIMIT_REACHED, 0, 0
         room.barrier[:] = 0.0
         for count in range(limit + 1):
             slope(qp, proximal, d, room.slopes, room.slope)
             square, whole = _steepness(d, room)
             distance = np.sqrt(square) / proximal
             if not np.isfinite(distance + cost):
-                status = NOT_FINITE
+                status = subproblem.NOT_FINITE
                 break
             if distance <= tolerance or square <= ROUNDING**2 * whole:  # the slope itself is no better known
-                status = SOLVED
+                status = subproblem.SOLVED
                 break
             if count == limit:
                 break
@@ -141,7 +132,7 @@ def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
                 continue
             _hold(qp, d, min(1e-6, distance) * qp.cc_max[0], room)
             if not sweep(qp, proximal, room):
-                status = NOT_CONVEX
+                status = subproblem.NOT_CONVEX
                 break
             accepted, cost = _shortened(qp, proximal, d, cost, rounding, room)
             if not accepted:  # as near as rounding lets the cost tell

@@ -18,39 +18,27 @@ class SweepRoom(NamedTuple):
 
     low: FloatArray  # (n,)
     high: FloatArray  # (n,)
+    slope: FloatArray  # (n,)
+    direction: FloatArray  # (n,)
+    trial: FloatArray  # (n,)
+    barrier: FloatArray  # (n,) curvature which the bounds add
     states: FloatArray  # (n, m)
     ahead: FloatArray  # (n, m)
     slopes: FloatArray  # (n, 3)
     new_slopes: FloatArray  # (n, 3)
-    slope: FloatArray  # (n,)
-    direction: FloatArray  # (n,)
-    trial: FloatArray  # (n,)
+    curvature: FloatArray  # (n, 3) of the penalties
     gain: FloatArray  # (n, m + 2): by the state, by the coupling before, constant
     held: NDArray[np.bool_]  # (n,)
-    curvature: FloatArray  # (n, 3) of the penalties
-    barrier: FloatArray  # (n,) curvature which the bounds add
 
 
 @inlined
 def empty_sweep_room(n: int, m: int) -> SweepRoom:
     """Room for a horizon of `n` intervals of a model with `m` states."""
-    new, held = np.zeros, np.zeros(n, np.bool_)
-    states, ahead, slopes, new_slopes, curvature = new((n, m)), new((n, m)), new((n, 3)), new((n, 3)), new((n, 3))
-    return SweepRoom(
-        new(n),
-        new(n),
-        states,
-        ahead,
-        slopes,
-        new_slopes,
-        new(n),
-        new(n),
-        new(n),
-        new((n, m + 2)),
-        held,
-        curvature,
-        new(n),
-    )
+    new = np.zeros
+    couplings = new(n), new(n), new(n), new(n), new(n), new(n)
+    states = new((n, m)), new((n, m))
+    outputs = new((n, 3)), new((n, 3)), new((n, 3))
+    return SweepRoom(*couplings, *states, *outputs, new((n, m + 2)), np.zeros(n, np.bool_))
 
 
 @entry_point
