@@ -31,7 +31,7 @@ from gyroctl.plant.equations import PSI
 Matrix = NDArray[np.float64]
 
 INPUTS = ("cc", "cg", "cc_cos", "cc_sin", "cg_cos", "cg_sin")
-FOLLOW = 0.3
+FOLLOW = 0.3  # part of the brisk changes of the envelope that the generator follows [-]
 
 
 @dataclass(frozen=True)
@@ -199,9 +199,5 @@ def _even_odd() -> Any:
     """Symmetric 4 x 4 variable without coupling of libration and horizontal mode."""
     import cvxpy
 
-    even, odd, nothing = (
-        cvxpy.Variable((2, 2), symmetric=True),
-        cvxpy.Variable((2, 2), symmetric=True),
-        np.zeros((2, 2)),
-    )
-    return cvxpy.bmat([[even, nothing], [nothing, odd]])
+    even, odd = (cvxpy.Variable((2, 2), symmetric=True) for _ in range(2))
+    return cvxpy.bmat([[even, np.zeros((2, 2))], [np.zeros((2, 2)), odd]])

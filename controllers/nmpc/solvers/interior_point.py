@@ -103,6 +103,7 @@ def _start(qp: Any, d: Any, first: float, room: Any, inner: Any) -> int:
     for side in range(BOUNDS, SIDES):
         limit = qp.low[side - 2] if side < 5 else qp.high[side - 5]
         inner.used[side] = np.isfinite(limit) and qp.weight[(side - 2) % 3] > 0.0
+    inner.dt[:], inner.dl[:] = 0.0, 0.0
     for i in range(d.size):
         inner.t[i, 0], inner.t[i, 1] = d[i] - room.low[i], room.high[i] - d[i]
         inner.l[i, 0], inner.l[i, 1] = first / inner.t[i, 0], first / inner.t[i, 1]
