@@ -22,7 +22,7 @@ from gyroctl.loop_margins.dual_numbers import step_jacobian
 from gyroctl.orbits import Orbit, continue_orbit, search_orbit
 from gyroctl.orbits.wave import Wave
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import PSI, PSI_RATE
+from gyroctl.plant.equations import OMEGA_RATE, PSI, PSI_RATE
 from gyroctl.plant.measurement import read
 
 Matrices = NDArray[np.float64]
@@ -35,21 +35,11 @@ SOLVER_STEPS = 40
 
 @dataclass(frozen=True)
 class Node:
-    """Where a cell lies in the schedule.
+    """Where a cell lies in the schedule."""
 
-    Parameters
-    ----------
-    envelope : float
-        V. [rad/s]
-    frequency : float
-        Peak frequency. [rad/s]
-    bandwidth : float
-        Variance of the envelope over its squared mean. [-]
-    """
-
-    envelope: float
-    frequency: float
-    bandwidth: float
+    envelope: float  # V [rad/s]
+    frequency: float  # peak frequency [rad/s]
+    bandwidth: float  # variance of the envelope over its squared mean [-]
 
     def __str__(self) -> str:
         """Name of the cell in messages."""
@@ -69,41 +59,19 @@ class Filters:
 
 @dataclass(frozen=True)
 class Cell:
-    """Orbit and linear model x_{k+1} = A_k x_k + B_k u_k + G_k w_k of plant, filters and wave modulation.
+    """Orbit and linear model x_{k+1} = A_k x_k + B_k u_k + G_k w_k of plant, filters and wave modulation."""
 
-    Parameters
-    ----------
-    node : Node
-        Where it lies.
-    height : float
-        Wave height. [m]
-    orbit : Orbit
-        With the controls of the operating point.
-    fold : float
-        Largest cg with an orbit at this wave and cc. [Nms]
-    point : (7,) array
-        Operating point, in the order of `POINT`.
-    A, B, G : (N, n, n), (N, n, 2), (N, n, 2) arrays
-        The model; the last two states are the modulation.
-    C : (N, 10, n) array
-        Signals of the law, in the order of `SIGNALS`.
-    rows : dict
-        Rows of the plant's states by name.
-    loop : LoopOrbit
-        Plant and filters without feedback.
-    """
-
-    node: Node
-    height: float
-    orbit: Orbit
-    fold: float
-    point: NDArray[np.float64]
-    A: Matrices = field(repr=False)
-    B: Matrices = field(repr=False)
-    G: Matrices = field(repr=False)
-    C: Matrices = field(repr=False)
-    rows: dict[str, int] = field(repr=False)
-    loop: LoopOrbit = field(repr=False)
+    node: Node  # where it lies
+    height: float  # of the wave [m]
+    orbit: Orbit  # with the controls of the operating point
+    fold: float  # largest cg with an orbit at this wave and cc [Nms]
+    point: NDArray[np.float64]  # (7,) operating point, in the order of `POINT`
+    A: Matrices = field(repr=False)  # (N, n, n); the last two states are the modulation
+    B: Matrices = field(repr=False)  # (N, n, 2)
+    G: Matrices = field(repr=False)  # (N, n, 2)
+    C: Matrices = field(repr=False)  # (N, 10, n) signals of the law, in the order of `SIGNALS`
+    rows: dict[str, int] = field(repr=False)  # of the plant's states by name
+    loop: LoopOrbit = field(repr=False)  # plant and filters without feedback
 
     @property
     def share(self) -> float:
@@ -134,12 +102,8 @@ def operating_orbit(plant: Plant, node: Node, cc: float, share: float) -> Orbit:
         before = (height, envelope)
         height = max(height + (node.envelope - envelope) / slope, 0.6 * height)
         guess = orbit.x
-    raise InputError(
-        "cell",
-        str(node),
-        f"has no locked orbit at a share of {share:.3g} of the lock capacity",
-        "Lower the share of this cell",
-    )
+    problem = f"has no locked orbit at a share of {share:.3g} of the lock capacity"
+    raise InputError("cell", str(node), problem, "Lower the share of this cell")
 
 
 def build_cell(
@@ -147,22 +111,8 @@ def build_cell(
 ) -> Cell:
     """Find orbit and linear model of a cell.
 
-    Parameters
-    ----------
-    plant : Plant
-        The device.
-    node : Node
-        Envelope, frequency and bandwidth.
-    cc : float
-        Coupling of the operating point. [Nms]
-    share : float
-        Part of the lock capacity J4 V/N that the operating point takes.
-    filters : Filters
-        Of the law.
-    decorrelation : float
-        Rate at which the waves forget amplitude and phase. [1/s]
-    scatter : float
-        Standard deviation of that modulation, relative to the regular wave.
+    The operating point has the coupling `cc` [Nms] and takes a `share` of the lock capacity J4 V/N [-]; the waves
+    forget amplitude and phase at the rate `decorrelation` [1/s], and deviate by `scatter` from the regular wave [-].
 
     Raises
     ------
@@ -174,15 +124,14 @@ def build_cell(
         raise InputError("cell", str(node), "its orbit is unstable without feedback", "Raise cc of the operating point")
     folds = continue_orbit(orbit, "cg", (0.0, 4.0 * orbit.cg / share)).folds
     fold = max(point.value for point in folds) if folds else float("nan")
-    law = frozen([orbit.cc, share, 0.0, 0.0, 0.0, 0.0, 0.0, *[0.0] * (2 * len(SIGNALS))], filters, node.frequency)
+    law = frozen([orbit.cc, share, *[0.0] * (ROW - 2)], filters, node.frequency)
     loop = close_loop(plant, orbit.wave, law, start=orbit, settle=60)
     if loop.status != "stable":
         raise InputError("cell", str(node), f"its open loop is {loop.status}", "Raise cc of the operating point")
     point = _operating_point(loop, share)
-    A, B, C = _model(loop, point, filters)
-    A, B, C, G = _modulated(loop, A, B, C, decorrelation, scatter)
-    free = [plant.labels[row] for row in loop.flow.free]
-    return Cell(node, orbit.wave.height, orbit, fold, point, A, B, G, C, {n: i for i, n in enumerate(free)}, loop)
+    rows = {plant.labels[row]: i for i, row in enumerate(loop.flow.free)}
+    A, B, G = _model(loop, decorrelation, scatter)
+    return Cell(node, orbit.wave.height, orbit, fold, point, A, B, G, _signals(loop, point, filters), rows, loop)
 
 
 def frozen(row: Sequence[float], filters: Filters, frequency: float, **limits: float) -> Scheduled:
@@ -192,37 +141,45 @@ def frozen(row: Sequence[float], filters: Filters, frequency: float, **limits: f
 
 def _operating_point(loop: LoopOrbit, share: float) -> NDArray[np.float64]:
     """Means of the law's signals on the orbit, and the part of the ring speed at twice the ring angle."""
-    states = np.array([[s.U1, s.U3, s.V1, s.V3, s.speed] for s in loop.law_states[1:]] + [list(_last(loop))])
-    brisk = states[:, 2] + 1j * states[:, 3]
+    after: tuple[ScheduledState, ...] = (*loop.law_states[1:], loop.law_states[0])  # the period's end is its beginning
+    brisk = np.array([complex(s.V1, s.V3) for s in after])
     mean = np.mean(brisk / np.abs(brisk))
     mean = mean / abs(mean)
-    psi, speed = loop.states[:-1, PSI], states[:, 4]
-    ripple = np.linalg.lstsq(
-        np.stack([np.ones_like(psi), np.cos(2 * psi), np.sin(2 * psi)], axis=1), speed, rcond=None
-    )[0]
-    names = loop.flow.plant.labels
-    flywheel = np.mean(loop.states[:-1, names.index("omega_rate")]) / loop.flow.plant.parameters.N
-    mean_speed = np.mean(loop.states[:-1, PSI_RATE])
-    return np.array([loop.controls[0, 0], share, mean.real, mean.imag, ripple[1], ripple[2], flywheel / mean_speed])
+    x, plant = loop.states[:-1], loop.flow.plant
+    harmonics = np.stack([np.ones_like(x[:, PSI]), np.cos(2 * x[:, PSI]), np.sin(2 * x[:, PSI])], axis=1)
+    ripple = np.linalg.lstsq(harmonics, np.array([s.speed for s in after]), rcond=None)[0]
+    flywheel = np.mean(x[:, OMEGA_RATE]) / plant.parameters.N / np.mean(x[:, PSI_RATE])
+    return np.array([loop.controls[0, 0], share, mean.real, mean.imag, ripple[1], ripple[2], flywheel])
 
 
-def _last(loop: LoopOrbit) -> tuple[float, ...]:
-    """Filters of the law after the last sample of the period: those before the first."""
-    s: ScheduledState = loop.law_states[0]
-    return s.U1, s.U3, s.V1, s.V3, s.speed
+def _model(loop: LoopOrbit, decorrelation: float, scatter: float) -> tuple[Matrices, Matrices, Matrices]:
+    """A and B of plant and filters from the controls, and G from the random modulation of the wave.
 
-
-def _model(loop: LoopOrbit, point: NDArray[np.float64], filters: Filters) -> tuple[Matrices, Matrices, Matrices]:
-    """A, B of plant and filters from the controls, and the derivative C of each signal of the law."""
-    samples, n, ns = loop.flow.samples, loop.A.shape[1], loop.by_state.shape[2]
-    A = np.zeros((samples, n + ns, n + ns))
-    B = np.zeros((samples, n + ns, 2))
-    C = np.zeros((samples, len(SIGNALS), n + ns))
+    The modulation is the last two states, in phase with the wave and a quarter period away.
+    """
+    flow, samples, n = loop.flow, loop.flow.samples, loop.A.shape[1]
+    end = n + loop.by_state.shape[2]
+    A, B, G = np.zeros((samples, end + 2, end + 2)), np.zeros((samples, end + 2, 2)), np.zeros((samples, end + 2, 2))
     A[:, :n, :n] = loop.A + loop.B @ loop.by_measurement[:, :2] @ loop.sensing
-    A[:, :n, n:] = loop.B @ loop.by_state[:, :2]  # the share is one of the live envelope
-    A[:, n:, :n] = loop.by_measurement[:, 2:] @ loop.sensing
-    A[:, n:, n:] = loop.by_state[:, 2:]
+    A[:, :n, n:end] = loop.B @ loop.by_state[:, :2]  # the share is one of the live envelope
+    A[:, n:end, :n] = loop.by_measurement[:, 2:] @ loop.sensing
+    A[:, n:end, n:end] = loop.by_state[:, 2:]
     B[:, :n] = loop.B
+    decay = np.exp(-decorrelation * flow.period)
+    A[:, end, end] = A[:, end + 1, end + 1] = decay
+    for k in range(samples):
+        _, entry = flow.jacobian(loop.states[k], float(loop.controls[k, 0]), float(loop.controls[k, 1]), k)
+        turned = flow.forcing.amplitude * np.exp(2j * np.pi * (k + 0.5) / samples)
+        A[k, :n, end:] = entry[:, 2:] @ np.stack([turned.real, -turned.imag], axis=1)
+    G[:, end:] = scatter * np.sqrt(1.0 - decay**2) * np.eye(2)
+    return A, B, G
+
+
+def _signals(loop: LoopOrbit, point: NDArray[np.float64], filters: Filters) -> Matrices:
+    """Derivative C of each signal of the law by the states of the model."""
+    samples, n = loop.flow.samples, loop.A.shape[1]
+    end = n + loop.by_state.shape[2]
+    C = np.zeros((samples, len(SIGNALS), end + 2))
     for i in range(len(SIGNALS)):
         row = np.zeros(ROW)
         row[: len(POINT)] = point
@@ -230,24 +187,5 @@ def _model(loop: LoopOrbit, point: NDArray[np.float64], filters: Filters) -> tup
         probe: Any = frozen(row.tolist(), filters, loop.law.wp, cc_max=1e3)._replace(period=loop.flow.period)
         for k in range(samples):
             _, by_y, by_s = step_jacobian(probe, 0.0, read(loop.states[k]), loop.law_states[k])
-            C[k, i, :n], C[k, i, n:] = by_y[0] @ loop.sensing, by_s[0]
-    return A, B, C
-
-
-def _modulated(
-    loop: LoopOrbit, A: Matrices, B: Matrices, C: Matrices, decorrelation: float, scatter: float
-) -> tuple[Matrices, Matrices, Matrices, Matrices]:
-    """Append the random modulation of the wave: two states, in phase with it and a quarter period away."""
-    flow = loop.flow
-    samples, n = A.shape[:2]
-    decay = np.exp(-decorrelation * flow.period)
-    a, b, c = (np.zeros((samples, n + 2, n + 2)), np.zeros((samples, n + 2, 2)), np.zeros((samples, C.shape[1], n + 2)))
-    a[:, :n, :n], b[:, :n], c[:, :, :n] = A, B, C
-    a[:, n, n] = a[:, n + 1, n + 1] = decay
-    for k in range(samples):
-        _, entry = flow.jacobian(loop.states[k], float(loop.controls[k, 0]), float(loop.controls[k, 1]), k)
-        turned = flow.forcing.amplitude * np.exp(2j * np.pi * (k + 0.5) / samples)
-        a[k, : flow.free.size, n:] = entry[:, 2:] @ np.stack([turned.real, -turned.imag], axis=1)
-    g = np.zeros((samples, n + 2, 2))
-    g[:, n:] = scatter * np.sqrt(1.0 - decay**2) * np.eye(2)
-    return a, b, c, g
+            C[k, i, :n], C[k, i, n:end] = by_y[0] @ loop.sensing, by_s[0]
+    return C

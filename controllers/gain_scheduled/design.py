@@ -13,28 +13,21 @@ never run.
 from __future__ import annotations
 
 import argparse
+import math
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field, replace
-from itertools import pairwise, product
+from itertools import islice, pairwise, product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gyroctl.controllers.gain_scheduled import lyapunov
 from gyroctl.controllers.gain_scheduled.cell import Cell, Filters, Node, build_cell
-from gyroctl.controllers.gain_scheduled.lyapunov import (
-    Certificate,
-    Wishes,
-    cell_model,
-    proven_decay,
-    signal_gains,
-    solve,
-)
 from gyroctl.controllers.gain_scheduled.margins import Demand, cell_margins, loop_of
 from gyroctl.controllers.gain_scheduled.periodic_regulator import Weights, regulate
-from gyroctl.controllers.gain_scheduled.scheduled import POINT, SIGNALS
-from gyroctl.controllers.gain_scheduled.table import table_file, write_table
+from gyroctl.controllers.gain_scheduled.table import NODES, PARTS, table_file, write_table
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.loop_margins.margins import ChannelMargins
@@ -48,48 +41,37 @@ EASINGS = (1.0, 0.8, 0.64, 0.5)
 """And then, which part of its share it carries."""
 
 DIGITS = 6
+MARGINS = tuple(asdict(Demand()))
 
 
 @dataclass(frozen=True)
 class Design:
     """What a table is designed for.
 
-    Parameters
-    ----------
-    envelopes, frequencies, bandwidths : tuple of float
-        Nodes of the schedule. [rad/s], [rad/s], [-]
-    shares : tuple of float
-        Part of the lock capacity that the generator takes, for each bandwidth: the broader the sea, the deeper its
-        lulls and the larger the reserve.
-    cc : float
-        Coupling of the operating points. [Nms]
-    scatter : float
-        Modulation of the wave, relative to it.
-    demand : Demand
-        Margins of every cell.
-    filters : Filters
-        Of the law.
-    weights : Weights
-        Of the periodic LQR.
-    wishes : Wishes
-        Of the LMI.
+    The shares are parts of the lock capacity that the generator takes, for each bandwidth: the broader the sea, the
+    deeper its lulls and the larger the reserve.
     """
 
-    envelopes: tuple[float, ...] = (0.06, 0.15, 0.3)
-    frequencies: tuple[float, ...] = (2.7, 3.15, 3.6)
-    bandwidths: tuple[float, ...] = (0.3, 0.5, 0.62)
-    shares: tuple[float, ...] = (0.95, 0.85, 0.75)
-    cc: float = 0.06
-    scatter: float = 0.5
-    demand: Demand = field(default_factory=Demand)
-    filters: Filters = field(default_factory=Filters)
-    weights: Weights = field(default_factory=Weights)
-    wishes: Wishes = field(default_factory=Wishes)
+    envelopes: tuple[float, ...] = (0.06, 0.15, 0.3)  # nodes of the schedule [rad/s]
+    frequencies: tuple[float, ...] = (2.7, 3.15, 3.6)  # [rad/s]
+    bandwidths: tuple[float, ...] = (0.3, 0.5, 0.62)  # [-]
+    shares: tuple[float, ...] = (0.95, 0.85, 0.75)  # [-]
+    cc: float = 0.06  # coupling of the operating points [Nms]
+    scatter: float = 0.5  # modulation of the wave, relative to it [-]
+    demand: Demand = field(default_factory=Demand)  # margins of every cell
+    filters: Filters = field(default_factory=Filters)  # of the law
+    weights: Weights = field(default_factory=Weights)  # of the periodic LQR
+    wishes: lyapunov.Wishes = field(default_factory=lyapunov.Wishes)  # of the LMI
+
+    @property
+    def axes(self) -> tuple[tuple[float, ...], ...]:
+        """Nodes of the three directions, in the order of `Node`."""
+        return self.envelopes, self.frequencies, self.bandwidths
 
     @property
     def nodes(self) -> list[Node]:
         """All nodes, in the order of the table."""
-        return [Node(*at) for at in product(self.envelopes, self.frequencies, self.bandwidths)]
+        return [Node(*at) for at in product(*self.axes)]
 
     def share(self, node: Node) -> float:
         """Share of a node."""
@@ -103,39 +85,24 @@ class Design:
         """
         passed = self.filters.slow * (1.0 - bandwidth) - self.filters.brisk
         if passed <= 0.0:
-            limit = 1.0 - self.filters.brisk / self.filters.slow
-            raise InputError(
-                "bandwidths",
-                bandwidth,
-                f"must be below 1 - brisk/slow = {limit:.3g}",
-                "Choose nodes that the filters can tell apart",
-            )
+            problem = f"must be below 1 - brisk/slow = {1.0 - self.filters.brisk / self.filters.slow:.3g}"
+            raise InputError("bandwidths", bandwidth, problem, "Choose nodes that the filters can tell apart")
         return bandwidth / passed
+
+    def slow_model(self, cell: Cell) -> lyapunov.SlowModel:
+        """Model of a cell for the LMI."""
+        return lyapunov.cell_model(cell, self.decorrelation(cell.node.bandwidth), self.scatter)
 
 
 @dataclass(frozen=True)
 class Designed:
-    """A cell with its gains and margins.
-
-    Parameters
-    ----------
-    cell : Cell
-        Orbit and model.
-    row : list of float
-        Numbers of the table.
-    margins : dict
-        Margins of its loop by signal.
-    detuning : float
-        How much dearer its controls were made.
-    notes : dict
-        What the method tells of its own.
-    """
+    """A cell with its gains and margins."""
 
     cell: Cell
-    row: list[float]
-    margins: dict[str, ChannelMargins]
-    detuning: float
-    notes: dict[str, float]
+    row: list[float]  # numbers of the table
+    margins: dict[str, ChannelMargins]  # of its loop, by signal
+    detuning: float  # how much dearer its controls were made
+    notes: dict[str, float]  # what the method tells of its own
 
 
 DESIGNS: dict[str, Design] = {
@@ -146,7 +113,7 @@ DESIGNS: dict[str, Design] = {
         frequencies=(2.7, 3.15, 3.5),
         shares=(0.87, 0.6, 0.34),
         cc=0.07,
-        demand=Demand(2.0, 45.0, 0.2, 0.5),
+        demand=Demand(gain=2.0, phase=45.0, delay=0.2, disk=0.5),
     ),
 }
 
@@ -187,7 +154,7 @@ def _lqr_cell(plant: Plant, design: Design, node: Node) -> Designed:
     raise _infeasible(node, best)
 
 
-def design_lmi(plant: Plant, design: Design, quiet: bool = False) -> tuple[list[Designed], Certificate]:
+def design_lmi(plant: Plant, design: Design, quiet: bool = False) -> tuple[list[Designed], lyapunov.Certificate]:
     """Design all cells together by the LMI, detuning those that miss their margins.
 
     Raises
@@ -209,14 +176,14 @@ def design_lmi(plant: Plant, design: Design, quiet: bool = False) -> tuple[list[
                 if key not in cells:
                     cells[key] = build(plant, design, *key)
                 chosen.append(cells[key])
-            models = [cell_model(cell, design.decorrelation(cell.node.bandwidth), design.scatter) for cell in chosen]
-            certificate = solve(models, design.wishes, [tries[at][1] for at in attempt], capacity)
+            models = [design.slow_model(cell) for cell in chosen]
+            certificate = lyapunov.solve(models, design.wishes, [tries[at][1] for at in attempt], capacity)
             found: dict[int, Designed] = {}
             missed = set()
             for i in sorted(pending):
                 cell, model, K = chosen[i], models[i], certificate.gains[i]
-                gains = signal_gains(K, float(cell.point[1]), capacity)
-                proven = proven_decay(model, K, certificate.Q0, certificate.Q1, _rate(design.wishes))
+                gains = lyapunov.signal_gains(K, float(cell.point[1]), capacity)
+                proven = lyapunov.proven_decay(model, K, certificate.Q0, certificate.Q1, design.wishes.bound)
                 found[i], reached = _judge(design, cell, gains, tries[attempt[i]][1], {"proven_decay": proven})
                 best[i] = max(best[i], reached)
                 if reached[0] < 1.0:
@@ -232,24 +199,19 @@ def design_lmi(plant: Plant, design: Design, quiet: bool = False) -> tuple[list[
                     raise _infeasible(nodes[i], best[i])
 
 
-def between_nodes(plant: Plant, design: Design, found: Sequence[Designed], certificate: Certificate) -> float:
+def between_nodes(plant: Plant, design: Design, found: Sequence[Designed], certificate: lyapunov.Certificate) -> float:
     """Least decay that the Lyapunov function proves half-way between the nodes, with the interpolated gains. [1/s]"""
     gains = dict(zip((one.cell.node for one in found), certificate.gains, strict=True))
     share = {one.cell.node: float(one.cell.point[1]) for one in found}
     worst = float("inf")
-    axes = (design.envelopes, design.frequencies, design.bandwidths)
-    for pairs in product(*(list(pairwise(axis)) or [(axis[0], axis[0])] for axis in axes)):
+    for pairs in product(*(list(pairwise(axis)) or [(axis[0], axis[0])] for axis in design.axes)):
         corners = [Node(*at) for at in product(*pairs)]
         middle = Node(*(0.5 * (low + high) for low, high in pairs))
         mean = sum(share[corner] for corner in corners) / len(corners)
-        model = cell_model(build(plant, design, middle, mean), design.decorrelation(middle.bandwidth), design.scatter)
+        model = design.slow_model(build(plant, design, middle, mean))
         K = np.mean([gains[corner] for corner in corners], axis=0)
-        worst = min(worst, proven_decay(model, K, certificate.Q0, certificate.Q1, _rate(design.wishes)))
+        worst = min(worst, lyapunov.proven_decay(model, K, certificate.Q0, certificate.Q1, design.wishes.bound))
     return worst
-
-
-def _rate(wishes: Wishes) -> float:
-    return wishes.rate if wishes.rate < float("inf") else 0.0
 
 
 def _judge(
@@ -260,52 +222,29 @@ def _judge(
     loop = loop_of(cell, row, design.filters)
     if loop.status != "stable":
         return Designed(cell, row, {}, detuning, notes), (0.0, f"the loop is {loop.status}")
-    margins = cell_margins(loop)
-    notes = {**notes, "power": loop.power, "decay_time": _decay_time(loop.multipliers[0], loop.flow.forcing.period)}
+    margins, decay_time = cell_margins(loop), -loop.flow.forcing.period / math.log(abs(loop.multipliers[0]))
+    notes = {**notes, "power": loop.power, "decay_time": decay_time}
     return Designed(cell, row, margins, detuning, notes), design.demand.shortfall(margins)
 
 
-def _decay_time(multiplier: complex, period: float) -> float:
-    from math import log
-
-    return -period / log(abs(multiplier))
-
-
 def _infeasible(node: Node, best: tuple[float, str]) -> InputError:
-    return InputError(
-        "cell",
-        str(node),
-        f"cannot have the demanded margins: at best {best[1]}",
-        "Demand less, carry less load in this cell, or leave its node out of the schedule",
-    )
+    mend = "Demand less, carry less load in this cell, or leave its node out of the schedule"
+    return InputError("cell", str(node), f"cannot have the demanded margins: at best {best[1]}", mend)
 
 
 def cell_entry(designed: Designed) -> dict[str, Any]:
     """Entry of a cell in the table's file."""
-    row, cell, n = designed.row, designed.cell, len(SIGNALS)
-    gains = row[len(POINT) :]
+    cell, numbers = designed.cell, iter(designed.row)
     return {
         **asdict(cell.node),
         "wave_height": cell.height,
         "fold_cg": cell.fold,
         "share_of_fold": cell.share,
-        "point": dict(zip(POINT, row[: len(POINT)], strict=True)),
-        "cc": dict(zip(SIGNALS, gains[:n], strict=True)),
-        "cg": dict(zip(SIGNALS, gains[n:], strict=True)),
+        **{part: dict(zip(names, islice(numbers, len(names)), strict=True)) for part, names in PARTS.items()},
         "detuning": designed.detuning,
         "notes": designed.notes,
-        "margins": {name: _entry(found) for name, found in designed.margins.items()},
+        "margins": {name: {kind: getattr(found, kind) for kind in MARGINS} for name, found in designed.margins.items()},
     }
-
-
-def _entry(found: ChannelMargins) -> dict[str, Any]:
-    return {"gain": list(found.gain), "phase": found.phase, "delay": found.delay, "disk": found.disk}
-
-
-def write(path: Path, name: str, design: Design, found: Sequence[Designed], provenance: Mapping[str, Any]) -> None:
-    """Write the table of a design."""
-    nodes = {"envelope": design.envelopes, "frequency": design.frequencies, "bandwidth": design.bandwidths}
-    write_table(path, name, nodes, vars(design.filters), provenance, [cell_entry(one) for one in found])
 
 
 def run(name: str, plant: Plant, design: Design, path: Path, quiet: bool = False) -> None:
@@ -324,7 +263,7 @@ def run(name: str, plant: Plant, design: Design, path: Path, quiet: bool = False
         provenance |= {"method": "periodic LQR, output feedback", "weights": asdict(design.weights)}
     else:
         found, certificate = design_lmi(plant, design, quiet)
-        kind = "one Lyapunov function" if _rate(design.wishes) == 0.0 else "Lyapunov function affine in the envelope"
+        kind = "Lyapunov function affine in the envelope" if design.wishes.varying else "one Lyapunov function"
         provenance |= {
             "method": f"LMI, {kind}",
             "wishes": asdict(design.wishes),
@@ -333,7 +272,8 @@ def run(name: str, plant: Plant, design: Design, path: Path, quiet: bool = False
             "proven_decay": certificate.decay,
             "proven_decay_between_nodes": between_nodes(plant, design, found, certificate),
         }
-    write(path, name, design, found, provenance)
+    nodes = dict(zip(NODES, design.axes, strict=True))
+    write_table(path, name, nodes, vars(design.filters), provenance, [cell_entry(one) for one in found])
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -342,13 +282,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"any of {', '.join(names)}")
     parser.add_argument("--out", type=Path, help="folder of the tables; by default beside the law")
-    for margin in asdict(Demand()):
+    for margin in MARGINS:
         parser.add_argument(f"--{margin}", type=float, help="demanded of every cell instead of the design's own")
     given = parser.parse_args(arguments)
     for name in given.names:
         if name not in names:
             parser.error(f"unknown table {name!r}: choose from {', '.join(names)}")
-    wanted = {key: getattr(given, key) for key in asdict(Demand()) if getattr(given, key) is not None}
+    wanted = {key: getattr(given, key) for key in MARGINS if getattr(given, key) is not None}
     try:
         for name in given.names or names:
             path = table_file(name) if given.out is None else given.out / f"{name}.toml"

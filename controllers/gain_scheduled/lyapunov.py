@@ -14,9 +14,8 @@ its rate is bounded. The inequality holds at the nodes; between them, where the 
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,109 +26,83 @@ from gyroctl.controllers.gain_scheduled.scheduled import SIGNALS
 from gyroctl.errors import InputError
 from gyroctl.linearisation.averaged import average
 from gyroctl.linearisation.model import linearise
-from gyroctl.orbits.orbit import Orbit
 from gyroctl.plant.equations import PSI
 
 Matrix = NDArray[np.float64]
 
 INPUTS = ("cc", "cg", "cc_cos", "cc_sin", "cg_cos", "cg_sin")
-EVEN, ODD = slice(0, 2), slice(2, 6)
+FOLLOW = 0.3  # part of the brisk changes of the envelope that the generator follows [-]
 
 
 @dataclass(frozen=True)
 class SlowModel:
-    """x' = A x + B u + G w of libration angle [rad] and rate, phi1 [rad] and phi1' of the horizontal mode.
+    """x' = A x + B u + G w of libration angle [rad] and rate, phi1 [rad] and phi1' of the horizontal mode."""
 
-    Parameters
-    ----------
-    node : Node
-        The cell.
-    A, B, G : (4, 4), (4, 6), (4, 2) arrays
-        Inputs are cc, cg [Nms] and both times cos and sin of the ring angle; w is white.
-    """
-
-    node: Node
-    A: Matrix
-    B: Matrix
-    G: Matrix
+    node: Node  # the cell
+    A: Matrix  # (4, 4)
+    B: Matrix  # (4, 6) from `INPUTS`: cc, cg [Nms] and both times cos and sin of the ring angle
+    G: Matrix  # (4, 2) from white noise
 
 
 @dataclass(frozen=True)
 class Wishes:
-    """What the LMI design is asked for.
+    """What the LMI design is asked for: deviations that weigh alike in the cost, rates of decay, and disturbances.
 
-    Parameters
-    ----------
-    angle, speed, swing : float
-        Deviations of libration angle [rad], ring speed [rad/s] and phi1 [rad] that weigh alike in the cost.
-    cc : float
-        And of the coupling. [Nms]
-    cg : float
-        And of the generator gain, as a part of the lock capacity J4 V/N. [-]
-    decay, swing_decay : float
-        Least rates at which libration and horizontal mode die out. [1/s]
-    shake, swing_shake : float
-        White acceleration of ring and float, root of its spectral density: what is irregular within a wave, and so
-        not seen by an average over waves. [rad/s^1.5]
-    rate : float
-        Largest rate of the envelope [rad/s^2]; infinite for one Lyapunov function, which allows any.
+    The disturbances are white accelerations, told by the root of their spectral density: what is irregular within a
+    wave, and so not seen by an average over waves.
     """
 
-    angle: float = 0.1
-    speed: float = 0.5
-    swing: float = 0.13
-    cc: float = 0.003
-    cg: float = 0.15
-    decay: float = 0.03
-    swing_decay: float = 0.003
-    shake: float = 0.05
-    swing_shake: float = 0.02
-    rate: float = float("inf")
+    angle: float = 0.1  # of the libration [rad]
+    speed: float = 0.5  # of the ring [rad/s]
+    swing: float = 0.13  # of phi1 [rad]
+    cc: float = 0.003  # of the coupling [Nms]
+    cg: float = 0.15  # of the generator gain, as a part of the lock capacity J4 V/N [-]
+    decay: float = 0.03  # least rate at which the libration dies out [1/s]
+    swing_decay: float = 0.003  # and the horizontal mode [1/s]
+    shake: float = 0.05  # of the ring [rad/s^1.5]
+    swing_shake: float = 0.02  # of the float [rad/s^1.5]
+    rate: float = float("inf")  # largest rate of the envelope; infinite: one function for any rate [rad/s^2]
+
+    @property
+    def varying(self) -> bool:
+        """Whether the Lyapunov function varies with the envelope, whose rate is bounded then."""
+        return bool(np.isfinite(self.rate))
+
+    @property
+    def bound(self) -> float:
+        """Rate of the envelope in the proof: zero where the function does not vary. [rad/s^2]"""
+        return self.rate if self.varying else 0.0
 
 
 @dataclass(frozen=True)
 class Certificate:
-    """Gains with the Lyapunov function that proves them.
+    """Gains with the Lyapunov function that proves them: x' (Q0 + V Q1)^-1 x decreases in every cell."""
 
-    Parameters
-    ----------
-    gains : list of (6, 4) arrays
-        From the states of the slow model to its inputs, by cell.
-    Q0, Q1 : (4, 4) arrays
-        x' (Q0 + V Q1)^-1 x decreases in every cell.
-    decay : float
-        Least rate of decay that it proves at the nodes. [1/s]
-    cost : float
-        Bound of the cost.
-    """
-
-    gains: list[Matrix]
-    Q0: Matrix
-    Q1: Matrix
-    decay: float
-    cost: float
+    gains: list[Matrix]  # (6, 4) from the states of the slow model to its inputs, by cell
+    Q0: Matrix  # (4, 4)
+    Q1: Matrix  # (4, 4)
+    decay: float  # least rate of decay that it proves at the nodes [1/s]
+    cost: float  # bound of the cost
 
 
-def slow_model(orbit: Orbit, node: Node, decorrelation: float, scatter: float) -> SlowModel:
-    """Averaged model of an orbit with modulated inputs, driven by the irregularity of the wave."""
-    model = linearise(orbit, ("psi", "phi1"))
+def cell_model(cell: Cell, decorrelation: float, scatter: float = 0.5) -> SlowModel:
+    """Averaged model of a cell's orbit with modulated inputs, driven by the irregularity of the wave."""
+    model = linearise(cell.orbit, ("psi", "phi1"))
     psi = model.orbit[:-1, PSI]
-    c, s = (f(psi)[:, None] for f in (np.cos, np.sin))
+    c, s = np.cos(psi)[:, None], np.sin(psi)[:, None]
     cc, cg = model.B[:, :, 0], model.B[:, :, 1]
-    turned = np.exp(2j * np.pi * (np.arange(model.samples) + 0.5) / model.samples)[:, None] * orbit.forcing.amplitude
+    phase = np.exp(2j * np.pi * (np.arange(model.samples) + 0.5) / model.samples)[:, None]
+    turned = phase * cell.orbit.forcing.amplitude
     waves = [np.einsum("knm,km->kn", model.B[:, :, 2:], part) for part in (turned.real, -turned.imag)]
     entry = np.stack([cc, cg, cc * c, cc * s, cg * c, cg * s, *waves], axis=2)
     names = (*INPUTS, "wave_in_phase", "wave_quarter")
-    direct = np.zeros((model.samples, 2, len(names)))
-    found = average(dataclasses.replace(model, B=entry, D=direct, inputs=names))
+    found = average(replace(model, B=entry, D=np.zeros((model.samples, 2, len(names))), inputs=names))
     # a slow mode feels a modulation that is forgotten at the rate b as white noise of the spectral density 2 s^2/b
     noise = scatter * np.sqrt(2.0 / max(decorrelation, 1e-3))
-    return SlowModel(node, found.A, found.B[:, : len(INPUTS)], noise * found.B[:, len(INPUTS) :])
+    return SlowModel(cell.node, found.A, found.B[:, : len(INPUTS)], noise * found.B[:, len(INPUTS) :])
 
 
-def solve(
-    models: Sequence[SlowModel], wishes: Wishes, detuning: Sequence[float], capacity: float, quiet: bool = True
-) -> Certificate:
+def solve(models: Sequence[SlowModel], wishes: Wishes, detuning: Sequence[float], capacity: float) -> Certificate:
     """Solve the LMI for all cells.
 
     Parameters
@@ -142,8 +115,6 @@ def solve(
         How much dearer the controls are in each cell; the decay that is asked of it falls with the root of that.
     capacity : float
         J4/N: the lock capacity is that times the envelope. [Nms s/rad]
-    quiet : bool
-        Show nothing of the solver.
 
     Raises
     ------
@@ -154,27 +125,25 @@ def solve(
 
     n, m = models[0].B.shape
     units = np.array([wishes.angle, wishes.speed, wishes.swing, wishes.swing * 1.25])
-    varying = np.isfinite(wishes.rate)
-    Q0 = _even_odd()
-    Q1: Any = _even_odd() if varying else np.zeros((n, n))
+    shaken = np.diag([0.0, wishes.shake, 0.0, wishes.swing_shake])[:, [1, 3]]
+    decays = np.diag([wishes.decay, wishes.decay, wishes.swing_decay, wishes.swing_decay])
+    Q0: Any = _even_odd()
+    Q1: Any = _even_odd() if wishes.varying else np.zeros((n, n))
     constraints, costs, solved = [], [], []
     for model, dearer in zip(models, detuning, strict=True):
         # deviations in units of the weights, so that the numbers are of size one
         A = model.A * units[None, :] / units[:, None]
-        shaken = np.diag([0.0, wishes.shake, 0.0, wishes.swing_shake])[:, [1, 3]]
         G = np.hstack([model.G, shaken]) / units[:, None]
         strong = np.array([wishes.cc, wishes.cg * capacity * model.node.envelope] * 3)[[0, 1, 0, 0, 1, 1]]
         strong = strong / np.sqrt(dearer)
         B = model.B * strong[None, :] / units[:, None]
         even, odd = cp.Variable((2, 2)), cp.Variable((4, 2))
         Y = cp.bmat([[even, np.zeros((2, 2))], [np.zeros((4, 2)), odd]])
-        Q = Q0 + model.node.envelope * Q1 if varying else Q0
+        Q = Q0 + model.node.envelope * Q1 if wishes.varying else Q0
         Z = cp.Variable((n + m, n + m), symmetric=True)
         inner = A @ Q + B @ Y
-        dying = np.diag([wishes.decay, wishes.decay, wishes.swing_decay, wishes.swing_decay]) / np.sqrt(dearer)
-        base = inner + inner.T + 2.0 * dying @ Q + G @ G.T  # Q has no entries across the modes
-        for sign in (-1.0, 1.0) if varying else (0.0,):
-            left = base + sign * wishes.rate * Q1 if varying else base
+        base = inner + inner.T + 2.0 * (decays / np.sqrt(dearer)) @ Q + G @ G.T  # Q has no entries across the modes
+        for left in (base - wishes.rate * Q1, base + wishes.rate * Q1) if wishes.varying else (base,):
             constraints.append(0.5 * (left + left.T) << 0)
         outputs = cp.vstack([Q, Y])
         constraints += [cp.bmat([[Z, outputs], [outputs.T, Q]]) >> 0, Q >> 1e-6 * np.eye(n)]
@@ -182,25 +151,20 @@ def solve(
         solved.append((Y, strong, model))
     problem = cp.Problem(cp.Minimize(cp.sum(cp.hstack(costs)) / len(costs)), constraints)
     try:
-        problem.solve(solver=cp.CLARABEL, verbose=not quiet)
+        problem.solve(solver=cp.CLARABEL)
     except cp.error.SolverError:
-        problem.solve(solver=cp.SCS, verbose=not quiet)
+        problem.solve(solver=cp.SCS)
     if problem.status not in ("optimal", "optimal_inaccurate"):
-        raise InputError(
-            "wishes.decay",
-            wishes.decay,
-            f"no Lyapunov function over the schedule: {problem.status}",
-            "Ask for a slower decay, or bound the rate of the schedule",
-        )
-    q0 = np.asarray(Q0.value)
-    q1 = np.asarray(Q1.value) if varying else np.zeros((n, n))
+        mend = "Ask for a slower decay, or bound the rate of the schedule"
+        found = f"no Lyapunov function over the schedule: {problem.status}"
+        raise InputError("wishes.decay", wishes.decay, found, mend)
+    q0, q1 = np.asarray(Q0.value), np.asarray(Q1.value if wishes.varying else Q1)
     gains = [
         strong[:, None] * (np.asarray(Y.value) @ np.linalg.inv(q0 + model.node.envelope * q1)) / units[None, :]
         for Y, strong, model in solved
     ]
     q0, q1 = (part * np.outer(units, units) for part in (q0, q1))
-    rate = wishes.rate if varying else 0.0
-    decay = min(proven_decay(model, K, q0, q1, rate) for model, K in zip(models, gains, strict=True))
+    decay = min(proven_decay(model, K, q0, q1, wishes.bound) for model, K in zip(models, gains, strict=True))
     return Certificate(gains, q0, q1, decay, float(problem.value))
 
 
@@ -215,32 +179,25 @@ def proven_decay(model: SlowModel, K: Matrix, Q0: Matrix, Q1: Matrix, rate: floa
     return -0.5 * worst
 
 
-def signal_gains(K: Matrix, share: float, capacity: float, follow: float = 0.3) -> Matrix:
+def signal_gains(K: Matrix, share: float, capacity: float) -> Matrix:
     """Gains (2, 10) on the signals of the law from those (6, 4) on the slow states.
 
-    The envelope is no state of the slow model: of its brisk changes the generator follows a part, `follow`. All of it
+    The envelope is no state of the slow model: of its brisk changes the generator follows a part, `FOLLOW`. All of it
     is too much in low waves, where a load raises the envelope that it is taken from.
     """
     place = {name: i for i, name in enumerate(SIGNALS)}
     gains = np.zeros((2, len(SIGNALS)))
-    gains[1, place["envelope"]] = follow * share * capacity
+    gains[1, place["envelope"]] = FOLLOW * share * capacity
     for control in range(2):
         gains[control, [place["angle"], place["speed"]]] = K[control, :2]
         for j, name in enumerate(("cos", "sin")):
-            row = K[2 + 2 * control + j]
-            gains[control, [place[f"swing_{name}"], place[f"swing_rate_{name}"]]] = row[2:]
+            gains[control, [place[f"swing_{name}"], place[f"swing_rate_{name}"]]] = K[2 + 2 * control + j, 2:]
     return gains
-
-
-def cell_model(cell: Cell, decorrelation: float, scatter: float = 0.5) -> SlowModel:
-    """Slow model of a cell."""
-    return slow_model(cell.orbit, cell.node, decorrelation, scatter)
 
 
 def _even_odd() -> Any:
     """Symmetric 4 x 4 variable without coupling of libration and horizontal mode."""
     import cvxpy
 
-    blocks = [cvxpy.Variable((2, 2), symmetric=True) for _ in range(2)]
-    nothing = np.zeros((2, 2))
-    return cvxpy.bmat([[blocks[0], nothing], [nothing, blocks[1]]])
+    even, odd = (cvxpy.Variable((2, 2), symmetric=True) for _ in range(2))
+    return cvxpy.bmat([[even, np.zeros((2, 2))], [np.zeros((2, 2)), odd]])

@@ -10,6 +10,7 @@ covariance is the start, and the descent of Anderson and Moore on the same cost 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,74 +27,67 @@ STEPS = 20
 
 @dataclass(frozen=True)
 class Weights:
-    """Deviations that weigh alike in the cost.
+    """Deviations that weigh alike in the cost."""
 
-    Parameters
-    ----------
-    angle : float
-        Of the load angle. [rad]
-    speed : float
-        Of the ring. [rad/s]
-    flywheel : float
-        Of omega'/N. [rad/s]
-    swing : float
-        Of phi1. [rad]
-    cc : float
-        Of the coupling. [Nms]
-    cg : float
-        Of the generator gain, as a part of the lock capacity J4 V/N. [-]
-    """
-
-    angle: float = 0.35
-    speed: float = 0.17
-    flywheel: float = 0.12
-    swing: float = 0.094
-    cc: float = 0.005
-    cg: float = 0.3
+    angle: float = 0.35  # of the load angle [rad]
+    speed: float = 0.17  # of the ring [rad/s]
+    flywheel: float = 0.12  # of omega'/N [rad/s]
+    swing: float = 0.094  # of phi1 [rad]
+    cc: float = 0.005  # of the coupling [Nms]
+    cg: float = 0.3  # of the generator gain, as a part of the lock capacity J4 V/N [-]
 
 
 @dataclass(frozen=True)
 class Regulator:
-    """Gains and how good they are.
+    """Gains and how good they are."""
 
-    Parameters
-    ----------
-    gains : (2, 10) array
-        From the signals to cc and cg.
-    cost : float
-        Of the modulated wave.
-    open_cost, bound : float
-        Without feedback, and with full information.
-    """
+    gains: NDArray[np.float64]  # (2, 10) from the signals to cc and cg
+    cost: float  # of the modulated wave
+    open_cost: float  # without feedback
+    bound: float  # with full information
 
-    gains: NDArray[np.float64]
-    cost: float
-    open_cost: float
-    bound: float
+
+class Problem(NamedTuple):
+    """A cell with its cost: the mean of x' Q x + u' R u in the stationary noise of variance W."""
+
+    cell: Cell
+    Q: Matrices  # (N, n, n)
+    R: NDArray[np.float64]  # (2, 2)
+    W: Matrices  # (N, n, n)
+
+    def weight(self, gain: Matrices) -> Matrices:
+        """Weight of the states (N, n, n) where the controls follow them by a gain (N, 2, n)."""
+        return self.Q + gain.transpose(0, 2, 1) @ self.R @ gain
+
+    def closed(self, K: NDArray[np.float64]) -> Matrices:
+        """Closed loop (N, n, n) with gains (2, 10) on the signals."""
+        return self.cell.A + self.cell.B @ K @ self.cell.C
+
+    def cost(self, K: NDArray[np.float64]) -> float:
+        """Cost of gains (2, 10) on the signals, infinite where they do not stabilise."""
+        closed = self.closed(K)
+        if np.max(np.abs(np.linalg.eigvals(transition(closed)))) >= 1.0:
+            return np.inf
+        return _mean(self.weight(K @ self.cell.C), periodic_lyapunov(closed, self.W))
 
 
 def regulate(cell: Cell, weights: Weights, detuning: float = 1.0) -> Regulator:
     """Find the gains of a cell; `detuning` makes both controls dearer."""
-    Q, R = _costs(cell, weights, detuning)
-    samples = cell.A.shape[0]
-    W = cell.G @ cell.G.transpose(0, 2, 1)
-    full = periodic_lqr(cell.A, cell.B, Q, np.repeat(R[None], samples, 0))
-    spread = periodic_lyapunov(cell.A - cell.B @ full.gain, W)
-    total = Q + full.gain.transpose(0, 2, 1) @ R @ full.gain
-    bound = float(np.mean(np.einsum("kij,kji->k", total, spread)))
+    problem = Problem(cell, *_costs(cell, weights, detuning), cell.G @ cell.G.transpose(0, 2, 1))
+    full = periodic_lqr(cell.A, cell.B, problem.Q, np.repeat(problem.R[None], cell.A.shape[0], 0))
+    spread = periodic_lyapunov(cell.A - cell.B @ full.gain, problem.W)
     left = sum(-f @ x @ c.T for f, x, c in zip(full.gain, spread, cell.C, strict=True))
     right = sum(c @ x @ c.T for x, c in zip(spread, cell.C, strict=True))
+    projected = np.linalg.lstsq(np.asarray(right), np.asarray(left).T, rcond=1e-9)[0].T
     nothing = np.zeros((2, cell.C.shape[1]))
-    open_cost = _cost(cell, nothing, Q, R, W)
-    start = np.linalg.lstsq(np.asarray(right), np.asarray(left).T, rcond=1e-9)[0].T
-    K = nothing
-    for _ in range(HALVINGS):
-        if _cost(cell, start, Q, R, W) < open_cost:
-            K = start
+    open_cost = problem.cost(nothing)
+    K, cost = _towards(problem, projected, nothing, open_cost)
+    for _ in range(STEPS):
+        before = cost
+        K, cost = _towards(problem, _stationary_gains(problem, K), K, cost)
+        if before - cost < 1e-4 * before:
             break
-        start = 0.5 * start
-    K, cost = _descend(cell, K, Q, R, W)
-    return Regulator(K, cost, open_cost, bound)
+    return Regulator(K, cost, open_cost, _mean(problem.weight(full.gain), spread))
 
 
 def _costs(cell: Cell, weights: Weights, detuning: float) -> tuple[Matrices, NDArray[np.float64]]:
@@ -101,54 +95,46 @@ def _costs(cell: Cell, weights: Weights, detuning: float) -> tuple[Matrices, NDA
     samples, n = cell.A.shape[:2]
     parameters = cell.orbit.plant.parameters
     plant = np.zeros((samples, 3, n))
-    for i, (name, unit) in enumerate(
-        (("psi_rate", weights.speed), ("omega_rate", weights.flywheel * parameters.N), ("phi1", weights.swing))
-    ):
+    units = {"psi_rate": weights.speed, "omega_rate": weights.flywheel * parameters.N, "phi1": weights.swing}
+    for i, (name, unit) in enumerate(units.items()):
         plant[:, i, cell.rows[name]] = 1.0 / unit
     outputs = np.concatenate([plant, cell.C[:, 1:2] / weights.angle], axis=1)
-    units = np.array([weights.cc, weights.cg * parameters.J4 * cell.node.envelope / parameters.N])
-    return outputs.transpose(0, 2, 1) @ outputs, np.diag(detuning / units**2)
+    controls = np.array([weights.cc, weights.cg * parameters.J4 * cell.node.envelope / parameters.N])
+    return outputs.transpose(0, 2, 1) @ outputs, np.diag(detuning / controls**2)
 
 
-def _cost(cell: Cell, K: NDArray[np.float64], Q: Matrices, R: NDArray[np.float64], W: Matrices) -> float:
-    closed = cell.A + cell.B @ K @ cell.C
-    if np.max(np.abs(np.linalg.eigvals(transition(closed)))) >= 1.0:
-        return np.inf
-    total = Q + (K @ cell.C).transpose(0, 2, 1) @ R @ (K @ cell.C)
-    return float(np.mean(np.einsum("kij,kji->k", total, periodic_lyapunov(closed, W))))
+def _mean(weight: Matrices, spread: Matrices) -> float:
+    return float(np.mean(np.einsum("kij,kji->k", weight, spread)))
 
 
-def _descend(
-    cell: Cell, K: NDArray[np.float64], Q: Matrices, R: NDArray[np.float64], W: Matrices
+def _towards(
+    problem: Problem, wanted: NDArray[np.float64], K: NDArray[np.float64], cost: float
 ) -> tuple[NDArray[np.float64], float]:
-    """Anderson-Moore: solve for the gains with covariance and cost-to-go held, go there as far as the cost falls."""
-    cost = _cost(cell, K, Q, R, W)
-    m, p = K.shape
-    for _ in range(STEPS):
-        closed = cell.A + cell.B @ K @ cell.C
-        KC = K @ cell.C
-        X = periodic_lyapunov(closed, W)
-        back = closed.transpose(0, 2, 1)[::-1]
-        P = periodic_lyapunov(back, (Q + KC.transpose(0, 2, 1) @ R @ KC)[::-1])
-        # P[j] is the cost to go before sample (N - j) mod N: after sample k it is that before k + 1
-        ahead = P[(-np.arange(1, cell.A.shape[0] + 1)) % cell.A.shape[0]]
-        normal, right = np.zeros((m * p, m * p)), np.zeros((m, p))
-        for k in range(cell.A.shape[0]):
-            BP = cell.B[k].T @ ahead[k]
-            seen = cell.C[k] @ X[k]
-            normal += np.kron(R + BP @ cell.B[k], seen @ cell.C[k].T)
-            right -= BP @ cell.A[k] @ seen.T
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
-        solved = np.linalg.lstsq(normal * np.outer(scale, scale), scale * right.ravel(), rcond=1e-10)[0]
-        wanted = (scale * solved).reshape(m, p)
-        step, before = 1.0, cost
-        for _ in range(HALVINGS):
-            trial = K + step * (wanted - K)
-            found = _cost(cell, trial, Q, R, W)
-            if found < cost:
-                K, cost = trial, found
-                break
-            step *= 0.5
-        if before - cost < 1e-4 * before:
-            break
+    """Go from the gains K to those wanted as far as the cost falls."""
+    step = 1.0
+    for _ in range(HALVINGS):
+        trial = K + step * (wanted - K)
+        found = problem.cost(trial)
+        if found < cost:
+            return trial, found
+        step *= 0.5
     return K, cost
+
+
+def _stationary_gains(problem: Problem, K: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Anderson-Moore: the best gains where covariance and cost to go are held as they are with K."""
+    cell, closed = problem.cell, problem.closed(K)
+    samples = cell.A.shape[0]
+    X = periodic_lyapunov(closed, problem.W)
+    P = periodic_lyapunov(closed.transpose(0, 2, 1)[::-1], problem.weight(K @ cell.C)[::-1])
+    # P[j] is the cost to go before sample (N - j) mod N: after sample k it is that before k + 1
+    ahead = P[(-np.arange(1, samples + 1)) % samples]
+    normal, right = np.zeros((K.size, K.size)), np.zeros(K.shape)
+    for k in range(samples):
+        BP = cell.B[k].T @ ahead[k]
+        seen = cell.C[k] @ X[k]
+        normal += np.kron(problem.R + BP @ cell.B[k], seen @ cell.C[k].T)
+        right -= BP @ cell.A[k] @ seen.T
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(normal), 1e-300))
+    solved = np.linalg.lstsq(normal * np.outer(scale, scale), scale * right.ravel(), rcond=1e-10)[0]
+    return (scale * solved).reshape(K.shape)

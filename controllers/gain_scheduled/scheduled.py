@@ -25,18 +25,8 @@ from typing import Any, Literal, NamedTuple
 
 from gyroctl.plant.compiled import inlined
 
-SIGNALS = (
-    "envelope",
-    "angle",
-    "speed",
-    "speed_cos2",
-    "speed_sin2",
-    "flywheel",
-    "swing_cos",
-    "swing_sin",
-    "swing_rate_cos",
-    "swing_rate_sin",
-)
+SWING = ("swing_cos", "swing_sin", "swing_rate_cos", "swing_rate_sin")
+SIGNALS = ("envelope", "angle", "speed", "speed_cos2", "speed_sin2", "flywheel", *SWING)
 """Deviations that are fed back, in the order of the gains."""
 
 POINT = ("cc", "share", "angle_cos", "angle_sin", "speed_cos2", "speed_sin2", "flywheel")
@@ -108,7 +98,7 @@ class Scheduled(NamedTuple):
 
     def init(self) -> ScheduledState:
         """Filters are filled by the first sample; the peak frequency starts at `wp`."""
-        return ScheduledState(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        return ScheduledState(*[0.0] * len(ScheduledState._fields))
 
     def clamped(self, state: ScheduledState) -> int:
         """Samples so far at which the schedule was asked outside its table."""
@@ -163,6 +153,8 @@ class Scheduled(NamedTuple):
         # what is left of phi1 and its rate beside the part that turns with the ring
         swing = y.phi1 - state.phi_c * c - state.phi_s * s
         swing_rate = y.phi1_rate - state.rate_c * c - state.rate_s * s
+        phi_c, phi_s = state.phi_c + 2.0 * notch * swing * c, state.phi_s + 2.0 * notch * swing * s
+        rate_c, rate_s = state.rate_c + 2.0 * notch * swing_rate * c, state.rate_s + 2.0 * notch * swing_rate * s
         cos2, sin2 = c * c - s * s, 2.0 * s * c
         size = math.sqrt(V1 * V1 + V3 * V3 + self.least * self.least)
         off = speed - frequency - _mix(self.cells, here, at, 4) * cos2 - _mix(self.cells, here, at, 5) * sin2
@@ -184,26 +176,10 @@ class Scheduled(NamedTuple):
             cc += self.effort * _mix(self.cells, here, at, len(POINT) + n) * deviations[n]
             cg += self.effort * _mix(self.cells, here, at, len(POINT) + len(SIGNALS) + n) * deviations[n]
 
-        # the count is rounded so that it carries no derivative: margins are those of the feedback
-        count = math.floor(state.clamped + 0.5) + self.counting * outside
+        # the count of samples outside is rounded so that it carries no derivative: margins are those of the feedback
+        out = math.floor(state.clamped + 0.5) + self.counting * outside
         return (min(max(cc, self.cc_min), self.cc_max), min(max(cg, 0.0), self.cg_max)), ScheduledState(
-            U1,
-            U3,
-            V1,
-            V3,
-            W1,
-            W3,
-            speed,
-            slow_square,
-            square,
-            turning,
-            weight,
-            state.phi_c + 2.0 * notch * swing * c,
-            state.phi_s + 2.0 * notch * swing * s,
-            state.rate_c + 2.0 * notch * swing_rate * c,
-            state.rate_s + 2.0 * notch * swing_rate * s,
-            count,
-            1.0,
+            U1, U3, V1, V3, W1, W3, speed, slow_square, square, turning, weight, phi_c, phi_s, rate_c, rate_s, out, 1.0
         )
 
 

@@ -15,6 +15,9 @@ from gyroctl.writing import write_text
 
 NODES = ("envelope", "frequency", "bandwidth")
 
+PARTS = {"point": POINT, "cc": SIGNALS, "cg": SIGNALS}
+"""Numbers of a cell, in the order of the law."""
+
 UNITS = {
     "envelope": "rad/s",
     "frequency": "rad/s",
@@ -72,11 +75,7 @@ def law_of(content: Mapping[str, Any], **fields: float) -> Scheduled:
 
 def row_of(cell: Mapping[str, Any]) -> list[float]:
     """Row of numbers of a cell, in the order of the law."""
-    return [
-        *(float(cell["point"][name]) for name in POINT),
-        *(float(cell["cc"][name]) for name in SIGNALS),
-        *(float(cell["cg"][name]) for name in SIGNALS),
-    ]
+    return [float(cell[part][name]) for part, names in PARTS.items() for name in names]
 
 
 def write_table(

@@ -22,22 +22,16 @@ import platformdirs
 
 from gyroctl.writing import write_text
 
+SIGNS = {"ADD": "+", "SUB": "-", "MUL": "*", "DIV": "/", "POW": "**", "CONSTPOW": "**"}
+FUNCTIONS = ("sin", "cos", "exp", "log", "sqrt", "tanh")
 OPERATIONS = {
+    **{f"OP_{name}": f"{{0}} {sign} {{1}}" for name, sign in SIGNS.items()},
+    **{f"OP_{name.upper()}": f"math.{name}({{0}})" for name in FUNCTIONS},
     "OP_ASSIGN": "{0}",
-    "OP_ADD": "{0} + {1}",
-    "OP_SUB": "{0} - {1}",
-    "OP_MUL": "{0} * {1}",
-    "OP_DIV": "{0} / {1}",
     "OP_NEG": "-{0}",
     "OP_TWICE": "2.0 * {0}",
     "OP_SQ": "{0} * {0}",
     "OP_INV": "1.0 / {0}",
-    "OP_SIN": "math.sin({0})",
-    "OP_COS": "math.cos({0})",
-    "OP_EXP": "math.exp({0})",
-    "OP_LOG": "math.log({0})",
-    "OP_SQRT": "math.sqrt({0})",
-    "OP_TANH": "math.tanh({0})",
     "OP_FABS": "abs({0})",
     "OP_FMAX": "max({0}, {1})",
     "OP_FMIN": "min({0}, {1})",
@@ -46,8 +40,6 @@ OPERATIONS = {
     "OP_LE": "1.0 if {0} <= {1} else 0.0",
     "OP_NOT": "0.0 if {0} else 1.0",
     "OP_IF_ELSE_ZERO": "{1} if {0} else 0.0",
-    "OP_POW": "{0} ** {1}",
-    "OP_CONSTPOW": "{0} ** {1}",
 }
 """casadi's operations that equations of motion and costs are made of."""
 
@@ -112,11 +104,7 @@ def source(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> str:
     names = {getattr(casadi, key): pattern for key, pattern in OPERATIONS.items()}
     arguments = [f"i{i}" for i in range(len(inputs))] + [f"o{i}" for i in range(len(outputs))]
     lines = [
-        "import math",
-        "",
-        "from numba import cfunc, float64, void",
-        "",
-        "",
+        "import math\n\nfrom numba import cfunc, float64, void\n\n",
         f"@cfunc(void({', '.join(['float64[::1]'] * len(arguments))}), cache=True, error_model='numpy')",
         f"def {name}({', '.join(arguments)}):",
     ]

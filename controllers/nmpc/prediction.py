@@ -12,7 +12,9 @@ that one compilation serves every device.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import lru_cache
+from itertools import islice
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,7 +26,6 @@ from gyroctl.plant.equations import LEDGER, OMEGA, Coefficients, derivative
 
 GAMMA = 1.0 - math.sqrt(0.5)
 DELTA = 1.0 - 1.0 / (2.0 * GAMMA)
-
 
 Orders = tuple[int, int, int, int]
 """Numbers of coefficients of the radiation filters: p1, q1, p3, q3."""
@@ -51,10 +52,7 @@ class Model(NamedTuple):
 
 def constants(plant: Plant) -> NDArray[np.float64]:
     """Constants of a device as one array, in the order of `Coefficients`."""
-    flat: list[float] = []
-    for value in plant.coefficients:
-        flat.extend(value if isinstance(value, tuple) else (value,))
-    return np.array(flat)
+    return np.array([number for value in plant.coefficients for number in np.atleast_1d(value)])
 
 
 @lru_cache(maxsize=4)
@@ -84,9 +82,7 @@ def model(orders: Orders) -> Model:
     def coupled(explicit: Any) -> tuple[Any, Any]:
         """Solve Y = explicit + h GAMMA G(Y) for Y and G(Y)."""
         d = casadi.substitute(direction, psi, explicit[2])
-        ratio = k.N
-        slip = explicit[6] - ratio * explicit[5]
-        slip = slip / (1.0 - h * GAMMA * cc * (d[6] - ratio * d[5]))
+        slip = (explicit[6] - k.N * explicit[5]) / (1.0 - h * GAMMA * cc * (d[6] - k.N * d[5]))
         pull = cc * slip * d
         return explicit + h * GAMMA * pull, pull
 
@@ -137,11 +133,7 @@ def orders_of(plant: Plant) -> Orders:
 def _symbolic_constants(orders: Orders) -> tuple[Coefficients, Any]:
     import casadi
 
-    scalars = len(Coefficients._fields) - 4
+    scalars = len(Coefficients._fields) - len(orders)
     symbols = casadi.SX.sym("k", scalars + sum(orders))
-    fields: list[Any] = [symbols[i] for i in range(scalars)]
-    at = scalars
-    for order in orders:
-        fields.append(tuple(symbols[at + i] for i in range(order)))
-        at += order
-    return Coefficients(*fields), symbols
+    each: Iterator[Any] = iter(casadi.vertsplit(symbols))
+    return Coefficients(*islice(each, scalars), *(tuple(islice(each, order)) for order in orders)), symbols

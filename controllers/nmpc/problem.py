@@ -15,6 +15,7 @@ The limits are soft: a plan must exist in every state.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc import prediction
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.plant import Plant
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 PHI1, PHI3, RING_ANGLE, V1, V3, RING, FLYWHEEL = range(7)  # rows of the prediction model's state
 
@@ -69,6 +70,7 @@ def weights(
     return Weights(motion, limit1, limit3, lock, floor, travel, terminal, k.J4, 1.0 / k.i1, 1.0 / k.i3, k.k1, k.k3)
 
 
+@inlined
 def stage_cost(x: Any, w: Weights, slope: Any) -> Any:
     """Cost per second in state `x` [J/s]; its gradient is added to `slope` (n,)."""
     cost = 0.0
@@ -84,6 +86,7 @@ def stage_cost(x: Any, w: Weights, slope: Any) -> Any:
     return cost
 
 
+@inlined
 def terminal_cost(x: Any, w: Weights, slope: Any) -> Any:
     """Cost of the last state [J]; its gradient is added to `slope` (n,)."""
     slope[FLYWHEEL] -= w.J4 * x[FLYWHEEL]
@@ -98,29 +101,14 @@ def terminal_cost(x: Any, w: Weights, slope: Any) -> Any:
     return w.turns * short * short - 0.5 * (w.J4 * x[FLYWHEEL] * x[FLYWHEEL] + w.terminal * (kinetic + spring))
 
 
-_stage = entry_point(stage_cost)
-_terminal = entry_point(terminal_cost)
+def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
+    """Compile prediction and adjoint; the stamp makes the cache forget code whose parts have changed."""
 
-
-def _predict(stamp: str) -> Any:
+    @entry_point
     def predict(step: Any, problem: Problem, cc: Any, states: Any) -> float:
-        """Predict the states of a plan and return its cost.
+        """Predict the `states` (n STEPS + 1, m) of the plan `cc` (n,) [Nms] and return its cost [J].
 
-        Parameters
-        ----------
-        step : cfunc
-            See `prediction.step_of`.
-        problem : Problem
-            The horizon.
-        cc : (n,) array
-            The plan. [Nms]
-        states : (n STEPS + 1, m) array
-            Overwritten.
-
-        Returns
-        -------
-        float
-            Cost. [J]
+        `step` comes from `prediction.step_of`.
         """
         assert stamp
         u, ignored = np.array([0.0, problem.power]), np.zeros(problem.start.size)
@@ -130,44 +118,39 @@ def _predict(stamp: str) -> Any:
             u[0] = cc[i]
             for q in range(STEPS * i, STEPS * (i + 1)):
                 step(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, states[q + 1])
-            cost += problem.period * _stage(states[STEPS * (i + 1)], problem.weights, ignored)
+            cost += problem.period * stage_cost(states[STEPS * (i + 1)], problem.weights, ignored)
             cost += problem.weights.travel * (cc[i] - last) ** 2
             last = cc[i]
-        total: float = cost + _terminal(states[STEPS * cc.size], problem.weights, ignored)
+        total: float = cost + terminal_cost(states[STEPS * cc.size], problem.weights, ignored)
         return total
 
-    return entry_point(predict)
-
-
-def _gradient(stamp: str) -> Any:
+    @entry_point
     def gradient(pullback: Any, problem: Problem, cc: Any, states: Any, slope: Any) -> None:
         """Write the gradient of the cost by the plan into `slope` (n,), by the adjoint of the predicted `states`."""
         assert stamp
         m = problem.start.size
         u, weight = np.array([0.0, problem.power]), np.zeros(m)
         by_x, by_u = np.zeros(m), np.zeros(2)
-        _terminal(states[STEPS * cc.size], problem.weights, weight)
+        terminal_cost(states[STEPS * cc.size], problem.weights, weight)
         for i in range(cc.size - 1, -1, -1):
             by_x[:] = 0.0
-            _stage(states[STEPS * (i + 1)], problem.weights, by_x)
+            stage_cost(states[STEPS * (i + 1)], problem.weights, by_x)
             for row in range(m):
                 weight[row] += problem.period * by_x[row]
             u[0] = cc[i]
-            total = 0.0
+            slope[i] = 0.0
             for q in range(STEPS * (i + 1) - 1, STEPS * i - 1, -1):
                 pullback(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, weight, by_x, by_u)
-                total += by_u[0]
+                slope[i] += by_u[0]
                 weight[:] = by_x
-            slope[i] = total
         travel = 2.0 * problem.weights.travel
         for i in range(cc.size):
             slope[i] += travel * (cc[i] - (problem.before if i == 0 else cc[i - 1]))
             if i + 1 < cc.size:
                 slope[i] += travel * (cc[i] - cc[i + 1])
 
-    return entry_point(gradient)
+    return predict, gradient
 
 
 SOURCES = (prediction.__file__, __file__)
-predict = _predict(source_stamp(SOURCES))
-gradient = _gradient(source_stamp(SOURCES))
+predict, gradient = _compiled(source_stamp(SOURCES))

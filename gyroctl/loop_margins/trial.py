@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.loop_margins.closed_loop_orbit import CONTROLS, LoopOrbit
 from gyroctl.loop_margins.margins import delayed_transition, in_samples, members, open_loop
+from gyroctl.nested import leaves
 from gyroctl.orbits.flow import Vector
 from gyroctl.plant.equations import PSI
 from gyroctl.plant.measurement import CHANNELS as SENSORS
@@ -149,7 +150,7 @@ def _simulate(
 
 def _deviation(loop: LoopOrbit, gap: Vector, state: Any, line: Vector, delay: float) -> Vector:
     """Deviation of plant, law and the values on their way, in the order of the linear model."""
-    law = np.array(state, float) - np.array(loop.law_states[0], float)
+    law = np.array(leaves(state), float) - np.array(leaves(loop.law_states[0]), float)
     return np.concatenate([gap[loop.flow.free], law, line[:-1] if delay != 0.0 else line[:0]])
 
 

@@ -1,1 +1,10 @@
 """Solvers of the planning problem: Riccati recursions, projected gradients, OSQP as the baseline."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gyroctl.controllers.nmpc import problem
+
+SOURCES = (*problem.SOURCES, *sorted(str(file) for file in Path(__file__).parent.glob("*.py")))
+"""Files that are compiled into the solvers: their text makes the stamp of what numba keeps."""

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gyroctl.controllers.nmpc import problem as problem_file
+from gyroctl.controllers.nmpc import solvers
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import Problem, gradient, predict
 from gyroctl.plant.compiled import entry_point, source_stamp
@@ -21,32 +21,19 @@ LENGTH_MIN, LENGTH_MAX = 1e-8, 1.0  # of a step along the gradient [(Nms)^2/J]
 
 
 def _descend(stamp: str) -> Any:
+    @entry_point
     def descend(
         step: Any, pullback: Any, problem: Problem, cc: Any, length: float, iterations: int
     ) -> tuple[float, float, float]:
-        """Improve a plan in place.
+        """Improve the plan `cc` (n,) [Nms] in place by so many gradient steps, the first of `length` [(Nms)^2/J].
 
-        Parameters
-        ----------
-        step, pullback : cfunc
-            See `prediction`.
-        problem : Problem
-            The horizon.
-        cc : (n,) array
-            Plan, changed in place. [Nms]
-        length : float
-            First step along the gradient, from the last plan. [(Nms)^2/J]
-        iterations : int
-            Gradient steps.
-
-        Returns
-        -------
-        tuple of three floats
-            Cost before and after [J], step length to go on with [(Nms)^2/J].
+        `step` and `pullback` come from `prediction`. Returned are the cost before and after [J], and the step length
+        to go on with.
         """
         assert stamp
         n = cc.size
-        states, ahead = np.empty((STEPS * n + 1, problem.start.size)), np.empty((STEPS * n + 1, problem.start.size))
+        shape = (STEPS * n + 1, problem.start.size)
+        states, ahead = np.empty(shape), np.empty(shape)
         slope, new_slope, trial = np.empty(n), np.empty(n), np.empty(n)
         for i in range(n):
             cc[i] = min(max(cc[i], 0.0), problem.cc_max)
@@ -72,8 +59,8 @@ def _descend(stamp: str) -> Any:
             cost = found
         return first, cost, length
 
-    return entry_point(descend)
+    return descend
 
 
-SOURCES = (*problem_file.SOURCES, __file__)
+SOURCES = solvers.SOURCES
 descend = _descend(source_stamp(SOURCES))

@@ -20,65 +20,41 @@ from gyroctl.plant.compiled import entry_point, inlined
 
 FloatArray = NDArray[np.float64]
 TO_BOUNDARY = 0.995
+SMALLEST = 1e-300  # of what must stay positive
+
+SIDES, BOUNDS = 8, 2
+"""Pairs of an interval: the coupling's two bounds, then the three outputs' low limits, then their high ones."""
+
+SIGN = (1.0, -1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0)
+"""Of the change of a pair's distance by what it bounds."""
 
 
 class InteriorRoom(NamedTuple):
-    """Arrays of the pairs: (n, 2) of each coupling's bounds, (n, 6) of each output's limits, low ones first."""
+    """Complementary pairs, `SIDES` in each interval."""
 
-    t: FloatArray  # (n, 2) distance to a bound [Nms]
-    z: FloatArray  # (n, 2) its multiplier
-    dz: FloatArray
-    second: FloatArray  # (n, 2) second-order term of the corrector
-    l: FloatArray  # (n, 6) multiplier of a limit, the penalty's slope
+    t: FloatArray  # (n, SIDES) distance to a bound [Nms]; the slope t of a limit's complementary side
+    l: FloatArray  # (n, SIDES) multiplier of a bound; that of a limit, the penalty's slope
+    dt: FloatArray
     dl: FloatArray
-    y: FloatArray  # (n, 6) slope t of the complementary side
-    dy: FloatArray
-    limit_second: FloatArray  # (n, 6)
-    used: NDArray[np.bool_]  # (6,) limits which are finite and weigh something
+    second: FloatArray  # (n, SIDES) second-order term of the corrector
+    used: NDArray[np.bool_]  # (SIDES,) the bounds, and the limits which are finite and weigh something
 
 
 @inlined
 def empty_interior_room(n: int) -> InteriorRoom:
     """Room for a horizon of `n` intervals."""
-    return InteriorRoom(
-        np.zeros((n, 2)),
-        np.zeros((n, 2)),
-        np.zeros((n, 2)),
-        np.zeros((n, 2)),
-        np.zeros((n, 6)),
-        np.zeros((n, 6)),
-        np.zeros((n, 6)),
-        np.zeros((n, 6)),
-        np.zeros((n, 6)),
-        np.zeros(6, np.bool_),
-    )
+    shape = (n, SIDES)
+    t, l, dt, dl = np.zeros(shape), np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    return InteriorRoom(t, l, dt, dl, np.zeros(shape), np.ones(SIDES, np.bool_))
 
 
 @entry_point
 def interior_point(qp: Any, proximal: float, d: Any, tolerance: float, limit: int, room: Any, inner: Any) -> int:
-    """Solve a subproblem from the middle; `d` (n,) is overwritten, and put on the bounds that hold it.
+    """Solve a subproblem from the middle; `d` (n,) [Nms] is overwritten, and put on the bounds that hold it.
 
-    Parameters
-    ----------
-    qp : Subproblem
-        As `linearise` fills it.
-    proximal : float
-        Weight of |d|^2 / 2, positive. [J/(Nms)^2]
-    d : (n,) array
-        Overwritten. [Nms]
-    tolerance : float
-        Of the mean complementarity, relative to its start.
-    limit : int
-        Most iterations of two sweeps each.
-    room : SweepRoom
-        Overwritten.
-    inner : InteriorRoom
-        Overwritten.
-
-    Returns
-    -------
-    int
-        Iterations.
+    `proximal` is the weight of |d|^2 / 2, positive [J/(Nms)^2], `tolerance` that of the mean complementarity, relative
+    to its start, `limit` the most iterations of two sweeps each; `room` and `inner` are overwritten. Returned is the
+    number of iterations.
     """
     n = d.size
     bounds(qp, room.low, room.high)
@@ -87,146 +63,127 @@ def interior_point(qp: Any, proximal: float, d: Any, tolerance: float, limit: in
         d[i] = 0.5 * (room.low[i] + room.high[i])
     evaluate(qp, proximal, d, room.states, room.slopes)
     slope(qp, proximal, d, room.slopes, room.slope)
-    for side in range(6):
-        bound = qp.low[side] if side < 3 else qp.high[side - 3]
-        inner.used[side] = np.isfinite(bound) and qp.weight[side % 3] > 0.0
     steepness = np.mean(np.abs(room.slope)) + 1e-12
     first = 0.05 * steepness * qp.cc_max[0]
-    pairs = 2 * n
-    for i in range(n):  # every pair starts on the central path
-        for side in range(2):
-            inner.t[i, side] = d[i] - room.low[i] if side == 0 else room.high[i] - d[i]
-            inner.z[i, side] = first / inner.t[i, side]
-        for side in range(6):
-            if inner.used[side]:
-                pairs += 1
-                weight, distance = qp.weight[side % 3], _distance(qp, room.states, i, side)
-                inner.l[i, side] = 0.5 * weight * (np.sqrt(distance * distance + 4.0 * first / weight) - distance)
+    pairs = n * _start(qp, d, first, room, inner)
     mean, count = first, 0
     while count < limit:
-        mean = _complementarity(qp, room, inner) / pairs
+        _limit_slopes(qp, room, inner)
+        mean = _complementarity(inner, 0.0) / pairs
         if not mean > tolerance * first:
             break
         count += 1
         inner.second[:] = 0.0
-        inner.limit_second[:] = 0.0
         _direction(qp, proximal, d, 0.0, room, inner)
-        part = _longest(room, inner)
-        ahead = _complementarity_ahead(room, inner, part) / pairs
+        ahead = _complementarity(inner, _longest(inner)) / pairs
         for i in range(n):
-            for side in range(2):
-                move = room.direction[i] if side == 0 else -room.direction[i]
-                inner.second[i, side] = move * inner.dz[i, side]
-            for side in range(6):
-                inner.limit_second[i, side] = inner.dl[i, side] * inner.dy[i, side]
+            for side in range(SIDES):
+                inner.second[i, side] = inner.dt[i, side] * inner.dl[i, side]
         _direction(qp, proximal, d, mean * (ahead / mean) ** 3, room, inner)
-        part = min(1.0, TO_BOUNDARY * _longest(room, inner))
+        part = min(1.0, TO_BOUNDARY * _longest(inner))
         for i in range(n):
             d[i] += part * room.direction[i]
-            inner.t[i, 0], inner.t[i, 1] = d[i] - room.low[i], room.high[i] - d[i]
-            for side in range(2):
-                inner.t[i, side] = max(inner.t[i, side], 1e-300)
-                inner.z[i, side] += part * inner.dz[i, side]
-            for side in range(6):
+            inner.t[i, 0] = max(d[i] - room.low[i], SMALLEST)
+            inner.t[i, 1] = max(room.high[i] - d[i], SMALLEST)
+            for side in range(SIDES):
                 inner.l[i, side] += part * inner.dl[i, side]
         evaluate(qp, proximal, d, room.states, room.slopes)
     scale = qp.cc_max[0] / steepness
     for i in range(n):  # of each pair the one that is small for its size is zero
-        if inner.t[i, 0] < scale * inner.z[i, 0]:
+        if inner.t[i, 0] < scale * inner.l[i, 0]:
             d[i] = room.low[i]
-        elif inner.t[i, 1] < scale * inner.z[i, 1]:
+        elif inner.t[i, 1] < scale * inner.l[i, 1]:
             d[i] = room.high[i]
     return count
 
 
 @entry_point
+def _start(qp: Any, d: Any, first: float, room: Any, inner: Any) -> int:
+    """Put every pair on the central path, where its product is `first`; return how many an interval has."""
+    for side in range(BOUNDS, SIDES):
+        limit = qp.low[side - 2] if side < 5 else qp.high[side - 5]
+        inner.used[side] = np.isfinite(limit) and qp.weight[(side - 2) % 3] > 0.0
+    inner.dt[:], inner.dl[:] = 0.0, 0.0
+    for i in range(d.size):
+        inner.t[i, 0], inner.t[i, 1] = d[i] - room.low[i], room.high[i] - d[i]
+        inner.l[i, 0], inner.l[i, 1] = first / inner.t[i, 0], first / inner.t[i, 1]
+        for side in range(BOUNDS, SIDES):
+            if inner.used[side]:
+                weight, distance = qp.weight[(side - 2) % 3], _distance(qp, room.states, i, side)
+                inner.l[i, side] = 0.5 * weight * (np.sqrt(distance * distance + 4.0 * first / weight) - distance)
+    return int(np.sum(inner.used))
+
+
+@entry_point
 def _distance(qp: Any, states: Any, i: int, side: int) -> float:
     """How far an output is within a limit."""
-    r = side % 3
+    r = (side - 2) % 3
     value = qp.outputs[i, r] + states[i, OUTPUTS[r]]
-    inside: float = value - qp.low[r] if side < 3 else qp.high[r] - value
+    inside: float = value - qp.low[r] if side < 5 else qp.high[r] - value
     return inside
 
 
 @entry_point
-def _complementarity(qp: Any, room: Any, inner: Any) -> float:
-    """Sum over the pairs; writes the slopes complementary to the limits' multipliers."""
+def _limit_slopes(qp: Any, room: Any, inner: Any) -> None:
+    """Write the slopes that are complementary to the limits' multipliers."""
+    for i in range(inner.t.shape[0]):
+        for side in range(BOUNDS, SIDES):
+            if inner.used[side]:
+                t = _distance(qp, room.states, i, side) + inner.l[i, side] / qp.weight[(side - 2) % 3]
+                inner.t[i, side] = max(t, SMALLEST)
+
+
+@entry_point
+def _complementarity(inner: Any, part: float) -> float:
+    """Sum over the pairs after a part of the step."""
     total = 0.0
     for i in range(inner.t.shape[0]):
-        for side in range(2):
-            total += inner.t[i, side] * inner.z[i, side]
-        for side in range(6):
+        for side in range(SIDES):
             if inner.used[side]:
-                t = _distance(qp, room.states, i, side) + inner.l[i, side] / qp.weight[side % 3]
-                inner.y[i, side] = max(t, 1e-300)
-                total += inner.y[i, side] * inner.l[i, side]
+                total += (inner.t[i, side] + part * inner.dt[i, side]) * (inner.l[i, side] + part * inner.dl[i, side])
     return total
 
 
 @entry_point
-def _complementarity_ahead(room: Any, inner: Any, part: float) -> float:
-    """Sum over the pairs after a step."""
-    total = 0.0
-    for i in range(inner.t.shape[0]):
-        for side in range(2):
-            move = room.direction[i] if side == 0 else -room.direction[i]
-            total += (inner.t[i, side] + part * move) * (inner.z[i, side] + part * inner.dz[i, side])
-        for side in range(6):
-            if inner.used[side]:
-                total += (inner.y[i, side] + part * inner.dy[i, side]) * (inner.l[i, side] + part * inner.dl[i, side])
-    return total
-
-
-@entry_point
-def _longest(room: Any, inner: Any) -> float:
+def _longest(inner: Any) -> float:
     """Largest part of a step, up to one, which keeps every pair positive."""
     part = 1.0
     for i in range(inner.t.shape[0]):
-        for side in range(2):
-            move = room.direction[i] if side == 0 else -room.direction[i]
-            if move < 0.0:
-                part = min(part, -inner.t[i, side] / move)
-            if inner.dz[i, side] < 0.0:
-                part = min(part, -inner.z[i, side] / inner.dz[i, side])
-        for side in range(6):
-            if inner.used[side]:
-                if inner.dy[i, side] < 0.0:
-                    part = min(part, -inner.y[i, side] / inner.dy[i, side])
-                if inner.dl[i, side] < 0.0:
-                    part = min(part, -inner.l[i, side] / inner.dl[i, side])
+        for side in range(SIDES):
+            if inner.used[side] and inner.dt[i, side] < 0.0:
+                part = min(part, -inner.t[i, side] / inner.dt[i, side])
+            if inner.used[side] and inner.dl[i, side] < 0.0:
+                part = min(part, -inner.l[i, side] / inner.dl[i, side])
     return part
 
 
 @entry_point
 def _direction(qp: Any, proximal: float, d: Any, target: float, room: Any, inner: Any) -> None:
-    """Newton step towards complementarity `target`, less the second-order terms: `room.direction`, dz, dl, dy."""
+    """Newton step towards complementarity `target`, less the second-order terms: `room.direction`, `dt`, `dl`."""
     n = d.size
+    room.slopes[:], room.curvature[:] = 0.0, 0.0
     for i in range(n):
-        for r in range(3):
-            room.slopes[i, r], room.curvature[i, r] = 0.0, 0.0
-        for side in range(6):
-            if not inner.used[side]:
-                continue
-            r, l, t = side % 3, inner.l[i, side], inner.y[i, side]
-            stiff = t + l / qp.weight[r]
-            moved = l + (target - inner.limit_second[i, side] - t * l) / stiff
-            inner.dl[i, side] = moved - l  # the part that does not depend on the step
-            room.slopes[i, r] += -moved if side < 3 else moved
-            room.curvature[i, r] += l / stiff
+        for side in range(BOUNDS, SIDES):
+            if inner.used[side]:
+                r, l, t = (side - 2) % 3, inner.l[i, side], inner.t[i, side]
+                stiff = t + l / qp.weight[r]
+                moved = l + (target - inner.second[i, side] - t * l) / stiff
+                inner.dl[i, side] = moved - l  # the part that does not depend on the step
+                room.slopes[i, r] -= SIGN[side] * moved
+                room.curvature[i, r] += l / stiff
     slope(qp, proximal, d, room.slopes, room.slope)
     for i in range(n):
-        room.barrier[i] = inner.z[i, 0] / inner.t[i, 0] + inner.z[i, 1] / inner.t[i, 1]
-        room.slope[i] -= (target - inner.second[i, 0]) / inner.t[i, 0]
-        room.slope[i] += (target - inner.second[i, 1]) / inner.t[i, 1]
+        room.barrier[i] = inner.l[i, 0] / inner.t[i, 0] + inner.l[i, 1] / inner.t[i, 1]
+        for side in range(BOUNDS):
+            room.slope[i] -= SIGN[side] * ((target - inner.second[i, side]) / inner.t[i, side])
     sweep(qp, proximal, room)
     for i in range(n):
-        for side in range(2):
-            move = room.direction[i] if side == 0 else -room.direction[i]
-            t, z = inner.t[i, side], inner.z[i, side]
-            inner.dz[i, side] = (target - inner.second[i, side] - z * move) / t - z
-        for side in range(6):
-            if inner.used[side]:
-                r, l, t = side % 3, inner.l[i, side], inner.y[i, side]
-                change = room.ahead[i, OUTPUTS[r]] if side < 3 else -room.ahead[i, OUTPUTS[r]]
-                inner.dl[i, side] -= l / (t + l / qp.weight[r]) * change
-                inner.dy[i, side] = change + inner.dl[i, side] / qp.weight[r]
+        for side in range(SIDES):
+            l, t = inner.l[i, side], inner.t[i, side]
+            if side < BOUNDS:
+                inner.dt[i, side] = SIGN[side] * room.direction[i]
+                inner.dl[i, side] = (target - inner.second[i, side] - l * inner.dt[i, side]) / t - l
+            elif inner.used[side]:
+                weight, change = qp.weight[(side - 2) % 3], SIGN[side] * room.ahead[i, OUTPUTS[(side - 2) % 3]]
+                inner.dl[i, side] -= l / (t + l / weight) * change
+                inner.dt[i, side] = change + inner.dl[i, side] / weight

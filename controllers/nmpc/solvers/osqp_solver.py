@@ -17,18 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.solvers.subproblem import (
-    LIMIT_REACHED,
-    NOT_CONVEX,
-    NOT_FINITE,
-    OUTPUTS,
-    SOLVED,
-    Step,
-    Subproblem,
-    bounds,
-    evaluate,
-    slope,
-)
+from gyroctl.controllers.nmpc.solvers import subproblem
+from gyroctl.controllers.nmpc.solvers.subproblem import OUTPUTS, Step, Subproblem, add_product, bounds, evaluate, slope
 from gyroctl.plant.compiled import entry_point
 
 FloatArray = NDArray[np.float64]
@@ -41,27 +31,20 @@ def respond(qp: Any, out: Any) -> None:
     last, moved, at = np.zeros((n, m)), np.zeros(m), 0  # the state's response to each coupling
     for i in range(n):
         for j in range(i):
-            for row in range(m):
-                total = 0.0
-                for column in range(m):
-                    total += qp.A[i, row, column] * last[j, column]
-                moved[row] = total
+            moved[:] = 0.0
+            add_product(qp.A[i], last[j], moved)
             last[j] = moved
         last[i] = qp.b[i]
         for r in range(3):
-            for j in range(i + 1):
-                out[at] = last[j, OUTPUTS[r]]
-                at += 1
-    for j in range(n):
-        total = 0.0
-        for row in range(m):
-            total += qp.terminal[row] * last[j, row]
-        out[at + j] = total
+            out[at : at + i + 1] = last[: i + 1, OUTPUTS[r]]
+            at += i + 1
+    out[at:] = 0.0
+    add_product(last, qp.terminal, out[at:])
 
 
 @dataclass(frozen=True)
 class CondensedForm:
-    """A subproblem as 1/2 z'Pz + q'z, low <= G z <= high; matrices with fixed patterns, filled by `numbers`."""
+    """A subproblem as 1/2 z'Pz + q'z, low <= G z <= high; matrices with fixed patterns."""
 
     n: int
     P: Any  # csc_matrix, upper triangle
@@ -79,32 +62,21 @@ class CondensedForm:
         P, into_P = _pattern([d, d[:-1], s], [d, d[1:], s], (4 * n, 4 * n))
         return cls(n, P, G, into_P, into_G)
 
-    def numbers(
-        self, qp: Subproblem, proximal: float
-    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Return the values of P and G in the order of their storage, q, low and high."""
+    def filled(self, qp: Subproblem, proximal: float) -> tuple[Any, FloatArray, Any, FloatArray, FloatArray]:
+        """Return P, q, G, low, high with the numbers of a subproblem; P and G are the form's own, overwritten."""
         n, twice = self.n, 2.0 * qp.travel[0]
-        count = 3 * n * (n + 1) // 2
-        response, of_G, of_P = np.empty(count + n), np.empty(self.G.nnz), np.empty(self.P.nnz)
+        response = np.empty(3 * n * (n + 1) // 2 + n)
         respond(qp, response)
-        of_G[self.into_G] = np.concatenate([np.ones(n), response[:count], np.full(3 * n, -1.0)])
+        self.G.data[self.into_G] = np.concatenate([np.ones(n), response[:-n], np.full(3 * n, -1.0)])
         diagonal = np.full(n, proximal + 2.0 * twice)
         diagonal[-1] -= twice
-        of_P[self.into_P] = np.concatenate([diagonal, np.full(n - 1, -twice), np.tile(qp.weight, n)])
+        self.P.data[self.into_P] = np.concatenate([diagonal, np.full(n - 1, -twice), np.tile(qp.weight, n)])
         jump = np.diff(qp.plan, prepend=qp.before[0])
-        q = np.zeros(4 * n)
-        q[:n] = response[count:] + twice * (jump - np.append(jump[1:], 0.0))
-        low, high = np.empty(4 * n), np.empty(4 * n)
+        q, low, high = np.zeros(4 * n), np.empty(4 * n), np.empty(4 * n)
+        q[:n] = response[-n:] + twice * (jump - np.append(jump[1:], 0.0))
         bounds(qp, low[:n], high[:n])
         low[n:], high[n:] = (qp.low - qp.outputs).ravel(), (qp.high - qp.outputs).ravel()
-        return of_P, of_G, q, low, high
-
-    def filled(self, qp: Subproblem, proximal: float) -> tuple[Any, FloatArray, Any, FloatArray, FloatArray]:
-        """Return P, q, G, low, high with the numbers of a subproblem."""
-        of_P, of_G, q, low, high = self.numbers(qp, proximal)
-        P, G = self.P.copy(), self.G.copy()
-        P.data, G.data = of_P, of_G
-        return P, q, G, low, high
+        return self.P, q, self.G, low, high
 
 
 def _pattern(rows: Any, columns: Any, shape: tuple[int, int]) -> tuple[Any, NDArray[np.intp]]:
@@ -120,56 +92,37 @@ def _pattern(rows: Any, columns: Any, shape: tuple[int, int]) -> tuple[Any, NDAr
 
 
 class OsqpSolver:
-    """OSQP with the pattern of one horizon; it keeps its last solution as the start of the next.
+    """OSQP with the pattern of one horizon of `n` intervals and `m` states; its last solution starts the next.
 
-    Parameters
-    ----------
-    n, m : int
-        Control intervals and states.
-    tolerance : float
-        OSQP's absolute and relative tolerance [-]; it stops at the first point within both.
-    limit : int
-        Most iterations.
-    polish : bool
-        Solve for the active constraints at the end, to near rounding where it works.
+    The `tolerance`, absolute and relative [-], is OSQP's: it stops at the first point within both, or at the `limit` of
+    its iterations. With `polish` it solves for the active constraints at the end, to near rounding where it works.
     """
 
     def __init__(self, n: int, m: int, tolerance: float = 1e-4, limit: int = 4000, polish: bool = False) -> None:
         self.form = CondensedForm.build(n)
-        self._settings = {
-            "eps_abs": tolerance,
-            "eps_rel": tolerance,
-            "max_iter": limit,
-            "polishing": polish,
-            "verbose": False,
-        }
+        self._settings = dict(eps_abs=tolerance, eps_rel=tolerance, max_iter=limit, polishing=polish, verbose=False)
         self._osqp: Any = None
         self._room = np.zeros(n), np.zeros(n), np.zeros((n, m)), np.zeros((n, 3)), np.zeros(n)
 
     def solve(self, qp: Subproblem, proximal: float, d: FloatArray) -> Step:
         """Solve a subproblem, as `riccati.solve` does; `d` (n,) is overwritten.
 
-        Returns
-        -------
-        Step
-            The status is OSQP's own, at its tolerance; `distance` is the certificate that both solvers share, and is
-            pessimistic for a solution which is near its bounds but not on them.
+        The status is OSQP's own, at its tolerance; `distance` is the certificate that both solvers share, and is
+        pessimistic for a solution which is near its bounds but not on them.
         """
-        of_P, of_G, q, low, high = self.form.numbers(qp, proximal)
+        P, q, G, low, high = self.form.filled(qp, proximal)
         if self._osqp is None:
             import osqp
 
             self._osqp = osqp.OSQP()
-            P, G = self.form.P.copy(), self.form.G.copy()
-            P.data, G.data = of_P, of_G
             self._osqp.setup(P, q, G, low, high, **self._settings)
         else:
-            self._osqp.update(q=q, l=low, u=high, Px=of_P, Ax=of_G)
+            self._osqp.update(q=q, l=low, u=high, Px=P.data, Ax=G.data)
         result = self._osqp.solve(raise_error=False)
-        status = _status(result.info.status_val)
-        if status in (NOT_FINITE, NOT_CONVEX) or not np.all(np.isfinite(result.x)):
+        status, count = _status(result.info.status_val), result.info.iter
+        if status in (subproblem.NOT_FINITE, subproblem.NOT_CONVEX) or not np.all(np.isfinite(result.x)):
             d[:] = 0.0
-            return Step(NOT_FINITE if status == SOLVED else status, result.info.iter, np.inf, 0.0)
+            return Step(subproblem.NOT_FINITE if status == subproblem.SOLVED else status, count, np.inf, 0.0)
         least, most, states, slopes, steepness = self._room
         bounds(qp, least, most)
         d[:] = 0.0
@@ -179,17 +132,14 @@ class OsqpSolver:
         slope(qp, proximal, d, slopes, steepness)
         left = np.where(d <= least, np.minimum(steepness, 0.0), steepness)
         left = np.where(d >= most, np.maximum(left, 0.0), left)
-        return Step(status, result.info.iter, float(np.linalg.norm(left)) / proximal, value)
+        return Step(status, count, float(np.linalg.norm(left)) / proximal, value)
 
 
 def _status(value: int) -> int:
     import osqp
 
-    known = {
-        osqp.SolverStatus.OSQP_SOLVED: SOLVED,
-        osqp.SolverStatus.OSQP_SOLVED_INACCURATE: LIMIT_REACHED,
-        osqp.SolverStatus.OSQP_MAX_ITER_REACHED: LIMIT_REACHED,
-        osqp.SolverStatus.OSQP_TIME_LIMIT_REACHED: LIMIT_REACHED,
-        osqp.SolverStatus.OSQP_NON_CVX: NOT_CONVEX,
-    }
-    return known.get(osqp.SolverStatus(value), NOT_FINITE)
+    names = osqp.SolverStatus
+    known = {names.OSQP_SOLVED: subproblem.SOLVED, names.OSQP_NON_CVX: subproblem.NOT_CONVEX}
+    for near in (names.OSQP_SOLVED_INACCURATE, names.OSQP_MAX_ITER_REACHED, names.OSQP_TIME_LIMIT_REACHED):
+        known[near] = subproblem.LIMIT_REACHED
+    return known.get(names(value), subproblem.NOT_FINITE)

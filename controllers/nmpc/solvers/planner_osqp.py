@@ -8,9 +8,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gyroctl.controllers.nmpc.prediction import Orders, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
 from gyroctl.controllers.nmpc.solvers.descent import descend
@@ -23,19 +20,8 @@ def osqp_planner(orders: Orders, retry_length: float) -> Callable[..., tuple[flo
     step, pullback, tangent = step_of(orders), pullback_of(orders), tangent_of(orders)
     built: dict[int, tuple[OsqpSolver, Any]] = {}
 
-    def plan(
-        start: NDArray[np.float64],
-        moments: NDArray[np.float64],
-        now: NDArray[np.float64],
-        weights: NDArray[np.float64],
-        h: NDArray[np.float64],
-        k: NDArray[np.float64],
-        cc: NDArray[np.float64],
-        memory: float,
-        iterations: int,
-        other: NDArray[np.float64],
-        more: int,
-    ) -> tuple[float, float]:
+    def plan(*given: Any) -> tuple[float, float]:
+        start, moments, now, weights, h, k, cc, memory, iterations, other, more = given
         power, before, cc_max, period = now.tolist()
         problem = Problem(start, moments, power, before, cc_max, period, h, k, Weights(*weights.tolist()))
         if cc.size not in built:

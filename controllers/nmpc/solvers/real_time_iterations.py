@@ -13,9 +13,9 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.controllers.nmpc import solvers
 from gyroctl.controllers.nmpc.prediction import STEPS
-from gyroctl.controllers.nmpc.problem import Problem, predict
-from gyroctl.controllers.nmpc.solvers import riccati as riccati_file
+from gyroctl.controllers.nmpc.problem import predict
 from gyroctl.controllers.nmpc.solvers.riccati import PATIENCE, RiccatiRoom, empty_riccati_room, solve, solve_briefly
 from gyroctl.controllers.nmpc.solvers.subproblem import (
     NOT_FINITE,
@@ -57,14 +57,8 @@ class Improvement(NamedTuple):
 @inlined
 def empty_room(n: int, m: int) -> Room:
     """Room for plans of `n` intervals with a model of `m` states."""
-    return Room(
-        empty_subproblem(n, m),
-        empty_riccati_room(n, m),
-        np.zeros((STEPS * n + 1, m)),
-        np.zeros((STEPS * n + 1, m)),
-        np.zeros(n),
-        np.zeros(n),
-    )
+    states, ahead = np.zeros((STEPS * n + 1, m)), np.zeros((STEPS * n + 1, m))
+    return Room(empty_subproblem(n, m), empty_riccati_room(n, m), states, ahead, np.zeros(n), np.zeros(n))
 
 
 def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
@@ -74,10 +68,7 @@ def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
     ) -> tuple[float, float]:
         """Go along `d` as far as the cost falls; `cc`, and `room.states` with it, are changed in place.
 
-        Returns
-        -------
-        tuple of two floats
-            Cost of the plan [J], proximal weight to go on with.
+        Returned are the cost of the plan [J] and the proximal weight to go on with.
         """
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         if not promised > 0.0:  # the plan stands, or the weight holds it: look further next time
@@ -102,7 +93,7 @@ def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
     return advance
 
 
-SOURCES = (__file__, *riccati_file.SOURCES)
+SOURCES = solvers.SOURCES
 advance = _advance(source_stamp(SOURCES))
 
 
@@ -119,31 +110,11 @@ def _iterate(stamp: str, briefly: bool) -> Callable[..., Improvement]:
         tolerance: float,
         room: Any,
     ) -> Improvement:
-        """Improve a plan in place by real-time iterations with the Riccati solver.
+        """Improve the plan `cc` (n,) [Nms] in place by real-time iterations with the Riccati solver.
 
-        Parameters
-        ----------
-        step, tangent : cfunc
-            See `prediction`.
-        problem : Problem
-            The horizon.
-        cc : (n,) array
-            Plan, changed in place. [Nms]
-        proximal : float
-            Weight of the step, from the last plan. [J/(Nms)^2]
-        iterations : int
-            Linearisations.
-        newton : int
-            Most Newton steps per subproblem: each of its iterates is feasible and better than the last, so that a
-            few serve as well as the solution.
-        tolerance : float
-            Largest distance from the solution of a subproblem. [Nms]
-        room : Room
-            Overwritten.
-
-        Returns
-        -------
-        Improvement
+        Each linearisation gets at most `newton` steps, down to the `tolerance` [Nms] of `riccati.solve`: each of its
+        iterates is feasible and better than the last, so that a few serve as well as the solution. `step` and `tangent`
+        come from `prediction`, `proximal` [J/(Nms)^2] from the last plan; the `room` is overwritten.
         """
         stamp  # noqa: B018 - as above
         for i in range(cc.size):
@@ -183,14 +154,7 @@ class QpSolver(Protocol):
 
 
 def iterate_with(
-    solver: QpSolver,
-    step: Any,
-    tangent: Any,
-    problem: Problem,
-    cc: NDArray[np.float64],
-    proximal: float,
-    iterations: int,
-    room: Room,
+    solver: QpSolver, step: Any, tangent: Any, problem: Any, cc: Any, proximal: float, iterations: int, room: Room
 ) -> Improvement:
     """Improve a plan in place as `iterate` does, with any solver of the subproblems."""
     np.clip(cc, 0.0, problem.cc_max, out=cc)

@@ -15,22 +15,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gyroctl.controllers.nmpc import problem as problem_file
-from gyroctl.controllers.nmpc.solvers import interior_point as interior_point_file
-from gyroctl.controllers.nmpc.solvers import riccati_sweep as riccati_sweep_file
-from gyroctl.controllers.nmpc.solvers import subproblem as subproblem_file
+from gyroctl.controllers.nmpc.solvers import SOURCES, subproblem
 from gyroctl.controllers.nmpc.solvers.interior_point import InteriorRoom, empty_interior_room, interior_point
 from gyroctl.controllers.nmpc.solvers.riccati_sweep import SweepRoom, empty_sweep_room, sweep
-from gyroctl.controllers.nmpc.solvers.subproblem import (
-    LIMIT_REACHED,
-    NOT_CONVEX,
-    NOT_FINITE,
-    SOLVED,
-    Step,
-    bounds,
-    evaluate,
-    slope,
-)
+from gyroctl.controllers.nmpc.solvers.subproblem import Step, bounds, evaluate, slope
 from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 PATIENCE = 7
@@ -53,64 +41,82 @@ def empty_riccati_room(n: int, m: int) -> RiccatiRoom:
     return RiccatiRoom(empty_sweep_room(n, m), empty_interior_room(n))
 
 
-def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
-    """Compile the solver, with the interior point method or without.
+@inlined
+def _steepness(d: Any, room: Any) -> tuple[float, float]:
+    """Squared size of the slope: of what is left of it within the bounds, and of the whole."""
+    square, whole = 0.0, 0.0
+    for i in range(d.size):
+        left = room.slope[i]
+        whole += left * left
+        if d[i] <= room.low[i]:
+            left = min(left, 0.0)
+        if d[i] >= room.high[i]:
+            left = max(left, 0.0)
+        square += left * left
+    return square, whole
 
-    The stamp makes the cache forget code whose parts have changed.
-    """
+
+@inlined
+def _hold(qp: Any, d: Any, near: float, room: Any) -> None:
+    """Choose the couplings that are put on a bound, and the limits that act."""
+    for i in range(d.size):
+        room.held[i] = False
+        if d[i] <= room.low[i] + near and room.slope[i] > 0.0:
+            room.held[i], room.direction[i] = True, room.low[i] - d[i]
+        elif d[i] >= room.high[i] - near and room.slope[i] < 0.0:
+            room.held[i], room.direction[i] = True, room.high[i] - d[i]
+        for r in range(3):
+            room.curvature[i, r] = qp.weight[r] if room.slopes[i, r] != 0.0 else 0.0
+
+
+@inlined
+def _shortened(qp: Any, proximal: float, d: Any, cost: float, rounding: float, room: Any) -> tuple[bool, float]:
+    """Go along the bent path as far as the cost falls; return whether it did, and the cost."""
+    part = 1.0
+    while part > SHORTEST:
+        decrease = 0.0
+        for i in range(d.size):
+            room.trial[i] = min(max(d[i] + part * room.direction[i], room.low[i]), room.high[i])
+            decrease -= room.slope[i] * (room.trial[i] - d[i])
+        found = evaluate(qp, proximal, room.trial, room.ahead, room.new_slopes)
+        if found <= cost - SUFFICIENT * decrease + rounding:
+            d[:], room.slopes[:] = room.trial, room.new_slopes
+            return True, found
+        part *= 0.5
+    return False, cost
+
+
+def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
+    """Compile the solver, with the interior point method or without; the stamp is as in `subproblem`."""
 
     @entry_point
     def solve(qp: Any, proximal: float, d: Any, tolerance: float, limit: int, rooms: Any) -> Step:
-        """Solve a subproblem.
+        """Solve a subproblem that `linearise` has filled; `d` (n,) is the start [Nms] and becomes the solution.
 
-        Parameters
-        ----------
-        qp : Subproblem
-            As `linearise` fills it.
-        proximal : float
-            Weight of |d|^2 / 2, positive. [J/(Nms)^2]
-        d : (n,) array
-            Start, and solution in place; zero or the last solution. [Nms]
-        tolerance : float
-            Largest distance from the solution. [Nms]
-        limit : int
-            Most projected Newton steps; up to PATIENCE of them the interior point method is never called.
-        rooms : RiccatiRoom
-            Overwritten.
-
-        Returns
-        -------
-        Step
-            Status, iterations, the distance from the solution at most, value of the cost.
+        `proximal` is the weight of |d|^2 / 2, positive [J/(Nms)^2], `tolerance` the largest distance from the solution
+        [Nms], `limit` the most projected Newton steps: up to PATIENCE of them the interior point method is never
+        called. The `rooms`, a RiccatiRoom, are overwritten.
         """
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
-        n, room = d.size, rooms.sweep
+        room = rooms.sweep
         bounds(qp, room.low, room.high)
         room.trial[:] = 0.0
         nothing = evaluate(qp, proximal, room.trial, room.states, room.slopes)
-        for i in range(n):
+        for i in range(d.size):
             d[i] = min(max(d[i], room.low[i]), room.high[i])
         cost = evaluate(qp, proximal, d, room.states, room.slopes)
         rounding = ROUNDING * (1.0 + abs(cost) + abs(nothing))
-        distance, status, count, inner = np.inf, LIMIT_REACHED, 0, 0
+        distance, status, count, inner = np.inf, subproblem.LIMIT_REACHED, 0, 0
         room.barrier[:] = 0.0
         for count in range(limit + 1):
             slope(qp, proximal, d, room.slopes, room.slope)
-            square, whole = 0.0, 0.0
-            for i in range(n):
-                left = room.slope[i]
-                whole += left * left
-                if d[i] <= room.low[i]:
-                    left = min(left, 0.0)
-                if d[i] >= room.high[i]:
-                    left = max(left, 0.0)
-                square += left * left
+            square, whole = _steepness(d, room)
             distance = np.sqrt(square) / proximal
             if not np.isfinite(distance + cost):
-                status = NOT_FINITE
+                status = subproblem.NOT_FINITE
                 break
             if distance <= tolerance or square <= ROUNDING**2 * whole:  # the slope itself is no better known
-                status = SOLVED
+                status = subproblem.SOLVED
                 break
             if count == limit:
                 break
@@ -124,47 +130,18 @@ def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
                     found = evaluate(qp, proximal, d, room.states, room.slopes)
                 cost = found
                 continue
-            near = min(1e-6, distance) * qp.cc_max[0]
-            for i in range(n):
-                room.held[i] = False
-                if d[i] <= room.low[i] + near and room.slope[i] > 0.0:
-                    room.held[i], room.direction[i] = True, room.low[i] - d[i]
-                elif d[i] >= room.high[i] - near and room.slope[i] < 0.0:
-                    room.held[i], room.direction[i] = True, room.high[i] - d[i]
-            for i in range(n):
-                for r in range(3):
-                    room.curvature[i, r] = qp.weight[r] if room.slopes[i, r] != 0.0 else 0.0
+            _hold(qp, d, min(1e-6, distance) * qp.cc_max[0], room)
             if not sweep(qp, proximal, room):
-                status = NOT_CONVEX
+                status = subproblem.NOT_CONVEX
                 break
-            part, accepted = 1.0, False
-            while part > SHORTEST:
-                decrease = 0.0
-                for i in range(n):
-                    room.trial[i] = min(max(d[i] + part * room.direction[i], room.low[i]), room.high[i])
-                    decrease -= room.slope[i] * (room.trial[i] - d[i])
-                found = evaluate(qp, proximal, room.trial, room.ahead, room.new_slopes)
-                if found <= cost - SUFFICIENT * decrease + rounding:
-                    accepted = True
-                    break
-                part *= 0.5
+            accepted, cost = _shortened(qp, proximal, d, cost, rounding, room)
             if not accepted:  # as near as rounding lets the cost tell
                 break
-            d[:] = room.trial
-            room.slopes[:] = room.new_slopes
-            cost = found
         return Step(status, count + inner, distance, cost - nothing)
 
     return solve
 
 
-SOURCES = (
-    __file__,
-    riccati_sweep_file.__file__,
-    interior_point_file.__file__,
-    subproblem_file.__file__,
-    problem_file.__file__,
-)
 solve = _solve(source_stamp(SOURCES), True)
 solve_briefly = _solve(source_stamp(SOURCES), False)
 """`solve` for a few Newton steps: without the interior point method, whose machine code takes seconds to make."""

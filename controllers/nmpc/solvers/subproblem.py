@@ -19,9 +19,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc import problem as problem_file
 from gyroctl.controllers.nmpc.prediction import STEPS
-from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, Weights, terminal_cost
+from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, terminal_cost
+from gyroctl.controllers.nmpc.solvers import SOURCES
 from gyroctl.plant.compiled import entry_point, inlined, source_stamp
 
 FloatArray = NDArray[np.float64]
@@ -61,32 +61,51 @@ class Step(NamedTuple):
 @inlined
 def empty_subproblem(n: int, m: int) -> Subproblem:
     """Room for a horizon of `n` intervals of a model with `m` states."""
+    new = np.zeros
     return Subproblem(
-        np.zeros((n, m, m)),
-        np.zeros((n, m)),
-        np.zeros((n, 3)),
-        np.zeros(3),
-        np.zeros(3),
-        np.zeros(3),
-        np.zeros(m),
-        np.zeros(n),
-        np.zeros(1),
-        np.zeros(1),
-        np.zeros(1),
+        new((n, m, m)), new((n, m)), new((n, 3)), new(3), new(3), new(3), new(m), new(n), new(1), new(1), new(1)
     )
 
 
-def settle(qp: Any, weights: Weights, period: float, before: float, cc_max: float) -> None:
+@entry_point
+def _settle(qp: Any, problem: Any) -> None:
     """Write what does not depend on the states: limits, weights, bounds."""
+    weights = problem.weights
     qp.low[0], qp.low[1], qp.low[2] = -weights.limit1, -weights.limit3, weights.floor
     qp.high[0], qp.high[1], qp.high[2] = weights.limit1, weights.limit3, np.inf
-    qp.weight[0] = qp.weight[1] = 2.0 * period * weights.motion
-    qp.weight[2] = 2.0 * period * weights.lock
-    qp.before[0], qp.travel[0], qp.cc_max[0] = before, weights.travel, cc_max
+    qp.weight[0] = qp.weight[1] = 2.0 * problem.period * weights.motion
+    qp.weight[2] = 2.0 * problem.period * weights.lock
+    qp.before[0], qp.travel[0], qp.cc_max[0] = problem.before, weights.travel, problem.cc_max
 
 
-_settle = entry_point(settle)
-_terminal = entry_point(terminal_cost)
+@inlined
+def add_product(matrix: Any, vector: Any, out: Any) -> None:
+    """Add ``matrix @ vector`` to `out`, in an order of summation that is the same on every machine."""
+    for row in range(matrix.shape[0]):
+        total = out[row]
+        for column in range(matrix.shape[1]):
+            total += matrix[row, column] * vector[column]
+        out[row] = total
+
+
+@inlined
+def add_transposed(matrix: Any, vector: Any, out: Any) -> None:
+    """Add ``matrix.T @ vector`` to `out`."""
+    for row in range(matrix.shape[0]):
+        for column in range(matrix.shape[1]):
+            out[column] += matrix[row, column] * vector[row]
+
+
+@inlined
+def transposed_product(left: Any, right: Any, out: Any) -> None:
+    """Overwrite `out` by ``left.T @ right``."""
+    out[:, :] = 0.0
+    for inner in range(left.shape[0]):
+        for row in range(left.shape[1]):
+            factor = left[inner, row]
+            if factor != 0.0:
+                for column in range(right.shape[1]):
+                    out[row, column] += factor * right[inner, column]
 
 
 def _linearise(stamp: str) -> Callable[..., bool]:
@@ -94,100 +113,57 @@ def _linearise(stamp: str) -> Callable[..., bool]:
 
     @entry_point
     def linearise(tangent: Any, problem: Any, cc: Any, states: Any, qp: Any) -> bool:
-        """Linearise the horizon about the plan `cc`, along its predicted `states`.
+        """Linearise the horizon about the plan `cc` (n,) [Nms] into `qp`; return whether every number is finite.
 
-        Parameters
-        ----------
-        tangent : cfunc
-            See `prediction.tangent_of`.
-        problem : Problem
-            The horizon.
-        cc : (n,) array
-            The plan. [Nms]
-        states : (n STEPS + 1, m) array
-            As `problem.predict` writes them.
-        qp : Subproblem
-            Overwritten.
-
-        Returns
-        -------
-        bool
-            Whether every number is finite.
+        `states` are those that `problem.predict` wrote for the plan, `tangent` comes from `prediction.tangent_of`.
         """
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         n, m = cc.size, problem.start.size
         u, after, jacobian = np.array([0.0, problem.power]), np.empty(m), np.empty(m * (m + 2))
-        product = np.empty(m)
-        _settle(qp, problem.weights, problem.period, problem.before, problem.cc_max)
-        total = 0.0
+        by_state, by_coupling = jacobian[: m * m].reshape(m, m), jacobian[m * m : m * m + m]  # [column, row], [row]
+        chained, product = np.empty(m), np.empty((m, m))
+        _settle(qp, problem)
         for i in range(n):
             a, b = qp.A[i], qp.b[i]
-            u[0] = cc[i]
-            qp.plan[i] = cc[i]
+            u[0] = qp.plan[i] = cc[i]
             for q in range(STEPS * i, STEPS * (i + 1)):
                 tangent(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, after, jacobian)
-                by_state = jacobian[: m * m].reshape(m, m)  # column by column: [column, row]
                 if q == STEPS * i:
-                    for row in range(m):
-                        b[row] = jacobian[m * m + row]
-                        for column in range(m):
-                            a[row, column] = by_state[column, row]
+                    a[:, :], b[:] = by_state.T, by_coupling
                     continue
-                for row in range(m):
-                    product[row] = jacobian[m * m + row]
-                for inner in range(m):
-                    for row in range(m):
-                        product[row] += by_state[inner, row] * b[inner]
-                b[:] = product
-                _premultiply(by_state, a)
+                chained[:] = by_coupling
+                add_transposed(by_state, b, chained)
+                transposed_product(by_state, a, product)
+                a[:, :], b[:] = product, chained
             for r in range(3):
                 qp.outputs[i, r] = states[STEPS * (i + 1), OUTPUTS[r]]
-            for row in range(m):
-                total += b[row]
-                for column in range(m):
-                    total += a[row, column]
         qp.terminal[:] = 0.0
-        value = _terminal(states[STEPS * n], problem.weights, qp.terminal)
-        return bool(np.isfinite(total + value))
+        value = terminal_cost(states[STEPS * n], problem.weights, qp.terminal)
+        return bool(np.isfinite(value + np.sum(qp.A) + np.sum(qp.b)))
 
     return linearise
 
 
-@entry_point
-def _premultiply(by_state: Any, a: Any) -> None:
-    """Overwrite `a` by ``by_state.T @ a``."""
-    m = a.shape[0]
-    out = np.zeros((m, m))
-    for inner in range(m):
-        for row in range(m):
-            factor = by_state[inner, row]
-            if factor != 0.0:
-                for column in range(m):
-                    out[row, column] += factor * a[inner, column]
-    a[:, :] = out
-
-
-SOURCES = (__file__, problem_file.__file__)
 linearise = _linearise(source_stamp(SOURCES))
 
 
+@entry_point
 def bounds(qp: Any, low: Any, high: Any) -> None:
     """Write the least and largest change of each interval."""
     for i in range(qp.plan.size):
         low[i], high[i] = -qp.plan[i], qp.cc_max[0] - qp.plan[i]
 
 
+@entry_point
 def evaluate(qp: Any, proximal: float, d: Any, states: Any, slopes: Any) -> float:
     """Cost of a change `d`, with its states (n, m) and the slopes of the penalties by the outputs (n, 3) written."""
     n, m = qp.b.shape
     cost, last, planned = 0.0, 0.0, qp.before[0]
     for i in range(n):
         for row in range(m):
-            total = qp.b[i, row] * d[i]
-            if i > 0:
-                for column in range(m):
-                    total += qp.A[i, row, column] * states[i - 1, column]
-            states[i, row] = total
+            states[i, row] = qp.b[i, row] * d[i]
+        if i > 0:
+            add_product(qp.A[i], states[i - 1], states[i])
         for r in range(3):
             value = qp.outputs[i, r] + states[i, OUTPUTS[r]]
             beyond = value - min(max(value, qp.low[r]), qp.high[r])
@@ -201,6 +177,7 @@ def evaluate(qp: Any, proximal: float, d: Any, states: Any, slopes: Any) -> floa
     return cost
 
 
+@entry_point
 def slope(qp: Any, proximal: float, d: Any, slopes: Any, out: Any) -> None:
     """Write the gradient by `d` (n,), from the slopes that `evaluate` left."""
     n, m = qp.b.shape
@@ -218,12 +195,5 @@ def slope(qp: Any, proximal: float, d: Any, slopes: Any, out: Any) -> None:
             total += 2.0 * qp.travel[0] * (qp.plan[i] + d[i] - qp.plan[i + 1] - d[i + 1])
         out[i] = total
         moved[:] = 0.0
-        for row in range(m):
-            for column in range(m):
-                moved[column] += qp.A[i, row, column] * weight[row]
+        add_transposed(qp.A[i], weight, moved)
         weight[:] = moved
-
-
-evaluate = entry_point(evaluate)
-slope = entry_point(slope)
-bounds = entry_point(bounds)
