@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -124,6 +124,14 @@ def band(
 ) -> None:
     """Shade an interval."""
     axes.fill_between(x, low, high, color=colour, alpha=alpha, linewidth=0)  # type: ignore[arg-type]
+
+
+def listed(axes: Axes, names: Sequence[str], **look: Any) -> None:
+    """Make the vertical axis a list of names, the first on top."""
+    axes.set_yticks(range(len(names)), names, **look)
+    axes.tick_params(axis="y", length=0)
+    axes.invert_yaxis()
+    axes.grid(axis="y", visible=False)
 
 
 def percent(axes: Axes, ticks: Iterable[float] = (0.0, 0.25, 0.5, 0.75, 1.0)) -> None:

@@ -66,8 +66,7 @@ class OrbitMap:
 
     def record(self) -> dict[str, Any]:
         """Numbers for JSON; NaN becomes null."""
-        fields = ("first", "second", "code", "power", "angle", "growth", "border", "other_sense")
-        return {"axes": list(self.axes), **{name: plain(getattr(self, name)) for name in fields}}
+        return dict(plain(self))
 
 
 def coupling_map(
