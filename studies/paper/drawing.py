@@ -37,7 +37,7 @@ def columns(rows: Sequence[Mapping[str, Any]]) -> Table:
     return {name: [row[name] for row in rows] for name in rows[0]}
 
 
-def with_interval(name: str, stem: str, found: Sequence[Any], unit: str = "") -> dict[str, float]:
+def with_interval(name: str, stem: str, found: Any, unit: str = "") -> dict[str, float]:
     """Part of a row: a value, and the ends of its interval as STEM_low and STEM_high."""
     return dict(zip((name, f"{stem}_low{unit}", f"{stem}_high{unit}"), found[:3], strict=True))
 

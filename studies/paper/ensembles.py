@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -102,7 +102,7 @@ def sea(gamma: float) -> SeaState:
 
 def ensemble(setup: Setup, plant: Plant, gamma: float, pairs: Sequence[Pair], title: str) -> dict[Pair, Case]:
     """Run every pair (cc, cg) on every realisation of the sea with peak enhancement `gamma`."""
-    how = {"workers": setup.workers, "title": title, "quiet": setup.quiet}
+    how: dict[str, Any] = {"workers": setup.workers, "title": title, "quiet": setup.quiet}
     run = scan(plant, sea(gamma), pairs, setup.seeds, setup.duration, BLEND, **how)
     found = (run.loss_time, run.mean_power, run.wave_input_w, run.phi1_p98, run.phi3_p98)
     return {pair: Case(*pair, *(values[i] for values in found)) for i, pair in enumerate(pairs)}
@@ -110,7 +110,7 @@ def ensemble(setup: Setup, plant: Plant, gamma: float, pairs: Sequence[Pair], ti
 
 def stated_cases(setup: Setup, plant: Plant, title: str) -> dict[tuple[float, Pair], Case]:
     """Run the pairs of `STATED` on one device."""
-    found = {}
+    found: dict[tuple[float, Pair], Case] = {}
     for gamma in dict.fromkeys(gamma for gamma, _ in STATED):
         pairs = [pair for g, pair in STATED if g == gamma]
         cases = ensemble(setup, plant, gamma, pairs, f"{title}, gamma {gamma:g}")

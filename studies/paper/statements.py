@@ -244,4 +244,6 @@ _GROUPS: dict[str, tuple[tuple[str, str, str, Check], ...]] = {
 }
 """Heading in the table: key, what the paper says, what our number is, and how it is judged."""
 
-STATEMENTS = tuple(Statement(key, group, *rest) for group, rows in _GROUPS.items() for key, *rest in rows)
+STATEMENTS = tuple(
+    Statement(key, group, says, measure, check) for group, rows in _GROUPS.items() for key, says, measure, check in rows
+)

@@ -104,8 +104,8 @@ def is_true(value: float, fact: bool, unit: str, note: str) -> Result:
 
 
 def _finite(values: ArrayLike) -> NDArray[np.float64]:
-    given = np.asarray(values, float)
-    return given[np.isfinite(given)]
+    given: NDArray[np.float64] = np.asarray(values, float)
+    return np.asarray(given[np.isfinite(given)])
 
 
 def _too_few(kept: NDArray[np.float64], unit: str, what: str) -> Result:
