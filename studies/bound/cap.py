@@ -7,7 +7,7 @@ axis e = (cos psi, -sin psi): with h = K u1 + 2 N J3 psi' + J4 omega', equations
 
 So whatever the law: the moment on the float is -H', where H stays within a disc of radius max |h|, which the speed of
 the flywheel sets. Drop all else that binds H (that it lies on the circle, that the ring must turn it, that the coupling
-only brakes, that motion has limits), keep the disc, and let H choose itself with perfect foresight: a convex problem,
+only brakes), keep the disc and the limits of motion, and let H choose itself with perfect foresight: a convex problem,
 whose optimum is no less than what any law takes from the float. What a law takes feeds the generator and the slip.
 
 Absorbed energy is the wave input less radiation, hinge and the float's stored energy. That it is a concave function of
@@ -38,6 +38,7 @@ class Float(NamedTuple):
     energy: NDArray[np.float64]  # (n, n) stored mechanically, x'Ex/2 [J]
     filters: NDArray[np.float64]  # (n, n) and in the radiation filters, x'Sx/2 [J]
     rates: tuple[int, int]  # rows of v1, v3
+    angles: tuple[int, int]  # rows of phi1, phi3
 
 
 def float_alone(plant: Plant) -> Float:
@@ -71,7 +72,7 @@ def float_alone(plant: Plant) -> Float:
         parts.append((A, np.eye(n + 2)[:, 1:2] * inverse, D, E, S))
     first = len(k.q1) + 2
     A, B, D, E, S = (scipy.linalg.block_diag(*matrices) for matrices in zip(*parts, strict=True))
-    return Float(A, B, D, E, S, (1, first + 1))
+    return Float(A, B, D, E, S, (1, first + 1), (0, first))
 
 
 def storage(
@@ -131,6 +132,7 @@ def momentum_cap(
     start: NDArray[np.float64],
     duration: float,
     most: float,
+    limit: float | None = None,
     every: int | None = None,
 ) -> float:
     """Most mean power that anything inside the float with an angular momentum of at most `most` can take from it.
@@ -147,6 +149,8 @@ def momentum_cap(
         Of the window. [s]
     most : float
         Radius of the disc of H. [Nms]
+    limit : float, optional
+        Of |phi1| and |phi3| at every instant. [rad]
     every : int, optional
         Time step, in steps of the waves' grid; by default one and two, extrapolated to zero.
 
@@ -158,13 +162,13 @@ def momentum_cap(
     import cvxpy as cp
 
     if every is None:  # the error is of second order
-        fine, coarse = [momentum_cap(plant, waves, start, duration, most, step) for step in (1, 2)]
+        fine, coarse = [momentum_cap(plant, waves, start, duration, most, limit, step) for step in (1, 2)]
         return float(fine + (fine - coarse) / 3.0)
     alone = float_alone(plant)
     h, steps = waves.dt * every, round(duration / (waves.dt * every))
     ends = waves.moments[:, : steps * every + 1 : every]
     middle = 0.5 * (ends[:, 1:] + ends[:, :-1])
-    n, rows = alone.A.shape[0], list(alone.rates)
+    n, rows, angles = alone.A.shape[0], list(alone.rates), list(alone.angles)
     first = float_states(plant, start[None, :])[:, 0]
     stored = alone.energy + alone.filters
     size = 5.0 * np.sqrt(1.0 / np.diag(stored))  # unknowns of order one
@@ -177,6 +181,8 @@ def momentum_cap(
         H[:, 0] == momentum(plant, start[None, :])[:, 0] / most,
         cp.norm(H[:, 1:], axis=0) <= 1.0,
     ]
+    if limit is not None:
+        constraints.append(cp.abs(x[angles, 1:]) <= np.outer(limit / size[angles], np.ones(steps)))
     scaling = np.outer(size, size)
     lost = h * cp.sum_squares(_root(alone.damping * scaling) @ half)
     end = 0.5 * cp.sum_squares(_root(stored * scaling) @ x[:, steps])

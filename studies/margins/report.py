@@ -82,7 +82,8 @@ def margin_report(
     point = f"{asked.sea}; {asked.controls}"
     stages = (len(DIRECTIONS) + len(SIZES) + 1) * (2 if asked.law else 1) + 6
     stages += (MAP_COLUMNS + 1) + (TONGUE_COLUMNS + 1) + BASIN_COLUMNS + BORDER_STAGES if maps else 0
-    content = {"gyroctl_version": gyroctl.__version__, "request": asked.record(), "orbit": measures.orbit_record(orbit)}
+    content: dict[str, Any] = {"gyroctl_version": gyroctl.__version__, "request": asked.record()}
+    content["orbit"] = measures.orbit_record(orbit)
     with Progress("margins", stages, quiet) as progress, styled():
         constant, of_law, answer = _measured(asked, orbit, samples, progress)
         if constant is not None:

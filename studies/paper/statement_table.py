@@ -37,7 +37,7 @@ def cell(finding: Finding, result: Result) -> str:
 
 def tally(findings: Sequence[Finding]) -> dict[str, dict[str, int]]:
     """Count the verdicts of each variant."""
-    verdicts = {v: [finding.results[v].verdict for finding in findings] for v in findings[0].results}
+    verdicts: dict[str, list[str]] = {v: [f.results[v].verdict for f in findings] for v in findings[0].results}
     return {v: {verdict: said.count(verdict) for verdict in _COLOURS} for v, said in verdicts.items()}
 
 
