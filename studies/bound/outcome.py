@@ -20,27 +20,13 @@ SHOWN = (*POWERS, "power_cv", "phi1_p98", "phi3_p98", "slip_loss_w", "wave_input
 
 @dataclass(frozen=True)
 class Outcome:
-    """What was found in one window.
-
-    Parameters
-    ----------
-    cut : Cut
-        The window.
-    bounds : mapping of str to Found
-        "smooth", and "free" where it was asked for.
-    laws : mapping of str to Record
-        Runs of the laws.
-    momentum : float
-        Largest angular momentum in any of these runs. [Nms]
-    cap_w : float
-        No law with no more than that can take more from the float. [W]
-    """
+    """What was found in one window."""
 
     cut: Cut
-    bounds: Mapping[str, Found]
-    laws: Mapping[str, Record]
-    momentum: float
-    cap_w: float
+    bounds: Mapping[str, Found]  # "smooth", and "free" where it was asked for
+    laws: Mapping[str, Record]  # their runs
+    momentum: float  # largest angular momentum in any of these runs [Nms]
+    cap_w: float  # no law with no more than that can take more from the float [W]
 
     def record(self) -> dict[str, Any]:
         """Numbers for JSON."""

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -64,32 +64,15 @@ class Effort:
 FULL = Effort()
 
 
-@dataclass(frozen=True)
-class Found:
-    """Best plan of a window.
+class Found(NamedTuple):
+    """Best plan of a window."""
 
-    Parameters
-    ----------
-    values : mapping
-        Metrics of the run through the true plant, see `Cut.worth`.
-    record : Record
-        That run.
-    origin : str
-        Start from which it was found.
-    planned_w : float
-        Harvest that the model promised. [W]
-    starts : mapping
-        Harvest of each start and of what was found from it; NaN where that broke a limit. [W]
-    plan : Plan, optional
-        None where a law's own run was the best.
-    """
-
-    values: Mapping[str, float]
-    record: Record
-    origin: str
-    planned_w: float
-    starts: Mapping[str, tuple[float, float]]
-    plan: Plan | None = field(default=None, repr=False)
+    values: Mapping[str, float]  # metrics of the run through the true plant, see `Cut.worth`
+    record: Record  # that run
+    origin: str  # start from which it was found
+    planned_w: float  # harvest that the model promised [W]
+    starts: Mapping[str, tuple[float, float]]  # harvest of each start and of what came of it, NaN beyond a limit [W]
+    plan: Plan | None = None  # None where a law's own run was the best
 
 
 def best_found(cut: Cut, runs: Mapping[str, Record], effort: Effort = FULL, tick: Tick = lambda: None) -> Found:
@@ -130,7 +113,7 @@ def best_found(cut: Cut, runs: Mapping[str, Record], effort: Effort = FULL, tick
     found.sort(key=_promise, reverse=True)
     for one in found[: effort.finalists]:
         found += _polished(cut, one, True, effort, tick)
-    return dataclasses.replace(_best(cut, found, runs, True), starts=table)
+    return _best(cut, found, runs, True)._replace(starts=table)
 
 
 def loosened(
@@ -145,7 +128,7 @@ def loosened(
         found.append(verify(cut, rough, plan, smooth.origin))
         tick()
         found += _polished(cut, found[-1], False, effort, tick)
-    return dataclasses.replace(_best(cut, found, runs, False), starts={})
+    return _best(cut, found, runs, False)._replace(starts={})
 
 
 def _polished(cut: Cut, found: Found, smooth: bool, effort: Effort, tick: Tick) -> list[Found]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,20 +14,11 @@ from gyroctl.orbits.lock_map import lock_map
 from gyroctl.studies.margins.request import Request
 
 
-@dataclass(frozen=True)
-class Border:
-    """A curve over the axes of a map.
+class Border(NamedTuple):
+    """A curve over the axes of a map."""
 
-    Parameters
-    ----------
-    kind : str
-        "fold", "Neimark-Sacker", ...
-    x, y : (n,) arrays
-        Along the axes of the map; NaN separates pieces.
-    """
-
-    kind: str
-    x: NDArray[np.float64]
+    kind: str  # "fold", "Neimark-Sacker", ...
+    x: NDArray[np.float64]  # (n,) along the axes of the map; NaN separates pieces
     y: NDArray[np.float64]
 
 

@@ -36,24 +36,12 @@ Tick = Callable[[], None]
 
 @dataclass(frozen=True)
 class Margins:
-    """Margins beyond the linear, of constant controls or of a law.
+    """Margins beyond the linear, of constant controls or of a law."""
 
-    Parameters
-    ----------
-    headroom : dict of str to Headroom
-        By the names of `DIRECTIONS`.
-    basin : dict of float to Share
-        Share of random disturbances after which lock returns, by their size.
-    shocks : tuple of Shock
-        Smallest shock along each state.
-    power : float
-        Mean power in the regime. [W]
-    """
-
-    headroom: dict[str, Headroom]
-    basin: dict[float, Share]
-    shocks: tuple[Shock, ...]
-    power: float
+    headroom: dict[str, Headroom]  # by the names of `DIRECTIONS`
+    basin: dict[float, Share]  # share of random disturbances after which lock returns, by their size
+    shocks: tuple[Shock, ...]  # smallest along each state
+    power: float  # mean in the regime [W]
 
     def record(self) -> dict[str, Any]:
         """Numbers for JSON."""

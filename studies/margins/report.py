@@ -187,7 +187,7 @@ def _maps(asked: Request, period: float, tick: Callable[[], None]) -> tuple[dict
     """Pictures and numbers over controls and waves."""
     controls, waves = map_controls(asked, tick), map_waves(asked, tick)
     cc, cg = _thinned(controls.first, BASIN_COLUMNS), _thinned(controls.second, BASIN_ROWS)
-    basin = basin_map(asked.plant, asked.wave, cc, cg, 0.5, 24, asked.sense, tick)
+    basin = basin_map(asked, cc, cg, 0.5, 24, tick)
     borders = control_borders(asked, CC_RANGE, tick)
     pictures = {
         "lock_map": draw_maps.orbit_map(asked, controls, borders),

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from numpy.typing import ArrayLike
 
@@ -16,20 +15,11 @@ Table = Mapping[str, ArrayLike]
 """Columns of equal length by name; the name ends in the unit, as in power_w."""
 
 
-@dataclass(frozen=True)
-class Drawing:
-    """A figure and its data.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        The picture.
-    tables : mapping of str to table
-        Data by suffix of the file name, "" for the main one.
-    """
+class Drawing(NamedTuple):
+    """A figure and its data."""
 
     figure: Figure
-    tables: Mapping[str, Table]
+    tables: Mapping[str, Table]  # by suffix of the file name, "" for the main one
 
 
 def columns(rows: Sequence[Mapping[str, Any]]) -> Table:

@@ -46,27 +46,13 @@ STATED: tuple[tuple[float, Pair], ...] = (
 
 @dataclass(frozen=True)
 class Setup:
-    """How the ensembles are made.
+    """How the ensembles are made."""
 
-    Parameters
-    ----------
-    seeds : tuple of int
-        One realisation each, the same for every case.
-    duration : float
-        Length of a run. [s]
-    examples : int
-        Runs of which the whole time series is kept, for the figures that show them.
-    workers : int or None
-        Threads; None for all cores.
-    quiet : bool
-        No progress bar.
-    """
-
-    seeds: tuple[int, ...] = tuple(range(1, 65))
-    duration: float = 2000.0
-    examples: int = 32
-    workers: int | None = None
-    quiet: bool = False
+    seeds: tuple[int, ...] = tuple(range(1, 65))  # one realisation each, the same for every case
+    duration: float = 2000.0  # length of a run [s]
+    examples: int = 32  # runs of which the whole time series is kept, for the figures that show them
+    workers: int | None = None  # threads; None for all cores
+    quiet: bool = False  # no progress bar
 
     def note(self, plant: str) -> str:
         """Line below a figure: what was run."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,35 +21,20 @@ from gyroctl.studies.style import sea_name
 from gyroctl.waves import Regular
 
 Check = Callable[[Setup, str], Result]
+"""Of the runs and the variant."""
 
 
-@dataclass(frozen=True)
-class Statement:
-    """One statement of the paper.
+class Statement(NamedTuple):
+    """One statement of the paper."""
 
-    Parameters
-    ----------
-    key : str
-        Short name.
-    group : str
-        Heading in the table.
-    says : str
-        What the paper says, in our words.
-    measure : str
-        What our number is.
-    check : callable
-        (setup, variant) -> Result.
-    """
-
-    key: str
-    group: str
-    says: str
-    measure: str
+    key: str  # short name
+    group: str  # heading in the table
+    says: str  # what the paper says, in our words
+    measure: str  # what our number is
     check: Check
 
 
-@dataclass(frozen=True)
-class Finding:
+class Finding(NamedTuple):
     """A statement and what each variant gives."""
 
     statement: Statement

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,23 +27,13 @@ EVERY = 10
 """Samples of the actuators to one of the kept time series."""
 
 
-@dataclass(frozen=True)
-class Case:
-    """One law in one ensemble.
+class Case(NamedTuple):
+    """One law in one ensemble."""
 
-    Parameters
-    ----------
-    law : str
-        Name of the wrapped law.
-    columns : mapping of str to (runs,) array
-        Numbers by run; the name ends in the unit where there is one.
-    series : mapping of str to (runs, n) array
-        time_s (n,), net_energy_j; of the first run ring_speed, flywheel_speed, phi1 (n,).
-    """
-
-    law: str
-    columns: dict[str, NDArray[np.float64]]
-    series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    law: str  # name of the wrapped law
+    columns: dict[str, NDArray[np.float64]]  # (runs,) numbers by run; the name ends in the unit where there is one
+    # time_s (n,), net_energy_j (runs, n), and of the first run ring_speed, flywheel_speed, phi1 (n,)
+    series: dict[str, NDArray[np.float64]]
 
 
 class Ensemble(NamedTuple):
@@ -73,7 +62,9 @@ def lost_runs(asked: Ensemble, duration: float) -> list[Case]:
 def _cases(asked: Ensemble, laws: Mapping[str, Any], duration: float, start: str) -> list[Case]:
     plant, cases = zhang2017(), []
     settings = Settings(dt=asked.dt, start=start, actuators=Actuators(cg_min=CG_MIN))
-    with Progress(f"start: {start}", len(laws) * len(asked.seeds), asked.quiet) as progress:
+    with Progress(
+        "from rest" if start == "rest" else "forced loss", len(laws) * len(asked.seeds), asked.quiet
+    ) as progress:
         for name, law in laws.items():
             rows, series = [], []
             for seed in asked.seeds:
