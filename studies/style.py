@@ -1,11 +1,10 @@
-"""One look for all figures of the study, and what a figure hands back: picture and data."""
+"""One look for all figures of the studies."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -22,9 +21,6 @@ RING_SPEED = "ψ\N{PRIME} [rad/s]"
 """Axis label."""
 
 INK, MUTED, GRID, AXIS = "#1F2933", "#5B6672", "#E6E9ED", "#AEB6BF"
-COUPLING_COLOURS = {0.052: "#0072B2", 0.104: "#E08A00", 0.156: "#009E73"}
-"""By magnetic coupling cc. [Nms]"""
-
 GAMMA_COLOURS = {1.0: "#8C6BB1", 5.0: "#0072B2", 50.0: "#B5472F"}
 """By peak enhancement."""
 
@@ -32,7 +28,6 @@ PAPER_COLOUR = "#CF3F35"
 """What the paper states."""
 
 BAND_COLOUR = "#0072B2"
-MARKERS = {0.052: "o", 0.104: "s", 0.156: "D"}
 
 _STYLE: Any = {
     "font.family": "sans-serif",
@@ -65,35 +60,10 @@ _STYLE: Any = {
     "savefig.facecolor": "white",
 }
 
-Table = Mapping[str, ArrayLike]
-"""Columns of equal length by name; the name ends in the unit, as in power_w."""
-
-
-@dataclass(frozen=True)
-class Drawing:
-    """A figure and its data.
-
-    Parameters
-    ----------
-    figure : matplotlib.figure.Figure
-        The picture.
-    tables : mapping of str to table
-        Data by suffix of the file name, "" for the main one.
-    """
-
-    figure: Figure
-    tables: Mapping[str, Table] = field(default_factory=dict)
-
 
 def sea_name(gamma: float) -> str:
     """Name of a sea in titles and legends; the letter is spelt out because the linter takes it for a y."""
     return f"\N{GREEK SMALL LETTER GAMMA} = {gamma:g}"
-
-
-def gain(value: float) -> str:
-    """Write a generator gain as the paper does: 3.5e-4."""
-    mantissa, exponent = f"{value:.3e}".split("e")
-    return f"{float(mantissa):g}e{int(exponent)}"
 
 
 @contextmanager
@@ -156,12 +126,15 @@ def band(
     axes.fill_between(x, low, high, color=colour, alpha=alpha, linewidth=0)  # type: ignore[arg-type]
 
 
+def listed(axes: Axes, names: Sequence[str], **look: Any) -> None:
+    """Make the vertical axis a list of names, the first on top."""
+    axes.set_yticks(range(len(names)), names, **look)
+    axes.tick_params(axis="y", length=0)
+    axes.invert_yaxis()
+    axes.grid(axis="y", visible=False)
+
+
 def percent(axes: Axes, ticks: Iterable[float] = (0.0, 0.25, 0.5, 0.75, 1.0)) -> None:
     """Make the vertical axis a share from 0 to 100 %."""
     axes.set_ylim(-0.03, 1.03)
     axes.set_yticks([*ticks], [f"{100 * tick:.0f} %" for tick in ticks])
-
-
-def runs_note(seeds: int, duration: float, plant: str) -> str:
-    """Line below a figure: what was run."""
-    return f"{plant}; {seeds} realisations of {duration:g} s, the same for every case; intervals are 95 %"

@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
-from gyroctl.controllers.nmpc.prediction import orders_of, pullback_of, step_of
 from gyroctl.controllers.nmpc.problem import weights
 from gyroctl.harness.run import run_law
 from gyroctl.plant.kernel import hold_one, rows
-from gyroctl.studies.bound import Cut, Effort, bound_report, cut, full_horizon, loosened, momentum_cap
-from gyroctl.studies.bound.beam import receding
+from gyroctl.studies.bound import Cut, Effort, bound_report, cut, loosened, momentum_cap
 from gyroctl.studies.bound.cap import absorbed, float_alone, float_states, momentum
-from gyroctl.studies.bound.full_horizon import follow, optimise, reduced, shoot, window
-from gyroctl.studies.bound.search import MOTION, best_found, verify
-from gyroctl.studies.bound.search import _window as problem_of
+from gyroctl.studies.bound.search import MOTION, best_found, problem_of, verify
+from gyroctl.studies.bound.shooting import Joints, Slopes, optimise, shoot
+from gyroctl.studies.bound.starts import receding
+from gyroctl.studies.bound.window import SUBSTEPS, follow, model_of, reduced, window
 
 QUICK = Effort(rounds=2, iterations=100, beams=1, width=2, each=1, finalists=1, repairs=1)
 
@@ -28,7 +27,7 @@ def short(device: gy.Plant) -> Cut:
 
 def _problem(cut: Cut, substeps: int, intervals: int):
     w = weights(cut.plant, 2000.0, 0.1, 0.1, 5.0, 3.0, 0.0, 0.3)  # tight: every term of the cost acts
-    return window(cut.plant, cut.start, cut.waves.moments, cut.waves.dt, intervals, w, substeps=substeps, closing=0.01)
+    return window(cut, w, intervals, substeps, closing=0.01)
 
 
 def test_gradient_is_exact(short: Cut) -> None:
@@ -36,19 +35,19 @@ def test_gradient_is_exact(short: Cut) -> None:
     w, piece, n = _problem(short, 2, 60), 25, 60
     rng = np.random.default_rng(3)
     m = w.start.size
-    step, pullback = (f(orders_of(short.plant)) for f in (step_of, pullback_of))
+    step, pullback = model_of(short.plant)
     cc, power = rng.uniform(0.02, 0.2, n), rng.uniform(2.0, 20.0, n)
     path = np.empty((n * 2 + 1, m))
     follow(step, w, 0, w.start, cc, power, path)
     scale = np.std(path, axis=0)
     nodes = path[: n * 2 : piece * 2] + 0.1 * scale * rng.normal(size=(3, m))
     nodes[0] = w.start
-    multipliers = rng.normal(size=(3, m)) * 5.0
+    joints = Joints(piece, scale, rng.normal(size=(3, m)) * 5.0, 40.0)
     states = np.empty((piece * 2 + 1, m))
 
     def value(cc, power, nodes):
-        grads = np.empty(n), np.empty(n), np.empty((3, m))
-        return shoot(step, pullback, w, cc, power, nodes, piece, scale, multipliers, 40.0, states, *grads)[1], grads
+        slopes = Slopes(np.empty(n), np.empty(n), np.empty((3, m)))
+        return shoot(step, pullback, w, cc, power, nodes, joints, slopes, states), slopes
 
     _, slopes = value(cc, power, nodes)
     sizes = (np.full(n, 0.05), np.full(n, 5.0), np.broadcast_to(scale, (3, m)) * (np.arange(3) > 0)[:, None])
@@ -80,7 +79,7 @@ def test_model_follows_the_plant(short: Cut) -> None:
     rng = np.random.default_rng(0)
     cc, power = rng.choice([0.0, 0.3], 20), np.full(20, 12.0)
     path = np.empty((81, w.start.size))
-    follow(step_of(orders_of(short.plant)), w, 0, w.start, cc, power, path)
+    follow(model_of(short.plant)[0], w, 0, w.start, cc, power, path)
     k = short.plant.coefficients
     y = np.zeros(rows(k))
     y[: short.start.size] = short.start
@@ -93,7 +92,7 @@ def test_model_follows_the_plant(short: Cut) -> None:
 
 def test_optimiser_improves_and_the_replay_agrees(short: Cut) -> None:
     """The plan gains on its start by the true plant's own account, at constant power, and keeps its promise to 2 %."""
-    w = problem_of(short, full_horizon.SUBSTEPS, MOTION - 0.02)
+    w = problem_of(short, SUBSTEPS, MOTION - 0.02)
     start = receding(short.plant, w, 12.0)
     before = verify(short, w, start, "receding")
     plan = optimise(short.plant, w, start, True, 4, 150, rho=300.0)
@@ -110,10 +109,7 @@ def test_optimiser_improves_and_the_replay_agrees(short: Cut) -> None:
 @pytest.mark.slow
 def test_bound_is_never_below_a_law(short: Cut) -> None:
     """And never above the cap; freeing the power loses nothing."""
-    runs = {
-        name: run_law(short.plant, gy.law(name), short.waves, short.settings, name, start=short.start)[0]
-        for name in ("coupling", "constant")
-    }
+    runs = {name: short.run(gy.law(name), name) for name in ("coupling", "constant")}
     smooth = best_found(short, runs, QUICK)
     free = loosened(short, smooth, runs, QUICK)
     best_law = max(short.worth(short.counted(run))["harvest_w"] for run in runs.values())
@@ -128,15 +124,10 @@ def test_bound_is_never_below_a_law(short: Cut) -> None:
 
 def test_a_law_that_beats_the_search_is_the_bound(short: Cut) -> None:
     """With no effort the search ends below a good run, which then stands in the bound's place."""
-    w = problem_of(short, full_horizon.SUBSTEPS, MOTION - 0.02)
+    w = problem_of(short, SUBSTEPS, MOTION - 0.02)
     good = verify(short, w, receding(short.plant, w, 12.0), "good")
     none = Effort(rounds=1, iterations=1, beams=0, finalists=0)
-    steady = loosened(
-        short,
-        good,
-        {"law": run_law(short.plant, gy.law("constant"), short.waves, short.settings, start=short.start)[0]},
-        none,
-    )
+    steady = loosened(short, good, {"law": short.run(gy.law("constant"), "law")}, none)
     assert steady.values["harvest_w"] >= good.values["harvest_w"]
 
 

@@ -14,12 +14,12 @@ from PIL import Image
 import gyroctl as gy
 from gyroctl.hydrodynamics import shipped
 from gyroctl.studies.paper import EXTRAS, FIGURES, Setup, reproduce
+from gyroctl.studies.paper.drawing import gain
 from gyroctl.studies.paper.ensembles import GAINS, ensemble, lock_grid
 from gyroctl.studies.paper.reproduce import chosen
 from gyroctl.studies.paper.statement_table import as_json, cell, markdown, tally
 from gyroctl.studies.paper.statements import STATEMENTS, Finding, evaluate
 from gyroctl.studies.paper.verdicts import Result, holds, loses, one_draw, within
-from gyroctl.studies.style import gain
 
 SHORT = Setup(seeds=(1, 2, 3, 4), duration=250.0, examples=3, workers=1, quiet=True)
 

@@ -53,9 +53,8 @@ def float_alone(plant: Plant) -> Float:
 
     k = plant.coefficients
     if k.reaction:
-        raise InputError(
-            "plant", plant.name, "the doubled generator reaction makes energy of its own", "Use the corrected device"
-        )
+        problem = "the doubled generator reaction makes energy of its own"
+        raise InputError("plant", plant.name, problem, "Use the corrected device")
     parts: list[tuple[Any, ...]] = []
     for inverse, stiffness, d, p, q in ((k.i1, k.k1, k.d1, k.p1, k.q1), (k.i3, k.k3, k.d3, k.p3, k.q3)):
         n = len(q)

@@ -28,6 +28,11 @@ LEAD = 100.0
 TAIL = 10.0
 """What a plan sees beyond the window, so that it does not end it in a state that is worth nothing. [s]"""
 
+AHEAD = 2.0 * TAIL
+"""Waves beyond the window, for whoever looks ahead. [s]"""
+
+SETTINGS = Settings(blend=LEAD)
+
 CAUTIOUS = ((0.104, 1.5e-4), (0.104, 5e-5), (0.052, 5e-5))
 """Controls of the lead-in, in the order in which they are tried. [Nms]"""
 
@@ -41,7 +46,7 @@ class Cut:
     plant : Plant
         The device.
     waves : WaveRealisation
-        From the start of the window to its end, and `ahead` beyond.
+        From the start of the window to its end, and `AHEAD` beyond.
     start : (n,) array
         State at the start.
     duration : float
@@ -57,7 +62,7 @@ class Cut:
     start: NDArray[np.float64]
     duration: float
     sha256: str
-    settings: Settings
+    settings: Settings = SETTINGS
 
     @property
     def intervals(self) -> int:
@@ -65,35 +70,26 @@ class Cut:
         return round(self.duration / self.settings.actuators.period)
 
     def run(self, law: Law, name: str) -> Record:
-        """Run a law through the window."""
-        record, _ = run_law(self.plant, law, self.waves, self.settings, name, start=self.start)
-        return self.counted(record)
+        """Run a law through the window and the waves beyond its end."""
+        return run_law(self.plant, law, self.waves, self.settings, name, start=self.start)[0]
 
     def counted(self, record: Record) -> Record:
         """Leave out what lies beyond the window."""
-        n = self.intervals
-        return Record(record.states[: n + 1], record.commands[:n], record.controls[:n], record.period, 0)
+        return _begin(record, self.intervals)
 
     def worth(self, record: Record) -> dict[str, float]:
         """Metrics of a run, and its `harvest_w`: mean power and change of the flywheel's energy. [W]
 
         The float's energy is not counted: little of it can be had. It is `stored_w` less `flywheel_w`.
         """
-        waves = self.waves
-        values = evaluate(self.plant, record, waves.moments[1], waves.dt, waves.sea.wp, 0.0, np.nan)
+        values = _metrics(self.plant, record, self.waves)
         speed = record.states[:, OMEGA_RATE]
         gained = 0.5 * self.plant.parameters.J4 * (speed[-1] ** 2 - speed[0] ** 2) / self.duration
-        values |= {
-            "flywheel_w": float(gained),
-            "harvest_w": float(values["mean_power"] + gained),
-            "flywheel_max": float(speed.max()),
-        }
-        return values
+        values |= {"flywheel_w": float(gained), "harvest_w": float(values["mean_power"] + gained)}
+        return {**values, "flywheel_max": float(speed.max())}
 
 
-def cut(
-    plant: Plant, sea: SeaState, seed: int, duration: float, ahead: float = 2.0 * TAIL, settings: Settings | None = None
-) -> Cut:
+def cut(plant: Plant, sea: SeaState, seed: int, duration: float) -> Cut:
     """Cut a window out of a realisation: the first `duration` after the lead-in.
 
     Parameters
@@ -106,10 +102,6 @@ def cut(
         Of the realisation.
     duration : float
         Length of the window. [s]
-    ahead : float
-        Waves beyond its end, for whoever looks ahead. [s]
-    settings : Settings, optional
-        Steps, sensors, actuators.
 
     Raises
     ------
@@ -118,39 +110,31 @@ def cut(
         constant pair does not keep the lock in the lead-in.
     """
     if not 2.0 * WINDOW <= duration <= 1000.0:
-        raise InputError(
-            "duration",
-            duration,
-            "a window is from 20 to 1000 s long",
-            "Give seconds, for example 200; several windows need several seeds",
-        )
-    settings = dataclasses.replace(settings or Settings(), blend=LEAD)
-    whole = lead_in(realise(plant, sea, seed, LEAD + duration + ahead), settings)
+        mend = "Give seconds, for example 200; several windows need several seeds"
+        raise InputError("duration", duration, "a window is from 20 to 1000 s long", mend)
+    whole = lead_in(realise(plant, sea, seed, LEAD + duration + AHEAD), SETTINGS)
+    start, at = _led_in(plant, whole), round(LEAD / whole.dt)
+    grid = whole.grid._replace(duration=duration + AHEAD, n=whole.grid.n - at)
+    moments = np.ascontiguousarray(whole.moments[:, at:])
+    waves = dataclasses.replace(whole, grid=grid, moments=moments, elevation=whole.elevation[at:])
+    return Cut(plant, waves, start, duration, whole.sha256)
+
+
+def _led_in(plant: Plant, whole: WaveRealisation) -> NDArray[np.float64]:
+    """State at the end of the lead-in, under the first cautious pair that keeps the lock."""
     for cc, cg in CAUTIOUS:
-        record, _ = run_law(plant, law("constant", cc=cc, cg=cg), whole, settings)
+        record, _ = run_law(plant, law("constant", cc=cc, cg=cg), whole, SETTINGS)
         first = round(LEAD / record.period)
-        values = evaluate(
-            plant,
-            Record(record.states[: first + 1], record.commands[:first], record.controls[:first], record.period, 0),
-            whole.moments[1],
-            whole.dt,
-            sea.wp,
-            0.0,
-            np.nan,
-        )
-        if values["locked"]:
-            break
-    else:
-        raise InputError(
-            "hs",
-            sea.hs,
-            f"no constant pair keeps the lock through the lead-in of seed {seed}",
-            "Choose another seed, or a higher Hs",
-        )
-    at = round(LEAD / whole.dt)
-    grid = whole.grid._replace(duration=duration + ahead, n=whole.grid.n - at)
-    waves = dataclasses.replace(
-        whole, grid=grid, moments=np.ascontiguousarray(whole.moments[:, at:]), elevation=whole.elevation[at:]
-    )
-    start = record.states[first, : len(plant.labels)].copy()
-    return Cut(plant, waves, start, duration, whole.sha256, settings)
+        if _metrics(plant, _begin(record, first), whole)["locked"]:
+            return record.states[first, : len(plant.labels)].copy()
+    problem = f"no constant pair keeps the lock through the lead-in of seed {whole.seed}"
+    raise InputError("hs", whole.sea.hs, problem, "Choose another seed, or a higher Hs")
+
+
+def _begin(record: Record, n: int) -> Record:
+    """First n samples of a run."""
+    return Record(record.states[: n + 1], record.commands[:n], record.controls[:n], record.period, 0)
+
+
+def _metrics(plant: Plant, record: Record, waves: WaveRealisation) -> dict[str, float]:
+    return evaluate(plant, record, waves.moments[1], waves.dt, waves.sea.wp, 0.0, np.nan)

@@ -12,24 +12,17 @@ from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE
 from gyroctl.reports.theme import law_styles
 from gyroctl.simulation.metrics import Record
-from gyroctl.studies.bound.window import Window
+from gyroctl.studies.bound.outcome import Outcome
 from gyroctl.studies.style import INK, MUTED, PAPER_COLOUR, label, sea_name, sheet
 from gyroctl.waves import SeaState
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-BOUND_MARKS = {"smooth": ("*", INK), "free": ("x", MUTED)}
+
+BOUND_LOOKS = {"smooth": ("*", "-", INK), "free": ("x", "--", MUTED)}
 
 
-def harvested(plant: Plant, record: Record) -> NDArray[np.float64]:
-    """Energy generated and gained by the flywheel since the start, at each sample. [J]"""
-    row = len(plant.labels) + LEDGER.index("generator")
-    generated = record.states[:, row] - record.states[0, row]
-    speed = record.states[:, OMEGA_RATE]
-    return np.asarray(generated + 0.5 * plant.parameters.J4 * (speed**2 - speed[0] ** 2))
-
-
-def picture(windows: Sequence[Window], sea: SeaState, duration: float) -> Figure:
+def picture(windows: Sequence[Outcome], sea: SeaState, duration: float) -> Figure:
     """Draw harvests by window, and energy over time in the first."""
     first = windows[0]
     plant = first.cut.plant
@@ -43,23 +36,14 @@ def picture(windows: Sequence[Window], sea: SeaState, duration: float) -> Figure
     place = np.arange(len(windows))
     left, right = axes
     for i, window in enumerate(windows):
-        left.plot(
-            [i - 0.3, i + 0.3],
-            [window.cap_w] * 2,
-            color=PAPER_COLOUR,
-            lw=2.0,
-            label="cap of the float, slip included" if i == 0 else None,
-        )
+        words = "cap of the float, slip included" if i == 0 else None
+        left.plot([i - 0.3, i + 0.3], [window.cap_w] * 2, color=PAPER_COLOUR, lw=2.0, label=words)
     for name in first.bounds:
-        marker, colour = BOUND_MARKS[name]
+        marker, dash, colour = BOUND_LOOKS[name]
+        words = f"best found, {name} power"
         values = [window.bounds[name].values["harvest_w"] for window in windows]
-        left.plot(place, values, marker, color=colour, ms=9, label=f"best found, {name} power")
-        right.plot(
-            *_curve(plant, first.bounds[name].record),
-            color=colour,
-            label=f"best found, {name} power",
-            ls="-" if name == "smooth" else "--",
-        )
+        left.plot(place, values, marker, color=colour, ms=9, label=words)
+        right.plot(*_curve(plant, first.bounds[name].record), color=colour, label=words, ls=dash)
     for name, style in styles.items():
         values = [window.cut.worth(window.laws[name])["harvest_w"] for window in windows]
         left.plot(place, values, style.marker, color=style.colour, label=name)
@@ -75,4 +59,9 @@ def picture(windows: Sequence[Window], sea: SeaState, duration: float) -> Figure
 
 
 def _curve(plant: Plant, record: Record) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    return record.period * np.arange(record.states.shape[0], dtype=np.float64), harvested(plant, record)
+    """Time [s], and energy generated and gained by the flywheel since the start [J]."""
+    row = len(plant.labels) + LEDGER.index("generator")
+    generated = record.states[:, row] - record.states[0, row]
+    speed = record.states[:, OMEGA_RATE]
+    time = record.period * np.arange(speed.size, dtype=np.float64)
+    return time, np.asarray(generated + 0.5 * plant.parameters.J4 * (speed**2 - speed[0] ** 2))

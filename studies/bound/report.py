@@ -12,19 +12,16 @@ import numpy as np
 import gyroctl
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law
-from gyroctl.harness.run import run_law
 from gyroctl.plant import Plant
-from gyroctl.simulation.metrics import Record
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.bound.cap import momentum, momentum_cap
 from gyroctl.studies.bound.cut import Cut, cut
-from gyroctl.studies.bound.search import MOTION, Effort, best_found, loosened, ticks
-from gyroctl.studies.bound.window import Window
+from gyroctl.studies.bound.draw import picture
+from gyroctl.studies.bound.outcome import Outcome, summary
+from gyroctl.studies.bound.search import FULL, MOTION, Effort, best_found, loosened, ticks
+from gyroctl.studies.style import save, styled
 from gyroctl.waves import SeaState
 from gyroctl.writing import plain, write_json
-
-NAMES = ("smooth", "free")
-"""Of the two bounds: constant generator power, and one that is free in each interval."""
 
 
 def bound_report(
@@ -35,7 +32,7 @@ def bound_report(
     laws: Mapping[str, Law],
     out: Path,
     free: bool = False,
-    effort: Effort | None = None,
+    effort: Effort = FULL,
     quiet: bool = False,
 ) -> dict[str, Any]:
     """Find the bound of each window and what part of it the laws reach.
@@ -56,7 +53,7 @@ def bound_report(
         Folder for bound.json and bound.png; made where it is missing.
     free : bool
         Also the bound with a generator power that is free in each interval.
-    effort : Effort, optional
+    effort : Effort
         How hard to search.
     quiet : bool
         No progress bar.
@@ -71,44 +68,33 @@ def bound_report(
     InputError
         For seeds, duration or folder that cannot be used; nothing is written then.
     """
-    from gyroctl.studies.bound.draw import picture
-    from gyroctl.studies.style import save, styled
-
     begin = time.monotonic()
     if out.exists() and not out.is_dir():
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
     if not seeds or len(set(seeds)) < len(seeds):
         raise InputError("seeds", list(seeds), "must be different seeds, one at least", "Give for example 1,2,3")
-    effort = effort or Effort()
     stages = ticks(len(laws), effort) + len(laws) + 2 + (effort.repairs + 2 if free else 0)
     cuts = [cut(plant, sea, seed, duration) for seed in seeds]
     windows = []
     with Progress("bound", stages * len(cuts), quiet) as progress:
         for one in cuts:
-            windows.append(_window(one, laws, free, effort, progress))
+            windows.append(_searched(one, laws, free, effort, progress))
             progress.advance()
-    content: dict[str, Any] = {
+    request = {"gamma": sea.gamma, "hs": sea.hs, "wp": sea.wp, "seeds": list(seeds), "duration_s": duration}
+    request |= {"device": plant.name, "motion_limit_rad": MOTION, "laws": list(laws)}
+    records = [window.record() for window in windows]
+    content = {
         "gyroctl_version": gyroctl.__version__,
-        "request": {
-            "gamma": sea.gamma,
-            "hs": sea.hs,
-            "wp": sea.wp,
-            "seeds": list(seeds),
-            "duration_s": duration,
-            "device": plant.name,
-            "motion_limit_rad": MOTION,
-            "laws": list(laws),
-        },
-        "windows": [window.record() for window in windows],
+        "request": request,
+        "windows": records,
+        "summary": summary(records),
+        "meaning": MEANING,
+        "seconds": round(time.monotonic() - begin, 1),
     }
-    content["summary"] = summary(content["windows"])
-    content["meaning"] = MEANING
-    content["seconds"] = round(time.monotonic() - begin, 1)
     with styled():
         save(picture(windows, sea, duration), out / "bound.png")
     write_json(out / "bound.json", content)
-    clean: dict[str, Any] = plain(content)
-    return clean
+    return dict(plain(content))
 
 
 MEANING = {
@@ -119,36 +105,6 @@ MEANING = {
     "absorbed_w": "generated, slipped and stored inside",
     "fraction": "harvest of the law over that of the bound, same waves and same state at the start",
 }
-
-
-def summary(windows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Means over the windows; fractions are those of the means."""
-
-    def mean(values: Sequence[float]) -> float:
-        return float(np.mean(values))
-
-    bounds = {
-        name: {
-            key: mean([w["bounds"][name][key] for w in windows])
-            for key in ("harvest_w", "power_cv", "phi1_p98", "absorbed_w")
-        }
-        for name in windows[0]["bounds"]
-    }
-    laws = {}
-    for name in windows[0]["laws"]:
-        runs = [w["laws"][name] for w in windows]
-        harvest = mean([run["harvest_w"] for run in runs])
-        laws[name] = {
-            "harvest_w": harvest,
-            "power_cv": mean([run["power_cv"] for run in runs]),
-            "phi1_p98": mean([run["phi1_p98"] for run in runs]),
-            "locked": sum(run["locked"] for run in runs),
-            "within_motion_limit": sum(run["within_motion_limit"] for run in runs),
-            "runs": len(runs),
-            "fraction": {bound: harvest / bounds[bound]["harvest_w"] for bound in bounds},
-            "fraction_lowest": {bound: min(run["fraction"][bound] for run in runs) for bound in bounds},
-        }
-    return {"cap_w": mean([w["cap_w"] for w in windows]), "bounds": bounds, "laws": laws}
 
 
 def table(content: Mapping[str, Any]) -> list[str]:
@@ -174,10 +130,10 @@ def table(content: Mapping[str, Any]) -> list[str]:
     return lines
 
 
-def _window(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress) -> Window:
-    runs: dict[str, Record] = {}
+def _searched(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress) -> Outcome:
+    runs = {}
     for name, law in laws.items():
-        runs[name] = run_law(one.plant, law, one.waves, one.settings, name, start=one.start)[0]
+        runs[name] = one.run(law, name)
         progress.advance()
     smooth = best_found(one, runs, effort, progress.advance)
     bounds = {"smooth": smooth}
@@ -188,4 +144,4 @@ def _window(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progr
     most = max(float(np.linalg.norm(momentum(one.plant, record.states), axis=0).max()) for record in records)
     cap = momentum_cap(one.plant, one.waves, one.start, one.duration, most)
     progress.advance()
-    return Window(one, bounds, counted, most, cap)
+    return Outcome(one, bounds, counted, most, cap)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,11 +14,11 @@ from gyroctl.errors import InputError
 from gyroctl.plant.equations import OMEGA_RATE
 from gyroctl.plant.kernel import hold_one, rows, slip_rate, steps_for
 from gyroctl.simulation.metrics import Record
-from gyroctl.studies.bound import full_horizon
-from gyroctl.studies.bound.beam import beam, receding
 from gyroctl.studies.bound.cut import TAIL, Cut
-from gyroctl.studies.bound.full_horizon import Plan, Window, optimise, reduced, window
+from gyroctl.studies.bound.shooting import optimise
+from gyroctl.studies.bound.starts import beam, receding
 from gyroctl.studies.bound.tracker import Tracker
+from gyroctl.studies.bound.window import SUBSTEPS, Plan, Window, reduced, window
 
 MOTION = 0.35
 """Limit of the 98 % motion. [rad]"""
@@ -32,7 +32,6 @@ TERMINAL = 0.3
 BEAMS = ((12.0, 50), (8.0, 40))
 """Beam searches for starts: generator power to begin with [W], control intervals between two choices."""
 
-
 EXCESS = 20.0
 """What motion beyond the limit is reckoned to have brought. [W/rad]"""
 
@@ -42,82 +41,52 @@ RETURN = 5
 STEADY = 0.02
 """Power CV below which a law's own run counts as one of constant power. [-]"""
 
+ROUGH = 2
+"""Model steps in a control interval while many starts are tried."""
+
+Tick = Callable[[], None]
+
 
 @dataclass(frozen=True)
 class Effort:
-    """How hard to search.
+    """How hard to search."""
 
-    Parameters
-    ----------
-    rounds, iterations : int
-        Of `optimise`, per start.
-    beams, width : int
-        Beam searches and their width.
-    each : int
-        Plans of each beam that are optimised.
-    polish : int
-        Iterations per round with the fine model, on the best.
-    finalists : int
-        Starts that are polished.
-    repairs : int
-        Times that the motion limit of the plan is moved until the true 98 % motion fits.
-    """
-
-    rounds: int = 4
-    iterations: int = 600
-    beams: int = 1
-    width: int = 6
-    each: int = 2
-    polish: int = 250
-    finalists: int = 2
-    repairs: int = 1
+    rounds: int = 4  # of `optimise`, per start
+    iterations: int = 600  # of L-BFGS-B in each round, at most
+    beams: int = 1  # beam searches
+    width: int = 6  # of a beam search
+    each: int = 2  # plans of each beam that are optimised
+    polish: int = 250  # iterations per round with the fine model, on the best
+    finalists: int = 2  # starts that are polished
+    repairs: int = 1  # times that the motion limit of the plan is moved until the true 98 % motion fits
 
 
-@dataclass(frozen=True)
-class Found:
-    """Best plan of a window.
-
-    Parameters
-    ----------
-    values : mapping
-        Metrics of the run through the true plant, see `Cut.worth`.
-    record : Record
-        That run.
-    origin : str
-        Start from which it was found.
-    planned_w : float
-        Harvest that the model promised. [W]
-    starts : mapping
-        Harvest of each start and of what was found from it; NaN where that broke a limit. [W]
-    plan : Plan, optional
-        None where a law's own run was the best.
-    """
-
-    values: Mapping[str, float]
-    record: Record
-    origin: str
-    planned_w: float
-    starts: Mapping[str, tuple[float, float]]
-    plan: Plan | None = field(default=None, repr=False)
+FULL = Effort()
 
 
-def best_found(
-    cut: Cut,
-    runs: Mapping[str, Record] | None = None,
-    effort: Effort | None = None,
-    tick: Callable[[], None] | None = None,
-) -> Found:
+class Found(NamedTuple):
+    """Best plan of a window."""
+
+    values: Mapping[str, float]  # metrics of the run through the true plant, see `Cut.worth`
+    record: Record  # that run
+    origin: str  # start from which it was found
+    planned_w: float  # harvest that the model promised [W]
+    starts: Mapping[str, tuple[float, float]]  # harvest of each start and of what came of it, NaN beyond a limit [W]
+    plan: Plan | None = None  # None where a law's own run was the best
+
+
+def best_found(cut: Cut, runs: Mapping[str, Record], effort: Effort = FULL, tick: Tick = lambda: None) -> Found:
     """Search a window with constant generator power.
 
     Parameters
     ----------
     cut : Cut
         The window.
-    runs : mapping of str to Record, optional
+    runs : mapping of str to Record
         Runs of laws through the whole window and its tail: further starts, and further candidates.
-    effort : Effort, optional
+    effort : Effort
         How hard to search.
-    tick : callable, optional
+    tick : callable
         Called `ticks` times.
 
     Raises
@@ -125,62 +94,55 @@ def best_found(
     InputError
         Field ``seeds``: where nothing found keeps lock and motion limit.
     """
-    effort, count = effort or Effort(), tick or (lambda: None)
-    rough = _window(cut, 2, MOTION - 0.02)
+    rough = problem_of(cut, ROUGH, MOTION - 0.02)
     starts: dict[str, Plan] = {"receding horizon": receding(cut.plant, rough, BEAMS[0][0])}
     for power, piece in BEAMS[: effort.beams]:
-        plans = beam(cut.plant, rough, power, width=effort.width, piece=piece)
+        plans = beam(cut.plant, rough, power, effort.width, piece)
         for index, plan in enumerate(plans[:: max(len(plans) // effort.each, 1)][: effort.each]):
             starts[f"beam from {power:g} W, {index + 1}"] = plan
-        count()
-    starts |= {name: _plan_of(rough, record) for name, record in (runs or {}).items()}
+        tick()
+    starts |= {name: _plan_of(rough, record) for name, record in runs.items()}
     found: list[Found] = []
     table: dict[str, tuple[float, float]] = {}
     for name, start in starts.items():
         plan = optimise(cut.plant, rough, start, True, effort.rounds, effort.iterations)
-        after = verify(cut, rough, plan, name)
-        table[name] = (_planned(cut, start), _score(after))
-        found.append(after)
-        count()
+        found.append(verify(cut, rough, plan, name))
+        table[name] = (_planned(cut, start), _score(found[-1]))
+        tick()
     # a plan that the replay could not hold, or whose motion is a little too large, may still be the best start
     found.sort(key=_promise, reverse=True)
     for one in found[: effort.finalists]:
-        found += _polished(cut, one, True, effort, count)
-    return dataclasses.replace(_best(cut, found, runs or {}, True), starts=table)
+        found += _polished(cut, one, True, effort, tick)
+    return _best(cut, found, runs, True)._replace(starts=table)
 
 
 def loosened(
-    cut: Cut,
-    smooth: Found,
-    runs: Mapping[str, Record] | None = None,
-    effort: Effort | None = None,
-    tick: Callable[[], None] | None = None,
+    cut: Cut, smooth: Found, runs: Mapping[str, Record], effort: Effort = FULL, tick: Tick = lambda: None
 ) -> Found:
     """Improve on the best of constant power with a generator power that is free in each interval; else as there."""
-    effort, count = effort or Effort(), tick or (lambda: None)
-    rough = _window(cut, 2, MOTION - 0.02)
     found = [smooth]
     if smooth.plan is not None:
+        rough = problem_of(cut, ROUGH, MOTION - 0.02)
         # many more unknowns, which would rather live on the gaps than on the waves: close them firmly from the start
         plan = optimise(cut.plant, rough, smooth.plan, False, effort.rounds + 1, effort.iterations, rho=400.0)
         found.append(verify(cut, rough, plan, smooth.origin))
-        count()
-        found += _polished(cut, found[-1], False, effort, count)
-    return dataclasses.replace(_best(cut, found, runs or {}, False), starts={})
+        tick()
+        found += _polished(cut, found[-1], False, effort, tick)
+    return _best(cut, found, runs, False)._replace(starts={})
 
 
-def _polished(cut: Cut, found: Found, smooth: bool, effort: Effort, count: Callable[[], None]) -> list[Found]:
+def _polished(cut: Cut, found: Found, smooth: bool, effort: Effort, tick: Tick) -> list[Found]:
     """Go on with the fine model, and move the motion limit of the plan until the true motion fits."""
     assert found.plan is not None
     limit, plan, out = MOTION - 0.02, found.plan, []
     for _ in range(effort.repairs + 1):
-        problem = _window(cut, full_horizon.SUBSTEPS, limit)
+        problem = problem_of(cut, SUBSTEPS, limit)
         plan = optimise(cut.plant, problem, plan, smooth, 2, effort.polish, rho=400.0)
         out.append(verify(cut, problem, plan, found.origin))
         if out[-1].values["locked"]:
             limit += 0.8 * (MOTION - 0.003 - max(out[-1].values["phi1_p98"], out[-1].values["phi3_p98"]))
             limit = min(max(limit, 0.2), MOTION + 0.03)
-        count()
+        tick()
     return out
 
 
@@ -193,18 +155,13 @@ def _best(cut: Cut, found: list[Found], runs: Mapping[str, Record], smooth: bool
             found = [*found, own]
     kept = [one for one in found if math.isfinite(_score(one))]
     if not kept:
-        raise InputError(
-            "seeds",
-            cut.waves.seed,
-            "nothing found keeps the lock and the motion limit in this window",
-            "Choose another seed, or a lower Hs",
-        )
+        problem = "nothing found keeps the lock and the motion limit in this window"
+        raise InputError("seeds", cut.waves.seed, problem, "Choose another seed, or a lower Hs")
     return max(kept, key=_score)
 
 
-def ticks(runs: int, effort: Effort | None = None) -> int:
+def ticks(runs: int, effort: Effort) -> int:
     """Number of stages of `best_found`."""
-    effort = effort or Effort()
     return 1 + effort.beams * (1 + effort.each) + runs + effort.finalists * (effort.repairs + 1)
 
 
@@ -235,36 +192,23 @@ def _follow(cut: Cut, w: Window, plan: Plan) -> Record:
         cc = float(way_back[i % RETURN])
         cg = min(plan.power[i] / max(y[OMEGA_RATE] ** 2, 1.0), actuators.cg_max)
         controls[i] = cc, cg
-        # twice the steps that the slip asks for: the coupling switches hard here
-        y = hold_one(
-            y, k, cc, cg, i * period, period, 2 * steps_for(period, cut.settings.dt, slip_rate(k, cc)), flat, waves.dt
-        )
+        steps = 2 * steps_for(period, cut.settings.dt, slip_rate(k, cc))  # twice: the coupling switches hard here
+        y = hold_one(y, k, cc, cg, i * period, period, steps, flat, waves.dt)
         states[i + 1] = y
     return Record(states, controls, controls, period, 0)
 
 
-def _window(cut: Cut, substeps: int, limit: float) -> Window:
-    actuators = cut.settings.actuators
-    speed = cut.plant.parameters.N * cut.waves.sea.wp
-    return window(
-        cut.plant,
-        cut.start,
-        cut.waves.moments,
-        cut.waves.dt,
-        round((cut.duration + TAIL) / actuators.period),
-        weights(cut.plant, PENALTY, limit, limit, 0.0, 1.0, 0.0, TERMINAL),
-        actuators.period,
-        substeps=substeps,
-        cc_max=actuators.cc_max,
-        power_max=0.7 * actuators.cg_max * speed**2,
-    )
+def problem_of(cut: Cut, substeps: int, limit: float) -> Window:
+    """Problem of a window and its tail, with a limit of the plan's motion [rad]."""
+    priced = weights(cut.plant, PENALTY, limit, limit, 0.0, 1.0, 0.0, TERMINAL)
+    return window(cut, priced, round((cut.duration + TAIL) / cut.settings.actuators.period), substeps)
 
 
 def _plan_of(w: Window, record: Record) -> Plan:
     """What a law did, as a plan."""
     n = w.intervals
     power = record.controls[:n, 1] * record.states[:n, OMEGA_RATE] ** 2
-    return Plan(record.controls[:n, 0].copy(), power, reduced(record.states[: n + 1, : w.start.size + 1]), math.nan)
+    return Plan(record.controls[:n, 0].copy(), power, reduced(record.states[: n + 1, : w.start.size + 1]))
 
 
 def _promise(found: Found) -> float:

@@ -1,87 +1,129 @@
-"""What was found in one window: the bounds, the laws' runs, the cap."""
+"""A window as a planning problem, and a plan of it, followed by the prediction model.
+
+    cost = - energy generated - stored energy at the end (flywheel, and a share of the float's)
+           + integral of motion beyond its limits, squared
+           + difference of the flywheel's energy between the end and the start, squared
+
+The last term is what pins the power: 1 J in the flywheel and 1 J generated are worth the same.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
-from gyroctl.simulation.metrics import Record
-from gyroctl.studies.bound.cap import absorbed
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.controllers.nmpc.prediction import constants, orders_of, pullback_of, step_of
+from gyroctl.controllers.nmpc.problem import FLYWHEEL, RING_ANGLE, Weights, stage_cost, terminal_cost
+from gyroctl.plant import Plant
+from gyroctl.plant.compiled import entry_point
+from gyroctl.plant.equations import OMEGA
+from gyroctl.plant.kernel import TAPS, interpolate
 from gyroctl.studies.bound.cut import Cut
-from gyroctl.studies.bound.search import MOTION, Found
 
-SHOWN = (
-    "harvest_w",
-    "mean_power",
-    "flywheel_w",
-    "stored_w",
-    "power_cv",
-    "phi1_p98",
-    "phi3_p98",
-    "slip_loss_w",
-    "wave_input_w",
-    "cycle_slips",
-    "flywheel_max",
-)
+SUBSTEPS = 4
+"""Model steps in a control interval: finer than those of a controller, which looks at the plant again every 0.1 s."""
+
+_interpolate = entry_point(interpolate)
 
 
-@dataclass(frozen=True)
-class Window:
-    """What was found in one window.
+class Window(NamedTuple):
+    """A window of n control intervals."""
+
+    start: NDArray[np.float64]  # state without omega
+    moments: NDArray[np.float64]  # (2 (n substeps + 1),): Me1, Me3 at each model step [Nm]
+    substeps: int
+    period: float  # control interval [s]
+    h: NDArray[np.float64]  # (1,) model step [s]
+    k: NDArray[np.float64]  # constants of the model
+    weights: Weights
+    closing: float  # weight of the flywheel's change of energy, squared [1/J]
+    cc_max: float  # [Nms]
+    power_max: float  # [W]
+
+    @property
+    def intervals(self) -> int:
+        """Control intervals."""
+        return (self.moments.size // 2 - 1) // self.substeps
+
+
+class Plan(NamedTuple):
+    """Controls of a window and where they lead."""
+
+    cc: NDArray[np.float64]  # (n,) coupling [Nms]
+    power: NDArray[np.float64]  # (n,) of the generator [W]
+    states: NDArray[np.float64]  # (n + 1, m) states of the model, without omega
+
+
+def window(cut: Cut, weights: Weights, intervals: int, substeps: int = SUBSTEPS, closing: float = 5e-4) -> Window:
+    """Set up the problem of a window.
 
     Parameters
     ----------
     cut : Cut
         The window.
-    bounds : mapping of str to Found
-        By `NAMES`.
-    laws : mapping of str to Record
-        Runs of the laws.
-    momentum : float
-        Largest angular momentum in any of these runs. [Nms]
-    cap_w : float
-        No law with no more than that can take more from the float. [W]
+    weights : Weights
+        Of the limits, see `gyroctl.controllers.nmpc.problem.weights`.
+    intervals : int
+        Control intervals, those of the tail included.
+    substeps : int
+        Model steps in a control interval.
+    closing : float
+        Weight of the flywheel's change of energy, squared. [1/J]
     """
-
-    cut: Cut
-    bounds: Mapping[str, Found]
-    laws: Mapping[str, Record]
-    momentum: float
-    cap_w: float
-
-    def record(self) -> dict[str, Any]:
-        """Numbers for JSON."""
-        plant = self.cut.plant
-        content: dict[str, Any] = {
-            "seed": self.cut.waves.seed,
-            "sha256": self.cut.sha256,
-            "cap_w": self.cap_w,
-            "momentum_max_nms": self.momentum,
-            "bounds": {},
-            "laws": {},
-        }
-        for name, found in self.bounds.items():
-            content["bounds"][name] = {
-                **_shown(found.values),
-                "absorbed_w": absorbed(plant, found.record),
-                "planned_w": found.planned_w,
-                "origin": found.origin,
-                "starts": {start: {"before_w": pair[0], "after_w": pair[1]} for start, pair in found.starts.items()},
-            }
-        for name, run in self.laws.items():
-            values = self.cut.worth(run)
-            content["laws"][name] = {
-                **_shown(values),
-                "absorbed_w": absorbed(plant, run),
-                "locked": bool(values["locked"]),
-                "within_motion_limit": max(values["phi1_p98"], values["phi3_p98"]) <= MOTION,
-                "fraction": {
-                    bound: values["harvest_w"] / found.values["harvest_w"] for bound, found in self.bounds.items()
-                },
-            }
-        return content
+    actuators, waves = cut.settings.actuators, cut.waves
+    h = actuators.period / substeps
+    flat = np.ascontiguousarray(waves.moments.T).ravel()
+    moments = _sample(flat, 0.0, h / waves.dt, intervals * substeps + 1)
+    model = np.array([h]), constants(cut.plant), weights, closing
+    speed = cut.plant.parameters.N * waves.sea.wp
+    limits = actuators.cc_max, 0.7 * actuators.cg_max * speed**2
+    return Window(reduced(cut.start), moments, substeps, actuators.period, *model, *limits)
 
 
-def _shown(values: Mapping[str, float]) -> dict[str, float]:
-    return {key: values[key] for key in SHOWN}
+def reduced(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    """State of the prediction model from that of the plant: omega, which is cyclic, is left out."""
+    return np.delete(np.asarray(x, float), OMEGA, axis=-1)
+
+
+@entry_point
+def _sample(flat: Any, first: float, spacing: float, count: int) -> Any:
+    """Moments at `count` points, interpolated as the plant's kernel does."""
+    out, weight = np.empty(2 * count), np.empty(TAPS)
+    for i in range(count):
+        _interpolate(flat, 1, first + i * spacing, weight, out, i)
+    return out
+
+
+def model_of(plant: Plant) -> tuple[Any, Any]:
+    """Compiled step and pullback of the prediction model, see `prediction`."""
+    orders = orders_of(plant)
+    return step_of(orders), pullback_of(orders)
+
+
+@entry_point
+def follow(step: Any, w: Window, first: int, start: Any, cc: Any, power: Any, states: Any) -> None:
+    """Write the states at every model step from interval `first` on into `states` (len(cc) substeps + 1, m)."""
+    u, s = np.empty(2), w.substeps
+    states[0, :] = start
+    for i in range(cc.size):
+        u[0], u[1] = cc[i], power[i]
+        for q in range(s * i, s * (i + 1)):
+            at = 2 * (s * first + q)
+            step(states[q], u, w.moments[at : at + 4], w.h, w.k, states[q + 1])
+
+
+def cost_of(w: Window, power: NDArray[np.float64], states: NDArray[np.float64]) -> float:
+    """Cost of a plan without gaps from its states (n + 1, m). [J]"""
+    ignored = np.zeros(w.start.size)
+    gained = 0.5 * w.weights.J4 * (states[-1, FLYWHEEL] ** 2 - w.start[FLYWHEEL] ** 2)
+    cost = sum(stage_cost(x, w.weights, ignored) for x in states[1:]) - power.sum()
+    return float(w.period * cost + terminal_cost(states[-1], w.weights, ignored) + 0.5 * w.closing * gained * gained)
+
+
+def sizes_of(states: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Typical size of each state."""
+    sizes = np.std(states, axis=0)
+    sizes[RING_ANGLE] = 0.3  # the ring angle grows
+    return np.asarray(np.maximum(sizes, 1e-6))

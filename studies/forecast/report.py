@@ -48,24 +48,15 @@ def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, l
         raise InputError("forecast.duration", duration, "leaves nothing to judge", f"Give more than {FIRST + 16:g} s")
     truth = zhang2017(radiation="fine")  # finer than the design model, as in every evaluation
     found = {name: skill(sea, law, seeds, duration, truth) for name, sea in SEAS.items()}
-    note = (
-        f"truth: finer radiation fit; {len(seeds)} realisations of {duration:g} s under the law {law}; default sensors"
-    )
+    runs = f"{len(seeds)} realisations of {duration:g} s under the law {law}"
+    note = f"truth: finer radiation fit; {runs}; default sensors"
     with styled():
         save(draw(found, note), out / "forecast.png")
     rows = _rows(found)
     write_rows(out / "forecast.csv", [["sea", "source", "moment", *(f"error_at_{lead:g}_s" for lead in LEADS)], *rows])
-    record = {
-        "gyroctl_version": gyroctl.__version__,
-        "seeds": list(seeds),
-        "duration_s": duration,
-        "law": law,
-        "error_at_the_sample": {
-            name: {"estimator": value.now[0].tolist(), "smoothed": value.now[1].tolist()}
-            for name, value in found.items()
-        },
-    }
-    write_json(out / "forecast.json", record)
+    at_the_sample = {name: {"estimator": value.now[0], "smoothed": value.now[1]} for name, value in found.items()}
+    head = {"gyroctl_version": gyroctl.__version__, "seeds": list(seeds), "duration_s": duration, "law": law}
+    write_json(out / "forecast.json", {**head, "error_at_the_sample": at_the_sample})
     return _text(rows) + _sample(found)
 
 
@@ -85,9 +76,8 @@ def _text(rows: list[list[str]]) -> str:
 
 
 def _sample(found: dict[str, Skill]) -> str:
-    lines = [
-        f"{name}: at the sample, estimator {v.now[0, 0]:.4f} {v.now[0, 1]:.4f}, smoothed {v.now[1, 0]:.4f} "
-        f"{v.now[1, 1]:.4f} (Me1, Me3)\n"
-        for name, v in found.items()
-    ]
-    return "\n" + "".join(lines)
+    text = "\n"
+    for name, value in found.items():
+        estimator, smoothed = (f"{me1:.4f} {me3:.4f}" for me1, me3 in value.now)
+        text += f"{name}: at the sample, estimator {estimator}, smoothed {smoothed} (Me1, Me3)\n"
+    return text

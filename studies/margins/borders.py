@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,25 +14,12 @@ from gyroctl.orbits.lock_map import lock_map
 from gyroctl.studies.margins.request import Request
 
 
-@dataclass(frozen=True)
-class Border:
-    """A curve over the axes of a map.
+class Border(NamedTuple):
+    """A curve over the axes of a map."""
 
-    Parameters
-    ----------
-    kind : str
-        "fold", "Neimark-Sacker", ...
-    x, y : (n,) arrays
-        Along the axes of the map; NaN separates pieces.
-    """
-
-    kind: str
-    x: NDArray[np.float64]
+    kind: str  # "fold", "Neimark-Sacker", ...
+    x: NDArray[np.float64]  # (n,) along the axes of the map; NaN separates pieces
     y: NDArray[np.float64]
-
-    def record(self) -> dict[str, Any]:
-        """Numbers for JSON."""
-        return {"kind": self.kind, "x": self.x, "y": self.y}
 
 
 def control_borders(asked: Request, cc: tuple[float, float], tick: Callable[[], None]) -> tuple[Border, ...]:
@@ -42,13 +28,13 @@ def control_borders(asked: Request, cc: tuple[float, float], tick: Callable[[], 
         found = lock_map(asked.plant, asked.wave, cc, asked.sense, progress=lambda _: tick())
     except InputError:
         return ()
-    return tuple(_border(each, ("cc", "cg")) for each in (found.fold, *found.neimark_sacker))
+    return tuple(_border(each) for each in (found.fold, *found.neimark_sacker))
 
 
-def _border(found: BifurcationCurve, axes: tuple[str, str]) -> Border:
+def _border(found: BifurcationCurve) -> Border:
     """Where stability is lost: a part on which something else is unstable already is left out, but not of a fold."""
     values = dict(zip(found.parameters, (found.first, found.second), strict=True))
-    x, y = (values[name].copy() for name in axes)
+    x, y = values["cc"].copy(), values["cg"].copy()
     if found.kind != "fold":
         hidden = found.others > 1.0 + 1e-9
         x[hidden], y[hidden] = np.nan, np.nan

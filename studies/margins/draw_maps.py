@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gyroctl.studies.margins.borders import Border
 from gyroctl.studies.margins.maps import GROWS, NONE, STABLE, OrbitMap
+from gyroctl.studies.margins.request import Request
 from gyroctl.studies.style import GRID, INK, MUTED, PAPER_COLOUR, label, sheet
 
 if TYPE_CHECKING:
@@ -29,84 +30,77 @@ NAMES = {
 SENSES = {1: "psi' > 0", -1: "psi' < 0"}
 
 
-def orbit_map(
-    found: OrbitMap,
-    title: str,
-    note: str,
-    mark: tuple[float, float] | None,
-    sense: int,
-    borders: tuple[Border, ...] = (),
-) -> Figure:
+def orbit_map(asked: Request, found: OrbitMap, borders: tuple[Border, ...] = ()) -> Figure:
     """Draw where lock exists, where it is stable, and how much power it gives.
 
     Parameters
     ----------
+    asked : Request
+        The operating point, which is marked.
     found : OrbitMap
-        Orbits on the grid.
-    title, note : str
-        Heading and line below.
-    mark : pair of float, optional
-        The operating point.
-    sense : {1, -1}
-        Sense of rotation of the map.
+        Orbits on the grid, over controls or over waves.
     borders : tuple of Border
         Exact borders by continuation, drawn instead of those of the grid where there are any.
     """
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    figure, (panel,) = sheet(1, 1, (8.6, 5.6), title, note)
+    upwards = found.axes[0] == "cc"
+    title, held = ("Lock map", asked.sea) if upwards else ("Tongue of lock", asked.controls)
+    figure, (panel,) = sheet(1, 1, (8.6, 5.6), title, f"{held}; contours: mean power")
     xs, ys, scale = _scaled(found)
     panel.set_facecolor(LOST_COLOUR)
-    upper, lower = (found.axes == ("cc", "cg")), found.axes == ("wp", "height")
-    edge = found.border * scale
-    known = np.isfinite(edge)
-    if upper:
-        panel.fill_between(xs[known], ys[0], edge[known], color=STABLE_COLOUR, lw=0)
-    elif lower:
-        panel.fill_between(xs[known], edge[known], ys[-1], color=STABLE_COLOUR, lw=0)
+    known = np.isfinite(found.border)
+    at, edge = xs[known], found.border[known] * scale
+    panel.fill_between(at, ys[0] if upwards else ys[-1], edge, color=STABLE_COLOUR, lw=0)
     growth = np.where(found.code == NONE, np.nan, found.growth)
     if np.any(found.code == GROWS):
         # the orange area ends at the border of lock: beyond it the growth is carried on from the last orbit
-        filled = _carried(growth, upper)
+        filled = _carried(growth, upwards)
         panel.contourf(xs, ys, filled, levels=[0.0, 1e9], colors=[GROWS_COLOUR], zorder=1.2)
         if not borders:
             panel.contour(xs, ys, filled, levels=[0.0], colors=[NEIMARK_COLOUR], linewidths=1.6, zorder=1.3)
-        _blank(panel, xs, edge, known, ys, upper)
+        rim = 1.05 * ys[-1] if upwards else 0.95 * ys[0]
+        panel.fill_between(at, edge, rim, color=LOST_COLOUR, lw=0, zorder=1.5)
     power = np.ma.masked_invalid(found.power)
     if power.count() and float(power.max()) > float(power.min()) * 1.2:
         levels = [v for v in POWER_LEVELS if float(power.min()) < v < float(power.max())]
         lines = panel.contour(xs, ys, power, levels=levels, colors=[MUTED], linewidths=0.8)
         panel.clabel(lines, fmt=lambda value: f"{value:g} W", fontsize=8)
     if not borders:
-        panel.plot(xs[known], edge[known], color=INK, lw=2.0)
+        panel.plot(at, edge, color=INK, lw=2.0)
     for border in borders:
         panel.plot(border.x, border.y * scale, color=INK if border.kind == "fold" else NEIMARK_COLOUR, lw=1.8)
-    handles: list[Any] = [
-        Patch(color=STABLE_COLOUR, label=f"stable lock, {SENSES[sense]}"),
-        Patch(color=GROWS_COLOUR, label="lock, but an oscillation grows"),
-        Patch(facecolor=LOST_COLOUR, edgecolor=GRID, label="no locked orbit"),
-        Line2D([], [], color=INK, lw=2.0, label="fold"),
-        Line2D([], [], color=NEIMARK_COLOUR, lw=1.6, label="Neimark-Sacker"),
-    ]
-    handles += _other_sense(panel, found, scale, sense)
-    if mark is not None:
-        panel.plot([mark[0]], [mark[1] * scale], "*", color=PAPER_COLOUR, ms=14, mec="white")
-        handles.append(Line2D([], [], marker="*", color=PAPER_COLOUR, ls="", ms=11, label="asked for"))
+    other = _other_sense(panel, found, scale, asked.sense)
+    x, y = _mark(asked, found)
+    panel.plot([x], [y], "*", color=PAPER_COLOUR, ms=14, mec="white")
     _axes(panel, found, ys)
+    handles = [*_legend(asked.sense), *other, _line("asked for", PAPER_COLOUR, marker="*", ls="", ms=11)]
     panel.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
     return figure
 
 
-def heat_maps(
-    controls: OrbitMap,
-    waves: OrbitMap,
-    basin: NDArray[np.float64],
-    points: tuple[tuple[float, float], ...],
-    period: float,
-    note: str,
-) -> Figure:
-    """Draw margins over (cc, cg) above and over (wp, height) below."""
+def _legend(sense: int) -> list[Any]:
+    from matplotlib.patches import Patch
+
+    return [
+        Patch(color=STABLE_COLOUR, label=f"stable lock, {SENSES[sense]}"),
+        Patch(color=GROWS_COLOUR, label="lock, but an oscillation grows"),
+        Patch(facecolor=LOST_COLOUR, edgecolor=GRID, label="no locked orbit"),
+        _line("fold", INK, lw=2.0),
+        _line("Neimark-Sacker", NEIMARK_COLOUR, lw=1.6),
+    ]
+
+
+def _line(words: str, colour: str, **look: Any) -> Any:
+    from matplotlib.lines import Line2D
+
+    return Line2D([], [], color=colour, label=words, **look)
+
+
+def heat_maps(asked: Request, controls: OrbitMap, waves: OrbitMap, basin: NDArray[np.float64], period: float) -> Figure:
+    """Draw margins over (cc, cg) above and over (wp, height) below; `basin` is over the grid of the controls."""
+    note = (
+        f"above: {asked.sea}; below: {asked.controls}; star: asked for; crosses: lock, but an oscillation grows; "
+        "basin: 24 disturbances of half the largest size"
+    )
     figure, axes = sheet(2, 3, (12.6, 7.6), "Margins over controls and over waves", note)
     rooms = _decibels(controls.border[None, :] / np.maximum(controls.second[:, None], 1e-9), controls)
     heights = _decibels(waves.second[:, None] / waves.border[None, :], waves)
@@ -120,13 +114,14 @@ def heat_maps(
         (waves, np.degrees(np.where(waves.code == STABLE, waves.angle, np.nan)), "Load angle [deg]", "angle"),
     )
     for panel, (grid, values, title, kind) in zip(axes, panels, strict=True):
-        _heat(figure, panel, grid, values, title, kind)
-        mark = points[0] if grid is controls else points[1]
-        panel.plot([mark[0]], [mark[1] * NAMES[grid.axes[1]][1]], "*", color=PAPER_COLOUR, ms=12, mec="white")
+        _heat(figure, panel, grid, values, kind)
+        panel.set_title(title)
+        x, y = _mark(asked, grid)
+        panel.plot([x], [y], "*", color=PAPER_COLOUR, ms=12, mec="white")
     return figure
 
 
-def _heat(figure: Figure, panel: Any, grid: OrbitMap, values: NDArray[np.float64], title: str, kind: str) -> None:
+def _heat(figure: Figure, panel: Any, grid: OrbitMap, values: NDArray[np.float64], kind: str) -> None:
     from matplotlib.colors import LogNorm, Normalize
 
     xs, ys, _ = _scaled(grid)
@@ -146,7 +141,6 @@ def _heat(figure: Figure, panel: Any, grid: OrbitMap, values: NDArray[np.float64
         panel.plot([xs[i]], [ys[j]], "x", color=NEIMARK_COLOUR, ms=5)
     panel.grid(visible=False)
     _axes(panel, grid, ys)
-    panel.set_title(title)
 
 
 def _decay(grid: OrbitMap, period: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -164,18 +158,21 @@ def _scaled(found: OrbitMap) -> tuple[NDArray[np.float64], NDArray[np.float64], 
     return found.first, found.second * scale, scale
 
 
+def _mark(asked: Request, found: OrbitMap) -> tuple[float, float]:
+    """The operating point on the axes of a map."""
+    pair = (asked.cc, asked.cg) if found.axes[0] == "cc" else (asked.wave.wp, asked.wave.height)
+    return pair[0], pair[1] * NAMES[found.axes[1]][1]
+
+
 def _axes(panel: Any, found: OrbitMap, ys: NDArray[np.float64]) -> None:
     label(panel, "", NAMES[found.axes[0]][0], NAMES[found.axes[1]][0])
     if found.axes[0] == "cc":
         panel.set_xscale("log")
-        ticks = [v for v in (0.01, 0.02, 0.05, 0.1, 0.2, 0.3) if found.first[0] <= v * 1.001 and v <= found.first[-1]]
-        panel.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-        panel.minorticks_off()
-    if found.axes[1] == "height":
+        panel.set_xticks(*_ticks((0.01, 0.02, 0.05, 0.1, 0.2, 0.3), found.first))
+    else:
         panel.set_yscale("log")
-        ticks = [v for v in (0.02, 0.05, 0.1, 0.2, 0.4, 0.8) if ys[0] <= v * 1.001 and v <= ys[-1] * 1.001]
-        panel.set_yticks(ticks, [f"{tick:g}" for tick in ticks])
-        panel.minorticks_off()
+        panel.set_yticks(*_ticks((0.02, 0.05, 0.1, 0.2, 0.4, 0.8), ys))
+    panel.minorticks_off()
     panel.set_xlim(found.first[0], found.first[-1])
     panel.set_ylim(ys[0], ys[-1])
 
@@ -189,25 +186,16 @@ def _carried(growth: NDArray[np.float64], upwards: bool) -> NDArray[np.float64]:
     return filled if upwards else filled[::-1]
 
 
-def _blank(
-    panel: Any,
-    xs: NDArray[np.float64],
-    edge: NDArray[np.float64],
-    known: NDArray[np.bool_],
-    ys: NDArray[np.float64],
-    upper: bool,
-) -> None:
-    far = 1.05 * ys[-1] if upper else 0.95 * ys[0]  # over the rim of the orange area
-    panel.fill_between(xs[known], edge[known], far, color=LOST_COLOUR, lw=0, zorder=1.5)
+def _ticks(values: tuple[float, ...], axis: NDArray[np.float64]) -> tuple[list[float], list[str]]:
+    shown = [v for v in values if axis[0] <= v * 1.001 and v <= axis[-1] * 1.001]
+    return shown, [f"{v:g}" for v in shown]
 
 
 def _other_sense(panel: Any, found: OrbitMap, scale: float, sense: int) -> list[Any]:
-    from matplotlib.lines import Line2D
-
     handles = []
     for exists, marker, words in ((1.0, "P", "locks too"), (0.0, "_", "does not lock")):
         rows = found.other_sense[found.other_sense[:, 2] == exists]
         if rows.size:
             panel.plot(rows[:, 0], rows[:, 1] * scale, marker, color=MUTED, ms=6, zorder=3)
-            handles.append(Line2D([], [], marker=marker, color=MUTED, ls="", label=f"{SENSES[-sense]} {words}"))
+            handles.append(_line(f"{SENSES[-sense]} {words}", MUTED, marker=marker, ls=""))
     return handles

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.loop_margins.margins import ChannelMargins, open_loop
-from gyroctl.studies.style import INK, MUTED, PAPER_COLOUR, label, sheet
+from gyroctl.studies.style import INK, MUTED, PAPER_COLOUR, label, listed, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,28 +38,13 @@ def multipliers(orbit: PeriodicOrbit, loop: LoopOrbit | None, name: str, point: 
     for radius in (0.25, 0.5, 0.75):
         axes[0].plot(radius * circle.real, radius * circle.imag, color=MUTED, lw=0.5, ls=":")
     if loop is not None and loop.multipliers.size:
-        axes[0].plot(
-            loop.multipliers.real,
-            loop.multipliers.imag,
-            "x",
-            color=LAW_COLOUR,
-            ms=7,
-            mew=1.6,
-            label=f"with the law {name}",
-        )
-    shown: set[str] = set()
-    for mode in orbit.modes:
+        look: dict[str, Any] = {"color": LAW_COLOUR, "ms": 7, "mew": 1.6, "label": f"with the {name}"}
+        axes[0].plot(loop.multipliers.real, loop.multipliers.imag, "x", **look)
+    names = [mode.name for mode in orbit.modes]
+    for i, mode in enumerate(orbit.modes):
         pair = np.array([mode.multiplier, mode.multiplier.conjugate()])
-        axes[0].plot(
-            pair.real,
-            pair.imag,
-            "o",
-            color=COLOURS[mode.name],
-            ms=7,
-            mec="white",
-            label=None if mode.name in shown else mode.name,
-        )
-        shown.add(mode.name)
+        words = None if mode.name in names[:i] else mode.name
+        axes[0].plot(pair.real, pair.imag, "o", color=COLOURS[mode.name], ms=7, mec="white", label=words)
     label(axes[0], "Inside the circle: decays", "real part", "imaginary part")
     axes[0].set_aspect("equal")
     reach = 1.08 * max(1.0, float(np.max(np.abs(orbit.multipliers))))
@@ -72,11 +57,8 @@ def multipliers(orbit: PeriodicOrbit, loop: LoopOrbit | None, name: str, point: 
 
 def nyquist(answer: LoopAnswer, name: str, point: str) -> Figure | None:
     """Draw the eigenvalues of the lifted loop transfer with the disk; None where the law feeds nothing back."""
-    if answer.loop is None or answer.margins is None:
-        return None
-    single = {n: c for n, c in answer.margins.channels.items() if len(c.channels) == 1}
-    weak = sorted((n for n in single if single[n].disk < 1.999), key=lambda n: single[n].disk)[:PANELS]
-    if not weak:
+    weak = [(channel, found) for channel, found in answer.weakest() if found.disk < 1.999][:PANELS]
+    if answer.loop is None or not weak:
         return None
     note = (
         f"{point}; eigenvalues of the lifted loop transfer as z goes round the unit circle; "
@@ -84,10 +66,10 @@ def nyquist(answer: LoopAnswer, name: str, point: str) -> Figure | None:
         "red: the disk that the disk margin keeps free, with its guaranteed gains on the real axis; it allows "
         "another gain in each sample, so that the loci need not touch it"
     )
-    title = f"Harmonic Nyquist plot, law {name}"
+    title = f"Harmonic Nyquist plot, {name}"
     figure, axes = sheet(1, len(weak), (4.3 * len(weak) + 0.6, 4.9), title, note)
-    for panel, channel in zip(axes, weak, strict=True):
-        _nyquist_panel(panel, answer.loop, channel, single[channel])
+    for panel, (channel, found) in zip(axes, weak, strict=True):
+        _nyquist_panel(panel, answer.loop, channel, found)
     return figure
 
 
@@ -116,10 +98,7 @@ def _decays(panel: Any, orbit: PeriodicOrbit) -> None:
     rows = range(len(modes))
     panel.barh(rows, times, color=[COLOURS[mode.name] for mode in modes], height=0.62)
     panel.set_xscale("log")
-    panel.set_yticks(rows, [mode.name for mode in modes])
-    panel.tick_params(axis="y", length=0)
-    panel.invert_yaxis()
-    panel.grid(axis="y", visible=False)
+    listed(panel, [mode.name for mode in modes])
     panel.set_xlim(0.5 * min(times), 12.0 * max(times))
     for row, mode, time in zip(rows, modes, times, strict=True):
         grows = "grows, " if mode.rate > 0.0 else ""

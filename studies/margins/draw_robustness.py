@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.studies.margins.measures import Margins
-from gyroctl.studies.style import MUTED, band, label, percent, sheet
+from gyroctl.studies.style import MUTED, band, label, listed, percent, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,9 +32,8 @@ def robustness(cases: dict[str, Margins], point: str) -> Figure:
 
 def _headroom(panel: Any, cases: dict[str, Margins]) -> None:
     width = 0.7 / len(cases)
-    top = 1.0
-    for margins in cases.values():
-        top = max(top, *(room.decibel for room in margins.headroom.values() if math.isfinite(room.decibel)), 1.0)
+    rooms = [room.decibel for margins in cases.values() for room in margins.headroom.values()]
+    top = max(1.0, *(room for room in rooms if math.isfinite(room)))
     for c, margins in enumerate(cases.values()):
         for row, room in enumerate(margins.headroom[key] for key in ROOMS):
             at = row + (c - 0.5 * (len(cases) - 1)) * width
@@ -47,10 +46,7 @@ def _headroom(panel: Any, cases: dict[str, Margins]) -> None:
             unit = {"cg": gain, "height": "m", "wp": "rad/s"}[room.quantity]
             words = f" {room.decibel:.1f} dB, to {limit:.3g} {unit}" if not free else " no limit found \u2192"
             panel.text(0.0 if free else room.decibel, at, words, va="center", fontsize=8, color=MUTED)
-    panel.set_yticks(range(len(ROOMS)), list(ROOMS.values()))
-    panel.tick_params(axis="y", length=0)
-    panel.invert_yaxis()
-    panel.grid(axis="y", visible=False)
+    listed(panel, list(ROOMS.values()))
     panel.set_xlim(0.0, 1.75 * top)
     label(panel, "Headroom to the end of lock", "room [dB]", "")
 
@@ -76,20 +72,11 @@ def _shocks(panel: Any, cases: dict[str, Margins]) -> None:
             part = 1.0 if free else shock.size / shock.largest
             panel.barh(at, shock.sign * part, 0.9 * width, color=COLOURS[c], alpha=0.22 if free else 1.0)
             if not free:
-                panel.text(
-                    shock.sign * (part + 0.03),
-                    at,
-                    f"{shock.size:.3g}",
-                    va="center",
-                    fontsize=8,
-                    color=MUTED,
-                    ha="left" if shock.sign > 0 else "right",
-                )
+                side = "left" if shock.sign > 0 else "right"
+                words = f"{shock.size:.3g}"
+                panel.text(shock.sign * (part + 0.03), at, words, va="center", fontsize=8, color=MUTED, ha=side)
     panel.axvline(0.0, color=MUTED, lw=0.8)
     ticks = [f"{name}\n\u00b1{largest[name]:.3g} {UNITS.get(name, 'rad/s')}" for name in names]
-    panel.set_yticks(range(len(names)), ticks, fontsize=8)
-    panel.tick_params(axis="y", length=0)
-    panel.invert_yaxis()
-    panel.grid(axis="y", visible=False)
+    listed(panel, ticks, fontsize=8)
     panel.set_xlim(-1.3, 1.3)
     label(panel, "Smallest shock that breaks lock (pale: none does)", "part of the largest that was tried", "")

@@ -15,6 +15,7 @@ from gyroctl.orbits.search import search_orbit
 from gyroctl.plant import Plant
 from gyroctl.robustness.regime import settle
 from gyroctl.robustness.shocks import basin_stability
+from gyroctl.studies.margins.request import Request
 from gyroctl.waves import Regular
 from gyroctl.writing import plain
 
@@ -66,8 +67,7 @@ class OrbitMap:
 
     def record(self) -> dict[str, Any]:
         """Numbers for JSON; NaN becomes null."""
-        fields = ("first", "second", "code", "power", "angle", "growth", "border", "other_sense")
-        return {"axes": list(self.axes), **{name: plain(getattr(self, name)) for name in fields}}
+        return dict(plain(self))
 
 
 def coupling_map(
@@ -90,7 +90,7 @@ def coupling_map(
     def at(first: float, second: float, guess: NDArray[np.float64] | None, turn: int) -> Orbit:
         return search_orbit(plant, wave, first, second, turn, DT, guess)
 
-    return _grid(("cc", "cg"), cc, cg, at, sense, tick, upwards=True)
+    return _grid(("cc", "cg"), cc, cg, at, sense, tick)
 
 
 def tongue_map(
@@ -108,26 +108,19 @@ def tongue_map(
     def at(first: float, second: float, guess: NDArray[np.float64] | None, turn: int) -> Orbit:
         return search_orbit(plant, Regular(second, first, heading), cc, cg, turn, DT, guess)
 
-    return _grid(("wp", "height"), wp, height, at, sense, tick, upwards=False)
+    return _grid(("wp", "height"), wp, height, at, sense, tick)
 
 
 def basin_map(
-    plant: Plant,
-    wave: Regular,
-    cc: Sequence[float],
-    cg: Sequence[float],
-    size: float,
-    samples: int,
-    sense: int = 1,
-    tick: Tick = lambda: None,
+    asked: Request, cc: Sequence[float], cg: Sequence[float], size: float, samples: int, tick: Tick
 ) -> NDArray[np.float64]:
     """Share of disturbances after which lock returns, (m, n) over cg and cc; NaN where no orbit is stable."""
     share = np.full((len(cg), len(cc)), np.nan)
     for j, coupling in enumerate(cc):
         for i, gain in enumerate(cg):
-            orbit = search_orbit(plant, wave, coupling, gain, sense, DT)
+            orbit = search_orbit(asked.plant, asked.wave, coupling, gain, asked.sense, DT)
             if orbit.status == "stable":
-                share[i, j] = basin_stability(settle(orbit, wave), size, samples, periods=60.0).value
+                share[i, j] = basin_stability(settle(orbit, asked.wave), size, samples, periods=60.0).value
         tick()
     return share
 
@@ -136,20 +129,14 @@ At = Callable[[float, float, NDArray[np.float64] | None, int], Orbit]
 
 
 def _grid(
-    axes: tuple[str, str],
-    first: Sequence[float],
-    second: Sequence[float],
-    at: At,
-    sense: int,
-    tick: Tick,
-    upwards: bool,
+    axes: tuple[str, str], first: Sequence[float], second: Sequence[float], at: At, sense: int, tick: Tick
 ) -> OrbitMap:
     """Follow each column from the side where lock is sure to the side where it ends."""
     xs, ys = np.asarray(first, float), np.asarray(second, float)
     code = np.zeros((ys.size, xs.size), np.int64)
     power, angle, growth = (np.full(code.shape, np.nan) for _ in range(3))
     border = np.full(xs.size, np.nan)
-    order = range(ys.size) if upwards else range(ys.size - 1, -1, -1)
+    order = range(ys.size) if axes[1] == "cg" else range(ys.size - 1, -1, -1)  # a light load, a high wave
     for j, x in enumerate(xs):
         kept: tuple[float, Orbit] | None = None
         for i in order:

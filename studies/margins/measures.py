@@ -10,7 +10,7 @@ from typing import Any
 from gyroctl.errors import InputError
 from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop
-from gyroctl.loop_margins.margins import LoopMargins, loop_margins
+from gyroctl.loop_margins.margins import ChannelMargins, LoopMargins, loop_margins
 from gyroctl.robustness.headroom import Headroom, Quantity, headroom, ramp
 from gyroctl.robustness.regime import Regime, settle
 from gyroctl.robustness.shocks import Shock, basin_stability, smallest_shocks
@@ -31,56 +31,37 @@ DIRECTIONS: tuple[tuple[str, Quantity, bool], ...] = (
 REACH = {"cg": 10.0, "height": 0.05, "frequency_down": 0.5, "frequency_up": 1.6}
 """How far a ramp goes for a law in the loop, as a factor."""
 
-Stage = Callable[[str], None]
+Tick = Callable[[], None]
 
 
 @dataclass(frozen=True)
 class Margins:
-    """Margins beyond the linear, of constant controls or of a law.
+    """Margins beyond the linear, of constant controls or of a law."""
 
-    Parameters
-    ----------
-    headroom : dict of str to Headroom
-        By the names of `DIRECTIONS`.
-    basin : dict of float to Share
-        Share of random disturbances after which lock returns, by their size.
-    shocks : tuple of Shock
-        Smallest shock along each state.
-    power : float
-        Mean power in the regime. [W]
-    """
-
-    headroom: dict[str, Headroom]
-    basin: dict[float, Share]
-    shocks: tuple[Shock, ...]
-    power: float
+    headroom: dict[str, Headroom]  # by the names of `DIRECTIONS`
+    basin: dict[float, Share]  # share of random disturbances after which lock returns, by their size
+    shocks: tuple[Shock, ...]  # smallest along each state
+    power: float  # mean in the regime [W]
 
     def record(self) -> dict[str, Any]:
         """Numbers for JSON."""
-        return {
-            "power_w": self.power,
-            "headroom": {
-                name: {"value": room.value, "limit": room.reached, "decibel": room.decibel, "ending": room.ending}
-                for name, room in self.headroom.items()
-            },
-            "basin_stability": [
-                {"size": size, "share": share.value, "ci95": [share.low, share.high], "runs": share.runs}
-                for size, share in self.basin.items()
-            ],
-            "smallest_shocks": [
-                {"state": s.state, "sign": s.sign, "size": s.size, "tried_up_to": s.largest} for s in self.shocks
-            ],
-        }
+        rooms, basin = {}, []
+        for name, room in self.headroom.items():
+            rooms[name] = {"value": room.value, "limit": room.reached, "decibel": room.decibel, "ending": room.ending}
+        for size, share in self.basin.items():
+            basin.append({"size": size, "share": share.value, "ci95": [share.low, share.high], "runs": share.runs})
+        names = ("state", "sign", "size", "tried_up_to")
+        shocks = [dict(zip(names, shock, strict=True)) for shock in self.shocks]
+        return {"power_w": self.power, "headroom": rooms, "basin_stability": basin, "smallest_shocks": shocks}
 
 
-def constant_margins(orbit: PeriodicOrbit, asked: Request, samples: int, stage: Stage) -> Margins:
+def constant_margins(orbit: PeriodicOrbit, asked: Request, samples: int, tick: Tick) -> Margins:
     """Margins of the stable orbit of constant controls; where it ends by exact multipliers."""
     rooms = {}
     for name, quantity, upwards in DIRECTIONS:
         rooms[name] = headroom(orbit, asked.wave, quantity, upwards)
-        stage(f"{name} headroom")
-    regime = settle(orbit, asked.wave)
-    return Margins(rooms, *_hit(regime, samples, stage), orbit.power)
+        tick()
+    return Margins(rooms, *_hit(settle(orbit, asked.wave), samples, tick), orbit.power)
 
 
 def law_regime(orbit: PeriodicOrbit, asked: Request) -> Regime:
@@ -97,7 +78,7 @@ def law_regime(orbit: PeriodicOrbit, asked: Request) -> Regime:
         raise InputError("law", asked.law_name, error.problem, error.mend) from None
 
 
-def law_margins(regime: Regime, samples: int, stage: Stage) -> Margins:
+def law_margins(regime: Regime, samples: int, tick: Tick) -> Margins:
     """Margins of a law in lock, by plain simulation of the loop."""
     wave, rooms = regime.wave, {}
     for name, quantity, _ in DIRECTIONS:
@@ -107,12 +88,12 @@ def law_margins(regime: Regime, samples: int, stage: Stage) -> Margins:
             low, high = regime.plant.excitation.omega[[0, -1]]
             last = min(max(last, 1.01 * float(low)), 0.99 * float(high))
         limit = ramp(regime, quantity, value, last)
+        room = Headroom(quantity, value, limit, "lost in a slow ramp")
         if math.isnan(limit):
-            rooms[name] = Headroom(quantity, value, math.inf if last > value else 0.0, "none in range")
-        else:
-            rooms[name] = Headroom(quantity, value, limit, "lost in a slow ramp")
-        stage(f"{name} headroom of the law")
-    return Margins(rooms, *_hit(regime, samples, stage), regime.power)
+            room = Headroom(quantity, value, math.inf if last > value else 0.0, "none in range")
+        rooms[name] = room
+        tick()
+    return Margins(rooms, *_hit(regime, samples, tick), regime.power)
 
 
 @dataclass(frozen=True)
@@ -123,47 +104,54 @@ class LoopAnswer:
     margins: LoopMargins | None
     unavailable: str
 
+    def weakest(self) -> list[tuple[str, ChannelMargins]]:
+        """Single channels by name, the one with the smallest disk first."""
+        channels = self.margins.channels.items() if self.margins else ()
+        return sorted(((n, c) for n, c in channels if len(c.channels) == 1), key=lambda pair: pair[1].disk)
+
     def record(self) -> dict[str, Any]:
         """Numbers for JSON."""
         if self.loop is None or self.margins is None:
             return {"status": "not available", "reason": self.unavailable, "channels": {}}
-        return {
-            "status": self.margins.status,
-            "reason": self.unavailable,
-            "multipliers": list(self.loop.multipliers),
-            "channels": {
-                name: {
-                    "gain": list(c.gain),
-                    "gain_db": [_decibel(g) for g in c.gain],
-                    "phase_deg": c.phase,
-                    "delay_s": c.delay,
-                    "disk_alpha": c.disk,
-                    "guaranteed_gain": list(c.guaranteed_gain),
-                    "guaranteed_phase_deg": c.guaranteed_phase,
-                }
-                for name, c in self.margins.channels.items()
-            },
-        }
+        channels = {name: _channel_record(found) for name, found in self.margins.channels.items()}
+        head = {"status": self.margins.status, "reason": self.unavailable}
+        return {**head, "multipliers": list(self.loop.multipliers), "channels": channels}
+
+
+def _channel_record(found: ChannelMargins) -> dict[str, Any]:
+    return {
+        "gain": list(found.gain),
+        "gain_db": [_decibel(g) for g in found.gain],
+        "phase_deg": found.phase,
+        "delay_s": found.delay,
+        "disk_alpha": found.disk,
+        "guaranteed_gain": list(found.guaranteed_gain),
+        "guaranteed_phase_deg": found.guaranteed_phase,
+    }
 
 
 def linear_margins(orbit: PeriodicOrbit, asked: Request) -> LoopAnswer:
     """Gain, phase, delay and disk margins of the law in the loop; a status other than stable has none."""
+    if asked.law is not None and asked.law.information == "none":
+        return LoopAnswer(None, None, "the law feeds nothing back: no gain or delay of it can break the lock")
     loop = close_loop(asked.plant, asked.wave, asked.law, orbit)
-    if loop.status != "stable":
-        missing = f"{loop.status}: {loop.advice}"
-        if loop.status == "unstable":
-            size = abs(loop.multipliers[0])
-            missing = (
-                f"the loop's solution of one cycle per wave is unstable, largest multiplier {size:.3g}: in this "
-                "wave the "
-                "law keeps the lock while it swings about that solution, which has no linear margins"
-            )
-        return LoopAnswer(loop if loop.status == "unstable" else None, None, missing)
-    return LoopAnswer(loop, loop_margins(loop), "")
+    if loop.status == "stable":
+        return LoopAnswer(loop, loop_margins(loop), "")
+    if loop.status != "unstable":
+        return LoopAnswer(None, None, f"{loop.status}: {loop.advice}")
+    missing = (
+        f"the loop's solution of one cycle per wave is unstable, largest multiplier {abs(loop.multipliers[0]):.3g}: "
+        "in this wave the law keeps the lock while it swings about that solution, which has no linear margins"
+    )
+    return LoopAnswer(loop, None, missing)
 
 
 def orbit_record(orbit: PeriodicOrbit) -> dict[str, Any]:
-    """PeriodicOrbit and modes for JSON."""
+    """Orbit and modes for JSON."""
+    modes = []
+    for m in orbit.modes:
+        mode = {"name": m.name, "multiplier": m.multiplier, "decay_time_s": m.decay_time}
+        modes.append({**mode, "frequency_rad_s": m.frequency, "period_s": m.period})
     return {
         "status": orbit.status,
         "advice": orbit.advice,
@@ -176,26 +164,17 @@ def orbit_record(orbit: PeriodicOrbit) -> dict[str, Any]:
         "period_s": orbit.period,
         "x": orbit.x,
         "multipliers": list(orbit.multipliers),
-        "modes": [
-            {
-                "name": mode.name,
-                "multiplier": mode.multiplier,
-                "decay_time_s": mode.decay_time,
-                "frequency_rad_s": mode.frequency,
-                "period_s": mode.period,
-            }
-            for mode in orbit.modes
-        ],
+        "modes": modes,
     }
 
 
-def _hit(regime: Regime, samples: int, stage: Stage) -> tuple[dict[float, Share], tuple[Shock, ...]]:
+def _hit(regime: Regime, samples: int, tick: Tick) -> tuple[dict[float, Share], tuple[Shock, ...]]:
     basin = {}
     for size in SIZES:
         basin[size] = basin_stability(regime, size, samples)
-        stage(f"basin of size {size:g}")
+        tick()
     shocks = smallest_shocks(regime)
-    stage("smallest shocks")
+    tick()
     return basin, shocks
 
 

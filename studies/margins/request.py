@@ -44,6 +44,16 @@ class Request:
     law_name: str = ""
     law: Law | None = None
 
+    @property
+    def controls(self) -> str:
+        """The pair, in words."""
+        return f"cc = {self.cc:g}, cg = {self.cg:g} Nms"
+
+    @property
+    def sea(self) -> str:
+        """The wave, in words."""
+        return f"wave of {self.wave.height:g} m at {self.wave.wp:g} rad/s"
+
     def record(self) -> dict[str, Any]:
         """Numbers for JSON."""
         return {
@@ -77,32 +87,19 @@ def request(
             raise InputError(name, value, "must be a positive number", f"Give it in {unit}, for example {example}")
     low, high = plant.excitation.omega[[0, -1]]
     if not low <= wp <= high:
-        raise InputError(
-            "wp",
-            wp,
-            "the excitation is not known at this frequency",
-            f"Give a frequency from {low:g} to {high:g} rad/s",
-        )
+        mend = f"Give a frequency from {low:g} to {high:g} rad/s"
+        raise InputError("wp", wp, "the excitation is not known at this frequency", mend)
     for name, value, example in (("cc", cc, 0.052), ("cg", cg, 3.5e-4)):
         if not (math.isfinite(value) and value >= 0.0):
-            raise InputError(
-                name, value, "must be a finite number, zero or positive", f"Give it in Nms, for example {example:g}"
-            )
+            raise InputError(name, value, "must be a finite number, zero or more", f"Give it in Nms, e.g. {example:g}")
     if cc == 0.0 and plant.parameters.connection == "magnetic":
         raise InputError("cc", cc, "without coupling nothing turns the flywheel", "Give it in Nms, for example 0.052")
     if cg == 0.0:
         raise InputError("cg", cg, "without load there is no power and no headroom", "Give it in Nms, e.g. 3.5e-4")
     if sense not in (1, -1):
         raise InputError("sense", sense, "must be 1 or -1", "Choose the sense of rotation of the ring")
-    return Request(
-        plant,
-        Regular(height, wp),
-        cc,
-        cg,
-        sense,
-        law_name,
-        _law(law_name, parameters or {}, wp, cc, cg) if law_name else None,
-    )
+    built = _law(law_name, parameters or {}, wp, cc, cg) if law_name else None
+    return Request(plant, Regular(height, wp), cc, cg, sense, law_name, built)
 
 
 def find_orbit(asked: Request) -> PeriodicOrbit:
@@ -115,13 +112,8 @@ def find_orbit(asked: Request) -> PeriodicOrbit:
     """
     orbit = lock_orbit(asked.plant, asked.wave, asked.cc, asked.cg, asked.sense)
     if orbit.status == "no orbit":
-        controls = f"cc = {asked.cc:g}, cg = {asked.cg:g} Nms, wp = {asked.wave.wp:g} rad/s"
-        raise InputError(
-            "height",
-            asked.wave.height,
-            f"no locked orbit exists at this height with {controls}",
-            orbit.advice.rstrip("."),
-        )
+        problem = f"no locked orbit exists at this height with {asked.controls}, wp = {asked.wave.wp:g} rad/s"
+        raise InputError("height", asked.wave.height, problem, orbit.advice.rstrip("."))
     return orbit
 
 

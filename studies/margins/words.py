@@ -47,29 +47,23 @@ def _stability(orbit: PeriodicOrbit) -> str:
     cycle = f" with a period of {slowest.period:.3g} s" if math.isfinite(slowest.period) else ""
     if orbit.status == "stable":
         return (
-            f"The locked orbit is stable: a small disturbance dies out. The {slowest.name} mode is the "
-            f"slowest{cycle}; it "
-            f"falls by e in {slowest.decay_time:.3g} s, {slowest.decay_time / orbit.period:.3g} waves."
+            f"The locked orbit is stable: a small disturbance dies out. The {slowest.name} mode is the slowest{cycle}; "
+            f"it falls by e in {slowest.decay_time:.3g} s, {slowest.decay_time / orbit.period:.3g} waves."
         )
     return (
         f"The locked orbit is UNSTABLE: the {slowest.name} mode grows by e in {-slowest.decay_time:.3g} s{cycle}. "
-        "It has no "
-        f"margins, and none are given. {orbit.advice}."
+        f"It has no margins, and none are given. {orbit.advice}."
     )
 
 
 def _reserve(orbit: PeriodicOrbit) -> str:
+    near = "; pull-out comes at about -90 or beyond."
+    if abs(orbit.load_angle) > 0.5 * math.pi:
+        near = ", beyond -90: pull-out is near, and the share, |sin| of the angle, no longer tells how near."
     return (
         f"The load takes {100 * orbit.lock_share:.3g} % of what the wave can pull at this motion, N cg/(J4 V), like "
-        "the "
-        f"torque of a synchronous machine against its pull-out; {100 * orbit.lock_reserve:.3g} % is in reserve. The "
-        "load "
-        f"angle is {math.degrees(orbit.load_angle):.3g} degrees"
-        + (
-            ", beyond -90: pull-out is near, and the share, |sin| of the angle, no longer tells how near."
-            if abs(orbit.load_angle) > 0.5 * math.pi
-            else "; pull-out comes at about -90 or beyond."
-        )
+        f"the torque of a synchronous machine against its pull-out; {100 * orbit.lock_reserve:.3g} % is in reserve. "
+        f"The load angle is {math.degrees(orbit.load_angle):.3g} degrees{near}"
     )
 
 
@@ -80,21 +74,17 @@ def _gain(room: Headroom, whose: str) -> str:
     to = f"{room.limit:.3g} times as much" if room.value == 1.0 else f"{room.limit:.4g} Nms"
     return (
         f"{_capital(whose)}: {what} may be raised by {room.decibel:.1f} dB, to {to}, before lock ends "
-        f"({room.ending}). Raising "
-        "the load slowly to that point loses lock; a sudden rise loses it earlier."
+        f"({room.ending}). Raising the load slowly to that point loses lock; a sudden rise loses it earlier."
     )
 
 
 def _height(room: Headroom) -> str:
     if not math.isfinite(room.decibel):
         return f"The wave may fall from {room.value:.3g} m as far as was tried without losing lock."
-    part = room.limit / room.value
+    part = f"{room.decibel:.1f} dB or {100 * (room.limit / room.value):.3g} % of its height"
     return (
-        f"The wave may fall from {room.value:.3g} m to {room.limit:.3g} m, {room.decibel:.1f} dB or "
-        f"{100 * part:.3g} % of its "
-        f"height, before it can no longer carry the load ({room.ending}). A lull of a sea below that for longer "
-        "than the "
-        "libration takes is a danger."
+        f"The wave may fall from {room.value:.3g} m to {room.limit:.3g} m, {part}, before it can no longer carry the "
+        f"load ({room.ending}). A lull of a sea below that for longer than the libration takes is a danger."
     )
 
 
@@ -112,8 +102,7 @@ def _basin(margins: Margins) -> str:
     return (
         f"Of {share.runs} random disturbances of all states at once, each up to {100 * size:.3g} % of its largest, "
         f"{100 * share.value:.3g} % lock again (95 % interval {100 * share.low:.3g} to {100 * share.high:.3g} %). "
-        "The multipliers "
-        "cannot say this: they know only disturbances without size."
+        "The multipliers cannot say this: they know only disturbances without size."
     )
 
 
@@ -126,19 +115,16 @@ def _shock(shocks: tuple[Shock, ...]) -> str:
     return (
         f"The weakest side is {worst.state}: a sudden change of {worst.sign * worst.size:+.3g} {unit} "
         f"({100 * worst.size / worst.largest:.3g} % of the largest tried) makes the ring lose or gain a turn; every "
-        "smaller one that "
-        f"was tried does not. {len(shocks) - len(breaking)} of {len(shocks)} directions have no such shock in range."
+        f"smaller one that was tried does not. {len(shocks) - len(breaking)} of {len(shocks)} directions have no such "
+        "shock in range."
     )
 
 
 def _loop(answer: LoopAnswer, name: str) -> str:
     if answer.margins is None:
-        return (
-            f"Gain, phase, delay and disk margins of the law {name} are not available. {_capital(answer.unavailable)}."
-        )
-    single = {n: c for n, c in answer.margins.channels.items() if len(c.channels) == 1}
-    worst = min(single, key=lambda n: single[n].disk)
-    found = single[worst]
+        reason = _capital(answer.unavailable)
+        return f"Gain, phase, delay and disk margins of the law {name} are not available. {reason}."
+    worst, found = answer.weakest()[0]
     low, high = found.guaranteed_gain
     gain = f"a gain up to {found.gain[1]:.3g}" if math.isfinite(found.gain[1]) else "any gain"
     delay = f"{found.delay:.3g} s of delay" if math.isfinite(found.delay) else "any delay that was tried"

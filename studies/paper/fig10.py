@@ -8,20 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from gyroctl.studies.paper.drawing import Drawing, gain, remark
 from gyroctl.studies.paper.ensembles import BLEND, WP, Setup, lock_grid
 from gyroctl.studies.paper.time_series import time_series
-from gyroctl.studies.style import (
-    BAND_COLOUR,
-    MUTED,
-    PAPER_COLOUR,
-    RING_SPEED,
-    Drawing,
-    band,
-    gain,
-    label,
-    sea_name,
-    sheet,
-)
+from gyroctl.studies.style import BAND_COLOUR, MUTED, PAPER_COLOUR, RING_SPEED, band, label, sea_name, sheet
 
 GAMMA, CC, CG = 5.0, 0.052, 3.5e-4
 PAPER_POWER = (1.6, 2.0)
@@ -51,9 +41,7 @@ def draw(setup: Setup) -> Drawing:
     axes[0].set_ylim(0.0, 1.15 * float(np.max(high)))
     for edge in PAPER_POWER:
         axes[0].axhline(edge, color=PAPER_COLOUR, lw=0.9, ls="--")
-    axes[0].text(
-        0.985, 0.06, "dashed: range stated by the paper", color=PAPER_COLOUR, ha="right", transform=axes[0].transAxes
-    )
+    remark(axes[0], 0.985, 0.06, "dashed: range stated by the paper", PAPER_COLOUR, ha="right")
 
     label(axes[1], "Mean power of the realisations that kept lock", "mean power [W]", "realisations")
     held = case.power[case.locked]
@@ -63,7 +51,6 @@ def draw(setup: Setup) -> Drawing:
     axes[1].axvspan(*PAPER_POWER, color=PAPER_COLOUR, alpha=0.08, lw=0)
     for edge in PAPER_POWER:
         axes[1].axvline(edge, color=PAPER_COLOUR, lw=0.9, ls="--")
-
     axes[1].locator_params(axis="y", integer=True)
 
     label(axes[2], "Ring speed, mean of the past 10 s", "time [s]", RING_SPEED)
@@ -73,23 +60,18 @@ def draw(setup: Setup) -> Drawing:
     axes[2].plot(runs.time[shown][thin], runs.ring_speed_10s[one, shown][thin], color=BAND_COLOUR, lw=0.9)
     for level in (WP, 0.5 * WP):
         axes[2].axhline(level, color=MUTED, lw=0.8, ls="--")
-    axes[2].text(
-        0.985,
-        0.06,
-        "dashed: peak frequency, and half of it, where lock counts as lost",
-        color=MUTED,
-        ha="right",
-        transform=axes[2].transAxes,
-    )
+    words = "dashed: peak frequency, and half of it, where lock counts as lost"
+    remark(axes[2], 0.985, 0.06, words, MUTED, ha="right")
     axes[2].set_ylim(0.0, 1.35 * WP)
 
     label(axes[3], "Motion of the float", "time [s]", "[rad]")
     middle_time = max(BLEND, 0.5 * runs.time[-1])
     part = (runs.time >= middle_time) & (runs.time <= middle_time + WINDOW)
-    axes[3].plot(runs.time[part], runs.phi1[one, part], color="#0072B2", label="φ1, horizontal")
-    axes[3].plot(runs.time[part], runs.phi3[one, part], color="#D55E00", label="φ3, vertical")
+    motion = np.stack([runs.phi1[one, part], runs.phi3[one, part]])
+    for angle, colour, words in zip(motion, ("#0072B2", "#D55E00"), ("φ1, horizontal", "φ3, vertical"), strict=True):
+        axes[3].plot(runs.time[part], angle, color=colour, label=words)
     axes[3].legend(loc="upper right", ncols=2)
-    top = 1.5 * float(np.max(np.abs(np.stack([runs.phi1[one, part], runs.phi3[one, part]]))))
+    top = 1.5 * float(np.max(np.abs(motion)))
     axes[3].set_ylim(-top, top)
 
     series = {

@@ -9,27 +9,16 @@ from __future__ import annotations
 import numpy as np
 
 from gyroctl.statistics import lock_survival
+from gyroctl.studies.paper.drawing import Drawing, gain
 from gyroctl.studies.paper.ensembles import VARIANTS, WP, Setup, lock_grid
 from gyroctl.studies.paper.time_series import time_series
-from gyroctl.studies.style import (
-    BAND_COLOUR,
-    MUTED,
-    PAPER_COLOUR,
-    RING_SPEED,
-    Drawing,
-    gain,
-    label,
-    percent,
-    sea_name,
-    sheet,
-)
+from gyroctl.studies.style import BAND_COLOUR, MUTED, PAPER_COLOUR, RING_SPEED, label, percent, sea_name, sheet
 
 GAMMA, CC, CG = 5.0, 0.052, 1e-3
 PAPER_LOSS = 400.0
 """Time of the loss that the paper states. [s]"""
 
-COLOURS = {"corrected": BAND_COLOUR, "paper": "#7A828C"}
-WORDS = {"corrected": "corrected plant", "paper": "as printed"}
+LOOKS = {"corrected": (BAND_COLOUR, "corrected plant"), "paper": ("#7A828C", "as printed")}
 
 
 def draw(setup: Setup) -> Drawing:
@@ -67,15 +56,11 @@ def draw(setup: Setup) -> Drawing:
     for variant in VARIANTS:
         case = lock_grid(setup, variant, GAMMA)[CC, CG]
         curve = lock_survival(case.loss_time, setup.duration)
-        axes[2].step(curve.time, curve.probability, where="post", color=COLOURS[variant], label=WORDS[variant])
-        axes[2].fill_between(curve.time, curve.low, curve.high, step="post", color=COLOURS[variant], alpha=0.15, lw=0)
+        colour, words = LOOKS[variant]
+        axes[2].step(curve.time, curve.probability, where="post", color=colour, label=words)
+        axes[2].fill_between(curve.time, curve.low, curve.high, step="post", color=colour, alpha=0.15, lw=0)
         losses[f"{variant}_loss_time_s"] = case.loss_time
-        tables[f"survival_{variant}"] = {
-            "time_s": curve.time,
-            "still_in_lock": curve.probability,
-            "low": curve.low,
-            "high": curve.high,
-        }
+        tables[f"survival_{variant}"] = dict(zip(("time_s", "still_in_lock", "low", "high"), curve[:4], strict=True))
     axes[2].axvline(PAPER_LOSS, color=PAPER_COLOUR, lw=1.0, ls="--", label="paper: about 400 s")
     axes[2].set_xlim(0.0, setup.duration)
     axes[2].legend(loc="upper right")

@@ -6,9 +6,9 @@ loses lock at 1e-3, and that a larger cc loses lock earlier.
 
 from __future__ import annotations
 
+from gyroctl.studies.paper.drawing import Drawing
 from gyroctl.studies.paper.ensembles import Setup
 from gyroctl.studies.paper.lock_curves import lock_curves
-from gyroctl.studies.style import Drawing
 
 
 def draw(setup: Setup) -> Drawing:

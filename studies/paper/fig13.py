@@ -6,9 +6,9 @@ The paper's captions were not available: the content follows its statements that
 
 from __future__ import annotations
 
+from gyroctl.studies.paper.drawing import Drawing
 from gyroctl.studies.paper.ensembles import Setup
 from gyroctl.studies.paper.lock_curves import lock_curves
-from gyroctl.studies.style import Drawing
 
 
 def draw(setup: Setup) -> Drawing:

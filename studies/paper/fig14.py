@@ -6,9 +6,9 @@ while 0.104 and 0.156 hold up to cg 1.5e-4 and give 0.62 W.
 
 from __future__ import annotations
 
+from gyroctl.studies.paper.drawing import Drawing
 from gyroctl.studies.paper.ensembles import Setup
 from gyroctl.studies.paper.lock_curves import lock_curves
-from gyroctl.studies.style import Drawing
 
 
 def draw(setup: Setup) -> Drawing:

@@ -10,8 +10,9 @@ import numpy as np
 
 from gyroctl.hydrodynamics import shipped, shipped_fit
 from gyroctl.hydrodynamics.radiation import LOW_FREQUENCY
+from gyroctl.studies.paper.drawing import Drawing
 from gyroctl.studies.paper.ensembles import WP, Setup
-from gyroctl.studies.style import INK, MUTED, Drawing, label, sheet
+from gyroctl.studies.style import INK, MUTED, label, sheet
 
 UPPER = 10.0
 """Highest frequency shown. [rad/s]"""
@@ -32,10 +33,10 @@ def draw(setup: Setup) -> Drawing:
     note = "Capytaine with the geometry that reproduces Table 1; dots: tabulated, lines: passive fits of order (2,3)"
     figure, axes = sheet(2, 2, (10.5, 7.2), "Figure 8: hydrodynamics of the float and the radiation fit", note)
 
-    label(axes[0], "Added moment of inertia", "ω [rad/s]", "A [kg m²]")
-    label(axes[1], "Radiation damping", "ω [rad/s]", "B [Nms/rad]")
-    label(axes[2], "Damping of the free horizontal mode", "ω [rad/s]", "B1 [Nms/rad]")
-    label(axes[3], "Excitation", "ω [rad/s]", "|He| [Nm per m]")
+    quantities = ("A [kg m²]", "B [Nms/rad]", "B1 [Nms/rad]", "|He| [Nm per m]")
+    titles = ("Added moment of inertia", "Radiation damping", "Damping of the free horizontal mode", "Excitation")
+    for panel, title, quantity in zip(axes, titles, quantities, strict=True):
+        label(panel, title, "ω [rad/s]", quantity)
     table: dict[str, np.ndarray] = {"omega_rad_s": omega}
     for j, colour in enumerate(COLOURS):
         axes[0].plot(hydro.omega[shown], hydro.added_mass[j, shown], "o", ms=3, color=colour, label=ROTATIONS[j])
@@ -64,10 +65,8 @@ def draw(setup: Setup) -> Drawing:
     near = (omega >= LOW[0]) & (omega <= LOW[1])
     known = (hydro.omega >= LOW[0]) & (hydro.omega <= LOW[1])
     axes[2].plot(hydro.omega[known], hydro.damping[0, known], "o", ms=4, color=COLOURS[0], label="tabulated")
-    axes[2].plot(
-        omega[near], fits["accurate"][0](omega[near]).real, "-", color=COLOURS[0], label="fit, low end weighted"
-    )
-    axes[2].plot(omega[near], fits["paper"][0](omega[near]).real, "--", color=COLOURS[0], label="fit, unweighted")
+    for name, dash, words in (("accurate", "-", "fit, low end weighted"), ("paper", "--", "fit, unweighted")):
+        axes[2].plot(omega[near], fits[name][0](omega[near]).real, dash, color=COLOURS[0], label=words)
     axes[2].axvline(LOW_FREQUENCY, color=MUTED, lw=0.8)
     axes[2].text(LOW_FREQUENCY + 0.02, 0.03, "free horizontal mode", color=INK, fontsize=9)
     axes[2].set_ylim(0.0, 2.6)

@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from gyroctl.devices import zhang2017
+from gyroctl.studies.paper.drawing import Drawing
 from gyroctl.studies.paper.ensembles import BLEND, HS, WP, Setup, sea
-from gyroctl.studies.style import GAMMA_COLOURS, MUTED, Drawing, label, sea_name, sheet
+from gyroctl.studies.style import GAMMA_COLOURS, MUTED, label, sea_name, sheet
 from gyroctl.waves import realise
 
 WINDOW = (600.0, 720.0)

@@ -5,24 +5,20 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyroctl.plant import Parameters
 from gyroctl.statistics import bootstrap_mean, lock_probability
-from gyroctl.studies.paper.ensembles import COUPLINGS, GAINS, VARIANTS, WP, Setup, lock_grid
-from gyroctl.studies.style import (
-    COUPLING_COLOURS,
-    MARKERS,
-    MUTED,
-    PAPER_COLOUR,
-    Drawing,
-    band,
-    gain,
-    label,
-    percent,
-    runs_note,
-    sea_name,
-    sheet,
-)
+from gyroctl.studies.paper.drawing import Drawing, columns, gain, with_interval
+from gyroctl.studies.paper.ensembles import COUPLINGS, GAINS, VARIANTS, WP, Case, Setup, lock_grid
+from gyroctl.studies.style import MUTED, PAPER_COLOUR, band, label, percent, sea_name, sheet
+
+LOOKS: dict[float, dict[str, Any]] = {
+    0.052: {"color": "#0072B2", "marker": "o", "ms": 4.5},
+    0.104: {"color": "#E08A00", "marker": "s", "ms": 4.5},
+    0.156: {"color": "#009E73", "marker": "D", "ms": 4.5},
+}
+"""By magnetic coupling cc. [Nms]"""
 
 HEADINGS = {"corrected": "Lock kept, corrected plant", "paper": "Lock kept, as printed"}
 
@@ -44,13 +40,12 @@ def lock_curves(setup: Setup, number: int, gamma: float, marked: dict[float, str
     title = f"Figure {number}: generator gain and magnetic coupling, {sea_name(gamma)}"
     said = "; ".join(f"{words} at {gain(cg)}" for cg, words in marked.items())
     note = (
-        f"{runs_note(len(setup.seeds), setup.duration, 'constant cc and cg')}\n"
-        f"grey dashes: lock without slip, cg (N ωp)²; red dashes, the paper: {said}"
+        f"{setup.note('constant cc and cg')}\ngrey dashes: lock without slip, cg (N ωp)²; red dashes, the paper: {said}"
     )
     figure, axes = sheet(1, 3, (12.0, 4.3), title, note)
     gains = np.array(GAINS[gamma])
     scale = 1e4
-    table: dict[str, list[Any]] = {name: [] for name in COLUMNS}
+    rows: list[dict[str, Any]] = []
     for variant, panel in zip(VARIANTS, axes[1:], strict=True):
         label(panel, HEADINGS[variant], "cg [$10^{-4}$ Nms]", "")
         grid = lock_grid(setup, variant, gamma)
@@ -58,29 +53,12 @@ def lock_curves(setup: Setup, number: int, gamma: float, marked: dict[float, str
             cases = [grid[cc, cg] for cg in GAINS[gamma]]
             share = np.array([lock_probability(case.locked)[:3] for case in cases])
             power = np.array([bootstrap_mean(case.power)[:3] for case in cases])
-            look: dict[str, Any] = {"color": COUPLING_COLOURS[cc], "marker": MARKERS[cc], "ms": 4.5}
-            panel.plot(scale * gains, share[:, 0], label=f"cc = {cc}", **look)
-            band(panel, scale * gains, share[:, 1], share[:, 2], COUPLING_COLOURS[cc], 0.13)
+            panel.plot(scale * gains, share[:, 0], label=f"cc = {cc}", **LOOKS[cc])
+            band(panel, scale * gains, share[:, 1], share[:, 2], LOOKS[cc]["color"], 0.13)
             if variant == "corrected":
-                axes[0].plot(scale * gains, power[:, 0], **look)
-                band(axes[0], scale * gains, power[:, 1], power[:, 2], COUPLING_COLOURS[cc], 0.13)
-            for case, p, w in zip(cases, share, power, strict=True):
-                held = float(case.power[case.locked].mean()) if case.locked.any() else float("nan")
-                row = (
-                    variant,
-                    cc,
-                    case.cg,
-                    case.locked.size,
-                    *p,
-                    *w,
-                    held,
-                    float(case.wave_input.mean()),
-                    float(np.nanmedian(case.loss_time)) if not case.locked.all() else float("nan"),
-                    float(case.phi1_p98.mean()),
-                    float(case.phi3_p98.mean()),
-                )
-                for name, value in zip(COLUMNS, row, strict=True):
-                    table[name].append(value)
+                axes[0].plot(scale * gains, power[:, 0], **LOOKS[cc])
+                band(axes[0], scale * gains, power[:, 1], power[:, 2], LOOKS[cc]["color"], 0.13)
+            rows += [_row(variant, *found) for found in zip(cases, share, power, strict=True)]
         for cg in marked:
             panel.axvline(scale * cg, color=PAPER_COLOUR, lw=0.9, ls="--")
         panel.axhline(0.5, color=MUTED, lw=0.7, ls=(0, (1, 2)))
@@ -93,24 +71,22 @@ def lock_curves(setup: Setup, number: int, gamma: float, marked: dict[float, str
     for panel in axes:
         panel.set_xlim(0.0, 1.04 * scale * gains[-1])
     axes[2].legend(loc="upper right")
-    return Drawing(figure, {"": table})
+    return Drawing(figure, {"": columns(rows)})
 
 
-COLUMNS = (
-    "variant",
-    "cc_nms",
-    "cg_nms",
-    "realisations",
-    "lock_share",
-    "lock_low",
-    "lock_high",
-    "mean_power_w",
-    "power_low_w",
-    "power_high_w",
-    "power_when_locked_w",
-    "wave_input_w",
-    "median_loss_time_s",
-    "phi1_p98_rad",
-    "phi3_p98_rad",
-)
-"""Columns of the data, one row for each preset and pair."""
+def _row(variant: str, case: Case, share: NDArray[np.float64], power: NDArray[np.float64]) -> dict[str, Any]:
+    """Row of the data: one preset and pair."""
+    locked = case.locked
+    return {
+        "variant": variant,
+        "cc_nms": case.cc,
+        "cg_nms": case.cg,
+        "realisations": locked.size,
+        **with_interval("lock_share", "lock", share),
+        **with_interval("mean_power_w", "power", power, "_w"),
+        "power_when_locked_w": float(case.power[locked].mean()) if locked.any() else np.nan,
+        "wave_input_w": float(case.wave_input.mean()),
+        "median_loss_time_s": float(np.nanmedian(case.loss_time)) if not locked.all() else np.nan,
+        "phi1_p98_rad": float(case.phi1_p98.mean()),
+        "phi3_p98_rad": float(case.phi3_p98.mean()),
+    }

@@ -12,8 +12,9 @@ import numpy as np
 
 import gyroctl
 from gyroctl.errors import InputError
+from gyroctl.studies.paper.drawing import Drawing, Table
 from gyroctl.studies.paper.ensembles import Setup
-from gyroctl.studies.style import Drawing, Table, save, styled
+from gyroctl.studies.style import save, styled
 from gyroctl.writing import write_rows, write_text
 
 FIGURES = ("fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "fig14", "fig15")

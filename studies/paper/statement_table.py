@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Sequence
+from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
 import gyroctl
@@ -17,7 +18,7 @@ from gyroctl.writing import plain
 if TYPE_CHECKING:
     from rich.table import Table
 
-HEADINGS = {"corrected": "corrected", "paper": "as printed"}
+HEADINGS = {"corrected": "corrected", "paper": "as printed"}  # of the variants
 _COLOURS = {"agree": "green", "differ": "red", "open": "yellow"}
 SHARE = "share that kept lock"
 
@@ -36,20 +37,15 @@ def cell(finding: Finding, result: Result) -> str:
 
 def tally(findings: Sequence[Finding]) -> dict[str, dict[str, int]]:
     """Count the verdicts of each variant."""
-    counts: dict[str, dict[str, int]] = {}
-    for finding in findings:
-        for variant, result in finding.results.items():
-            row = counts.setdefault(variant, {"agree": 0, "differ": 0, "open": 0})
-            row[result.verdict] += 1
-    return counts
+    verdicts: dict[str, list[str]] = {v: [f.results[v].verdict for f in findings] for v in findings[0].results}
+    return {v: {verdict: said.count(verdict) for verdict in _COLOURS} for v, said in verdicts.items()}
 
 
 def summary_line(findings: Sequence[Finding]) -> str:
     """How many statements agree, in words."""
-    parts = [
-        f"{HEADINGS.get(variant, variant)}: {row['agree']} agree, {row['differ']} differ, {row['open']} open"
-        for variant, row in tally(findings).items()
-    ]
+    parts = []
+    for variant, row in tally(findings).items():
+        parts.append(f"{HEADINGS[variant]}: {', '.join(f'{count} {verdict}' for verdict, count in row.items())}")
     return "; ".join(parts)
 
 
@@ -66,17 +62,15 @@ def markdown(findings: Sequence[Finding], setup: Setup) -> str:
         "",
         summary_line(findings) + ".",
     ]
-    group = ""
-    for finding in findings:
-        if finding.statement.group != group:
-            group = finding.statement.group
-            heads = [part for v in variants for part in (HEADINGS.get(v, v), "")]
-            lines += ["", f"## {group}", "", _row(["the paper", "ours", *heads]), _row(["---"] * (2 + len(heads)))]
-        cells = [part for v in variants for part in (cell(finding, finding.results[v]), finding.results[v].verdict)]
-        lines.append(_row([finding.statement.says, finding.statement.measure, *cells]))
+    heads = ["the paper", "ours", *(part for v in variants for part in (HEADINGS[v], ""))]
+    for group, members in groupby(findings, lambda finding: finding.statement.group):
+        lines += ["", f"## {group}", "", _row(heads), _row(["---"] * len(heads))]
+        for finding in members:
+            cells = [part for result in finding.results.values() for part in (cell(finding, result), result.verdict)]
+            lines.append(_row([finding.statement.says, finding.statement.measure, *cells]))
     lines += ["", "## Notes", ""]
     for finding in findings:
-        told = {HEADINGS.get(v, v): r.note for v, r in finding.results.items() if r.note}
+        told = {HEADINGS[v]: result.note for v, result in finding.results.items() if result.note}
         if told:
             joined = "; ".join(f"{name}: {note}" for name, note in told.items())
             same = len(set(told.values())) == 1 and len(told) == len(variants)
@@ -89,10 +83,7 @@ def as_json(findings: Sequence[Finding], setup: Setup) -> str:
     rows: list[dict[str, Any]] = []
     for finding in findings:
         s = finding.statement
-        results = {
-            variant: {key: plain(value) for key, value in result._asdict().items()}
-            for variant, result in finding.results.items()
-        }
+        results = plain(finding.results)
         rows.append({"key": s.key, "group": s.group, "paper": s.says, "measure": s.measure, "results": results})
     head = {
         "gyroctl_version": gyroctl.__version__,
@@ -108,25 +99,21 @@ def terminal(findings: Sequence[Finding], setup: Setup) -> Table:
     """Table for the terminal."""
     from rich.table import Table
 
-    variants = list(findings[0].results)
     title = f"Statements of the paper, {len(setup.seeds)} realisations of {setup.duration:g} s, 95 % intervals"
     table = Table(title=title, title_justify="left", caption=summary_line(findings), caption_justify="left")
     table.add_column("the paper", max_width=38)
     table.add_column("ours", max_width=30)
-    for variant in variants:
-        table.add_column(HEADINGS.get(variant, variant), justify="right")
+    for variant in findings[0].results:
+        table.add_column(HEADINGS[variant], justify="right")
         table.add_column("")
-    group = ""
-    for finding in findings:
-        if finding.statement.group != group:
-            group = finding.statement.group
-            table.add_section()
-            table.add_row(f"[bold]{group}[/bold]")
-        cells = []
-        for variant in variants:
-            result = finding.results[variant]
-            cells += [cell(finding, result), f"[{_COLOURS[result.verdict]}]{result.verdict}[/]"]
-        table.add_row(finding.statement.says, finding.statement.measure, *cells)
+    for group, members in groupby(findings, lambda finding: finding.statement.group):
+        table.add_section()
+        table.add_row(f"[bold]{group}[/bold]")
+        for finding in members:
+            cells = []
+            for result in finding.results.values():
+                cells += [cell(finding, result), f"[{_COLOURS[result.verdict]}]{result.verdict}[/]"]
+            table.add_row(finding.statement.says, finding.statement.measure, *cells)
     return table
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.statistics import CONFIDENCE, FEWEST, Estimate, bootstrap_mean, lock_probability, paired_difference
 
@@ -59,11 +59,9 @@ def one_draw(values: ArrayLike, stated: float, rounding: float, unit: str, what:
     Result
         Mean with its interval; "open" below four values.
     """
-    given = np.asarray(values, float)
-    kept = given[np.isfinite(given)]
+    kept = _finite(values)
     if kept.size < FEWEST:
-        value = float(kept.mean()) if kept.size else np.nan
-        return Result(value, np.nan, np.nan, unit, "open", f"only {kept.size} {what}")
+        return _too_few(kept, unit, what)
     tail = 0.5 * (1.0 - CONFIDENCE)
     low, high = np.quantile(kept, (tail, 1.0 - tail))
     inside = low - rounding <= stated <= high + rounding
@@ -74,11 +72,9 @@ def one_draw(values: ArrayLike, stated: float, rounding: float, unit: str, what:
 
 def within(values: ArrayLike, bounds: tuple[float, float], unit: str, what: str) -> Result:
     """Judge a stated range: agree where the interval of our mean lies in it, differ where it lies outside."""
-    given = np.asarray(values, float)
-    kept = given[np.isfinite(given)]
+    kept = _finite(values)
     if kept.size < FEWEST:
-        value = float(kept.mean()) if kept.size else np.nan
-        return Result(value, np.nan, np.nan, unit, "open", f"only {kept.size} {what}")
+        return _too_few(kept, unit, what)
     mean = bootstrap_mean(kept)
     verdict: Verdict = "open"
     if bounds[0] <= mean.low and mean.high <= bounds[1]:
@@ -105,6 +101,16 @@ def close(value: float, stated: float, tolerance: float, unit: str, note: str = 
 def is_true(value: float, fact: bool, unit: str, note: str) -> Result:
     """Judge a fact without chance, with the number that shows it."""
     return Result(value, np.nan, np.nan, unit, "agree" if fact else "differ", note)
+
+
+def _finite(values: ArrayLike) -> NDArray[np.float64]:
+    given: NDArray[np.float64] = np.asarray(values, float)
+    return np.asarray(given[np.isfinite(given)])
+
+
+def _too_few(kept: NDArray[np.float64], unit: str, what: str) -> Result:
+    value = float(kept.mean()) if kept.size else np.nan
+    return Result(value, np.nan, np.nan, unit, "open", f"only {kept.size} {what}")
 
 
 def _side(estimate: Estimate, limit: float) -> Verdict:

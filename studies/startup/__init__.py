@@ -5,6 +5,6 @@
 
 from gyroctl.studies.startup.fault import Fault, StuckGenerator, stuck
 from gyroctl.studies.startup.report import startup_report
-from gyroctl.studies.startup.runs import Case, lost_runs, rest_runs
+from gyroctl.studies.startup.runs import Case, Ensemble, lost_runs, rest_runs
 
-__all__ = ["Case", "Fault", "StuckGenerator", "lost_runs", "rest_runs", "startup_report", "stuck"]
+__all__ = ["Case", "Ensemble", "Fault", "StuckGenerator", "lost_runs", "rest_runs", "startup_report", "stuck"]

@@ -13,7 +13,7 @@ from gyroctl.controllers.supervisor import Rules
 from gyroctl.harness.registry import law as build
 from gyroctl.statistics import lock_probability
 from gyroctl.studies.startup.draw import draw
-from gyroctl.studies.startup.runs import CG_MIN, Case, lost_runs, rest_runs
+from gyroctl.studies.startup.runs import CG_MIN, Case, Ensemble, lost_runs, rest_runs
 from gyroctl.studies.style import save, styled
 from gyroctl.waves import SeaState
 from gyroctl.writing import write_json, write_rows, write_text
@@ -66,8 +66,8 @@ def startup_report(
         What startup.json holds.
     """
     sea, built = SeaState(hs=hs, gamma=gamma), {name: build(name) for name in laws}
-    rest = rest_runs(built, seeds, sea, durations[0], rules, dt, quiet)
-    loss = lost_runs(built, seeds, sea, durations[1], rules, dt, quiet)
+    asked = Ensemble(built, seeds, sea, rules, dt, quiet)
+    rest, loss = rest_runs(asked, durations[0]), lost_runs(asked, durations[1])
     result = {
         "sea": {"hs_m": hs, "gamma": gamma, "wp_rad_s": sea.wp},
         "seeds": [int(seed) for seed in seeds],
@@ -81,12 +81,11 @@ def startup_report(
     write_json(out / "startup.json", result)
     write_text(out / "startup.md", table(result))
     for name, cases in (("rest", rest), ("loss", loss)):
-        rows = (
-            [case.law, *(f"{value:.6g}" for value in row)]
-            for case in cases
-            for row in zip(*case.columns.values(), strict=True)
-        )
-        write_rows(out / f"startup_{name}.csv", [["law", *cases[0].columns], *rows])
+        rows: list[list[str]] = [["law", *cases[0].columns]]
+        for case in cases:
+            for row in zip(*case.columns.values(), strict=True):
+                rows.append([case.law, *(f"{value:.6g}" for value in row)])
+        write_rows(out / f"startup_{name}.csv", rows)
     with styled():
         save(draw(rest, loss, f"gamma {gamma:g}, Hs {hs:g} m, {len(seeds)} realisations"), out / "startup.png")
     return result
@@ -95,11 +94,12 @@ def startup_report(
 def table(result: dict[str, Any]) -> str:
     """Both ensembles as Markdown."""
     seeds, rest, loss = result["seeds"], result["rest"], result["loss"]
+    durations = result["durations_s"]
     lines = [
         f"Sea: gamma {result['sea']['gamma']:g}, Hs {result['sea']['hs_m']:g} m; seeds {min(seeds)} to {max(seeds)}; "
         f"motor down to cg = {result['cg_min_nms']:g} Nms, {result['rules']['motor_power']:g} W.",
         "",
-        f"From rest, {result['durations_s'][0]:g} s (median, 95 % quantile over the runs):",
+        f"From rest, {durations[0]:g} s (median, 95 % quantile over the runs):",
         "",
         f"| wrapped law | locked within {WITHIN['rest']:g} s and to the end | 95 % interval | lock after [s] "
         f"| motor [J] | net energy positive after [s] | by {PAYBACK:g} s | net power [W] | availability "
@@ -107,70 +107,58 @@ def table(result: dict[str, Any]) -> str:
         "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, r in rest.items():
-        lines.append(
-            f"| {name} | {r['locked']}/{r['runs']} | {_range(r['ci95'])} | {_pair(r['locked_after_s'])} "
-            f"| {_pair(r['motor_j'])} | {_pair(r['payback_s'])} | {r['repaid']}/{r['runs']} | {r['net_power_w']:.2f} "
-            f"| {r['availability']:.3f} | {_pair(r['phi1_p98_rad'], 2)} | {_pair(r['phi1_max_rad'], 2)} |"
-        )
+        cells = [name, f"{r['locked']}/{r['runs']}", _range(r["ci95"]), _pair(r["locked_after_s"])]
+        cells += [_pair(r["motor_j"]), _pair(r["payback_s"]), f"{r['repaid']}/{r['runs']}", f"{r['net_power_w']:.2f}"]
+        cells += [f"{r['availability']:.3f}", _pair(r["phi1_p98_rad"], 2), _pair(r["phi1_max_rad"], 2)]
+        lines.append(f"| {' | '.join(cells)} |")
     lines += [
         "",
         f"Forced loss (generator stuck at its limit from 400 s on, 20 s at least and until the ring stalls), "
-        f"{result['durations_s'][1]:g} s; times from the end of the fault:",
+        f"{durations[1]:g} s; times from the end of the fault:",
         "",
         f"| wrapped law | lost | locked again within {WITHIN['loss']:g} s and to the end | 95 % interval "
         "| lock after [s] | fault [s] | motor [J] | largest phi1 [rad] |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for name, r in loss.items():
-        lines.append(
-            f"| {name} | {r['lost']}/{r['runs']} | {r['locked']}/{r['lost']} | {_range(r['ci95'])} "
-            f"| {_pair(r['locked_after_s'])} | {_pair(r['fault_s'])} | {_pair(r['motor_j'])} "
-            f"| {_pair(r['phi1_max_rad'], 2)} |"
-        )
+        cells = [name, f"{r['lost']}/{r['runs']}", f"{r['locked']}/{r['lost']}", _range(r["ci95"])]
+        cells += [_pair(r[key]) for key in ("locked_after_s", "fault_s", "motor_j")]
+        lines.append(f"| {' | '.join([*cells, _pair(r['phi1_max_rad'], 2)])} |")
     return "\n".join([*lines, ""])
 
 
 def _rest(case: Case) -> dict[str, Any]:
     c = case.columns
     locked = (c["locked_after_s"] <= WITHIN["rest"]) & (c["catches"] > 0.0)
-    chance = lock_probability(locked)
-    return {
-        "runs": locked.size,
-        "locked": int(locked.sum()),
-        "ci95": [chance.low, chance.high],
-        "repaid": int(np.sum(c["payback_s"] <= PAYBACK)),
-        "net_power_w": float(c["net_power_w"].mean()),
-        "availability": float(c["availability"].mean()),
-        "starts": float(c["starts"].mean()),
-        "ledger_residual": float(c["ledger_residual"].max()),
-        **{key: _spread(c[key]) for key in ("locked_after_s", "motor_j", "payback_s", "phi1_p98_rad", "phi1_max_rad")},
-    }
+    counts = {"runs": locked.size, **_share(locked), "repaid": int(np.sum(c["payback_s"] <= PAYBACK))}
+    means = {key: float(c[key].mean()) for key in ("net_power_w", "availability", "starts")}
+    spreads = ("locked_after_s", "motor_j", "payback_s", "phi1_p98_rad", "phi1_max_rad")
+    return {**counts, **means, **_spreads(c, spreads)}
 
 
 def _loss(case: Case) -> dict[str, Any]:
     c = {key: values[case.columns["lost"] > 0.0] for key, values in case.columns.items()}
-    locked = c["locked_after_s"] <= WITHIN["loss"]
-    chance = lock_probability(locked)
     c["fault_s"] = c["fault_ends_s"] - 400.0
-    return {
-        "runs": case.columns["lost"].size,
-        "lost": locked.size,
-        "locked": int(locked.sum()),
-        "ci95": [chance.low, chance.high],
-        "starts": float(c["starts"].mean()),
-        "ledger_residual": float(c["ledger_residual"].max()),
-        **{key: _spread(c[key]) for key in ("locked_after_s", "fault_s", "motor_j", "phi1_p98_rad", "phi1_max_rad")},
-    }
+    locked = c["locked_after_s"] <= WITHIN["loss"]
+    counts = {"runs": case.columns["lost"].size, "lost": locked.size, **_share(locked)}
+    spreads = ("locked_after_s", "fault_s", "motor_j", "phi1_p98_rad", "phi1_max_rad")
+    return {**counts, "starts": float(c["starts"].mean()), **_spreads(c, spreads)}
+
+
+def _share(locked: NDArray[np.bool_]) -> dict[str, Any]:
+    chance = lock_probability(locked)
+    return {"locked": int(locked.sum()), "ci95": [chance.low, chance.high]}
+
+
+def _spreads(c: dict[str, NDArray[np.float64]], keys: Sequence[str]) -> dict[str, Any]:
+    return {"ledger_residual": float(c["ledger_residual"].max()), **{key: _spread(c[key]) for key in keys}}
 
 
 def _spread(values: NDArray[np.float64]) -> dict[str, float | None]:
     """Median, 95 % quantile and worst; None where that many runs never got there."""
     filled = np.where(np.isnan(values), np.inf, values)
-    found = {
-        "median": np.quantile(filled, 0.5, method="higher"),
-        "q95": np.quantile(filled, 0.95, method="higher"),
-        "worst": filled.max(),
-    }
+    median, q95 = (np.quantile(filled, part, method="higher") for part in (0.5, 0.95))
+    found = {"median": median, "q95": q95, "worst": filled.max()}
     return {key: float(value) if np.isfinite(value) else None for key, value in found.items()}
 
 

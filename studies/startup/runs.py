@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,7 @@ from gyroctl.simulation.lock import THRESHOLD, WINDOW
 from gyroctl.simulation.metrics import evaluate
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.startup.fault import stuck
-from gyroctl.waves import Sea, SeaState, WaveRealisation, realise
+from gyroctl.waves import Sea, WaveRealisation, realise
 
 CG_MIN = -0.02
 """The machine as a motor has the range that it has as a generator. [Nms]"""
@@ -28,64 +27,48 @@ EVERY = 10
 """Samples of the actuators to one of the kept time series."""
 
 
-@dataclass(frozen=True)
-class Case:
-    """One law in one ensemble.
+class Case(NamedTuple):
+    """One law in one ensemble."""
 
-    Parameters
-    ----------
-    law : str
-        Name of the wrapped law.
-    columns : mapping of str to (runs,) array
-        Numbers by run; the name ends in the unit where there is one.
-    series : mapping of str to (runs, n) array
-        time_s (n,), net_energy_j; of the first run ring_speed, flywheel_speed, phi1 (n,).
-    """
-
-    law: str
-    columns: dict[str, NDArray[np.float64]]
-    series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    law: str  # name of the wrapped law
+    columns: dict[str, NDArray[np.float64]]  # (runs,) numbers by run; the name ends in the unit where there is one
+    # time_s (n,), net_energy_j (runs, n), and of the first run ring_speed, flywheel_speed, phi1 (n,)
+    series: dict[str, NDArray[np.float64]]
 
 
-def rest_runs(
-    laws: dict[str, Any],
-    seeds: Sequence[int],
-    sea: Sea | None = None,
-    duration: float = 2000.0,
-    rules: Rules | None = None,
-    dt: float = 0.01,
-    quiet: bool = False,
-) -> list[Case]:
-    """Start at rest in the irregular sea; `laws` are wrapped here."""
-    settings = Settings(dt=dt, start="rest", actuators=Actuators(cg_min=CG_MIN))
-    wrapped = {name: wrap(law, rules) for name, law in laws.items()}
-    return _ensemble(wrapped, seeds, sea or SeaState(), duration, settings, quiet, "from rest")
+class Ensemble(NamedTuple):
+    """What is run, from rest or through a forced loss."""
+
+    laws: Mapping[str, Any]  # wrapped in the supervisor here
+    seeds: Sequence[int]
+    sea: Sea
+    rules: Rules | None = None  # of the supervisor
+    dt: float = 0.01  # longest step [s]
+    quiet: bool = False
 
 
-def lost_runs(
-    laws: dict[str, Any],
-    seeds: Sequence[int],
-    sea: Sea | None = None,
-    duration: float = 1200.0,
-    rules: Rules | None = None,
-    dt: float = 0.01,
-    quiet: bool = False,
-) -> list[Case]:
+def rest_runs(asked: Ensemble, duration: float) -> list[Case]:
+    """Start at rest in the irregular sea; runs of `duration` [s]."""
+    wrapped = {name: wrap(law, asked.rules) for name, law in asked.laws.items()}
+    return _cases(asked, wrapped, duration, "rest")
+
+
+def lost_runs(asked: Ensemble, duration: float) -> list[Case]:
     """Start locked; in the middle of the run the generator is stuck at its limit until the ring stalls."""
-    settings = Settings(dt=dt, actuators=Actuators(cg_min=CG_MIN))
-    wrapped = {name: stuck(wrap(law, rules)) for name, law in laws.items()}
-    return _ensemble(wrapped, seeds, sea or SeaState(), duration, settings, quiet, "forced loss")
+    wrapped = {name: stuck(wrap(law, asked.rules)) for name, law in asked.laws.items()}
+    return _cases(asked, wrapped, duration, "locked")
 
 
-def _ensemble(
-    laws: dict[str, Any], seeds: Sequence[int], sea: Sea, duration: float, settings: Settings, quiet: bool, title: str
-) -> list[Case]:
+def _cases(asked: Ensemble, laws: Mapping[str, Any], duration: float, start: str) -> list[Case]:
     plant, cases = zhang2017(), []
-    with Progress(title, len(laws) * len(seeds), quiet) as progress:
+    settings = Settings(dt=asked.dt, start=start, actuators=Actuators(cg_min=CG_MIN))
+    with Progress(
+        "from rest" if start == "rest" else "forced loss", len(laws) * len(asked.seeds), asked.quiet
+    ) as progress:
         for name, law in laws.items():
             rows, series = [], []
-            for seed in seeds:
-                row, kept = _run(plant, law, realise(plant, sea, seed, duration), settings)
+            for seed in asked.seeds:
+                row, kept = _run(plant, law, realise(plant, asked.sea, seed, duration), settings)
                 rows.append(row)
                 series.append(kept)
                 progress.advance()
@@ -102,9 +85,8 @@ def _run(
     waves = lead_in(waves, settings)
     record, timing = run_law(plant, law, waves, settings)
     period, states, wp = record.period, record.states, waves.sea.wp
-    found = evaluate(
-        plant, record, waves.moments[1], waves.dt, wp, settings.score_from, np.nan, from_rest=settings.start == "rest"
-    )
+    moment, rest = waves.moments[1], settings.start == "rest"
+    found = evaluate(plant, record, moment, waves.dt, wp, settings.score_from, np.nan, from_rest=rest)
     span = round(WINDOW / period)
     slow = states[span:, PSI] - states[:-span, PSI] < THRESHOLD * wp * WINDOW  # windows that begin at each sample
     last = float(np.flatnonzero(slow)[-1] + 1) * period if np.any(slow) else 0.0  # begin of the first lasting lock

@@ -6,18 +6,17 @@ follows from that. So several of them with different habits go on side by side, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.prediction import STEPS, orders_of, pullback_of, step_of
+from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import FLYWHEEL, Problem
 from gyroctl.controllers.nmpc.solvers.descent import descend
 from gyroctl.plant import Plant
-from gyroctl.studies.bound.full_horizon import Plan, Window, cost_of, follow
+from gyroctl.studies.bound.window import Plan, Window, cost_of, follow, model_of
 
 
 class Habit(NamedTuple):
@@ -41,33 +40,16 @@ HABITS = (
 """Habits that end in different local optima."""
 
 
-@dataclass(frozen=True)
-class Track:
-    """How far a receding horizon has come.
+class Track(NamedTuple):
+    """How far a receding horizon has come."""
 
-    Parameters
-    ----------
-    cc, power : (i,) arrays
-        Controls so far. [Nms], [W]
-    states : (i + 1, m) array
-        States so far.
-    plan : (horizon,) array
-        Coupling planned on. [Nms]
-    length : float
-        Step length of the solver.
-    level : float
-        Integral part of the power command. [W]
-    value : float
-        Energy harvested so far, with a share of the float's, less the penalties. [J]
-    """
-
-    cc: NDArray[np.float64]
-    power: NDArray[np.float64]
-    states: NDArray[np.float64]
-    plan: NDArray[np.float64]
-    length: float
-    level: float
-    value: float
+    cc: NDArray[np.float64]  # (i,) so far [Nms]
+    power: NDArray[np.float64]  # (i,) so far [W]
+    states: NDArray[np.float64]  # (i + 1, m) so far
+    plan: NDArray[np.float64]  # (horizon,) coupling planned on [Nms]
+    length: float  # step length of the solver
+    level: float  # integral part of the power command [W]
+    value: float  # energy harvested so far, with a share of the float's, less the penalties [J]
 
 
 def receding(plant: Plant, w: Window, power: float, habit: Habit = HABITS[0]) -> Plan:
@@ -86,18 +68,10 @@ def receding(plant: Plant, w: Window, power: float, habit: Habit = HABITS[0]) ->
     habit : Habit
         How to plan.
     """
-    return _planned(w, _continued(plant, w, _begun(w, power, habit), habit, w.intervals))
+    return Plan(*_continued(plant, w, _begun(w, power, habit), habit, w.intervals)[:3])
 
 
-def beam(
-    plant: Plant,
-    w: Window,
-    power: float,
-    habits: Sequence[Habit] = HABITS,
-    width: int = 5,
-    piece: int = 100,
-    tick: Callable[[], None] | None = None,
-) -> list[Plan]:
+def beam(plant: Plant, w: Window, power: float, width: int, piece: int, habits: Sequence[Habit] = HABITS) -> list[Plan]:
     """Beam search over the local optima of receding horizons: plans of a window, the best first.
 
     After each piece every track that was kept goes on with every habit, and of all the best are kept. One unlucky
@@ -111,14 +85,12 @@ def beam(
         The window.
     power : float
         Generator power to begin with. [W]
-    habits : sequence of Habit
-        How to plan.
     width : int
         Tracks kept.
     piece : int
         Control intervals between two choices.
-    tick : callable, optional
-        Called after each piece.
+    habits : sequence of Habit
+        How to plan.
     """
     kept = [_begun(w, power, habits[0])]
     for i in range(0, w.intervals, piece):
@@ -128,9 +100,7 @@ def beam(
         for track in tried:
             if len(kept) < width and all(abs(track.value - other.value) > 0.2 for other in kept):  # J: no twins
                 kept.append(track)
-        if tick:
-            tick()
-    return [_planned(w, track) for track in kept]
+    return [Plan(*track[:3]) for track in kept]
 
 
 def _begun(w: Window, power: float, habit: Habit) -> Track:
@@ -138,21 +108,16 @@ def _begun(w: Window, power: float, habit: Habit) -> Track:
     return Track(nothing, nothing, w.start[None, :], np.full(habit.horizon, habit.cc_first), 0.01, power, 0.0)
 
 
-def _planned(w: Window, track: Track) -> Plan:
-    return Plan(track.cc, track.power, track.states, cost_of(w, track.power, track.states))
-
-
 def _continued(plant: Plant, w: Window, track: Track, habit: Habit, until: int) -> Track:
     """Go on with a track up to interval `until`."""
-    step, pullback = step_of(orders_of(plant)), pullback_of(orders_of(plant))
+    step, pullback = model_of(plant)
     n, s, begin = w.intervals, w.substeps, track.cc.size
     pairs = w.moments.reshape(-1, 2)
     h = np.array([w.period / STEPS])
     cc, used, path = np.empty(until), np.empty(until), np.empty((until + 1, w.start.size))
     cc[:begin], used[:begin], path[: begin + 1] = track.cc, track.power, track.states
-    before, length, level, plan = habit.cc_first, track.length, track.level, track.plan
-    if begin:
-        before = float(cc[begin - 1])
+    length, level, plan = track.length, track.level, track.plan
+    before = float(cc[begin - 1]) if begin else habit.cc_first
     for i in range(begin, until, habit.every):
         ahead = min(habit.horizon, n - i)
         plan = np.concatenate([plan, np.full(max(ahead - plan.size, 0), habit.cc_first)])[:ahead]

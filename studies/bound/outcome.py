@@ -1,0 +1,85 @@
+"""What was found in one window, the bounds, the laws' runs, the cap; and the means over several windows."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gyroctl.simulation.metrics import Record
+from gyroctl.studies.bound.cap import absorbed
+from gyroctl.studies.bound.cut import Cut
+from gyroctl.studies.bound.search import MOTION, Found
+
+POWERS = ("harvest_w", "mean_power", "flywheel_w", "stored_w")
+SHOWN = (*POWERS, "power_cv", "phi1_p98", "phi3_p98", "slip_loss_w", "wave_input_w", "cycle_slips", "flywheel_max")
+"""Metrics of a run that are written."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What was found in one window."""
+
+    cut: Cut
+    bounds: Mapping[str, Found]  # "smooth", and "free" where it was asked for
+    laws: Mapping[str, Record]  # their runs
+    momentum: float  # largest angular momentum in any of these runs [Nms]
+    cap_w: float  # no law with no more than that can take more from the float [W]
+
+    def record(self) -> dict[str, Any]:
+        """Numbers for JSON."""
+        return {
+            "seed": self.cut.waves.seed,
+            "sha256": self.cut.sha256,
+            "cap_w": self.cap_w,
+            "momentum_max_nms": self.momentum,
+            "bounds": {name: self._of_bound(found) for name, found in self.bounds.items()},
+            "laws": {name: self._of_law(run) for name, run in self.laws.items()},
+        }
+
+    def _of_bound(self, found: Found) -> dict[str, Any]:
+        return {
+            **{key: found.values[key] for key in SHOWN},
+            "absorbed_w": absorbed(self.cut.plant, found.record),
+            "planned_w": found.planned_w,
+            "origin": found.origin,
+            "starts": {start: {"before_w": pair[0], "after_w": pair[1]} for start, pair in found.starts.items()},
+        }
+
+    def _of_law(self, run: Record) -> dict[str, Any]:
+        values = self.cut.worth(run)
+        harvest = values["harvest_w"]
+        return {
+            **{key: values[key] for key in SHOWN},
+            "absorbed_w": absorbed(self.cut.plant, run),
+            "locked": bool(values["locked"]),
+            "within_motion_limit": max(values["phi1_p98"], values["phi3_p98"]) <= MOTION,
+            "fraction": {bound: harvest / found.values["harvest_w"] for bound, found in self.bounds.items()},
+        }
+
+
+def summary(windows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Means over the records of windows; fractions are those of the means."""
+    bounds = {}
+    for name in windows[0]["bounds"]:
+        found = [w["bounds"][name] for w in windows]
+        bounds[name] = {key: _mean(found, key) for key in ("harvest_w", "power_cv", "phi1_p98", "absorbed_w")}
+    laws = {}
+    for name in windows[0]["laws"]:
+        runs = [w["laws"][name] for w in windows]
+        means = {key: _mean(runs, key) for key in ("harvest_w", "power_cv", "phi1_p98")}
+        laws[name] = {
+            **means,
+            "locked": sum(run["locked"] for run in runs),
+            "within_motion_limit": sum(run["within_motion_limit"] for run in runs),
+            "runs": len(runs),
+            "fraction": {bound: means["harvest_w"] / bounds[bound]["harvest_w"] for bound in bounds},
+            "fraction_lowest": {bound: min(run["fraction"][bound] for run in runs) for bound in bounds},
+        }
+    return {"cap_w": _mean(windows, "cap_w"), "bounds": bounds, "laws": laws}
+
+
+def _mean(rows: Sequence[Mapping[str, Any]], key: str) -> float:
+    return float(np.mean([row[key] for row in rows]))
