@@ -1,8 +1,9 @@
 """Who imports whom, read from the sources alone: no module of the package is imported for it.
 
 Every import counts, wherever it stands: at the top of a file, inside a function, under ``TYPE_CHECKING``, as
-``import_module("...")`` with a literal, or through a public name of the package (``import gyroctl as gy`` and then
-``gy.lock_orbit``). What the harness finds by an entry point is no import: laws are looked up by name.
+``import_module("...")`` with a literal, in the ``.pyi`` stub of a lazy face, or through a name of such a face (``import
+gyroctl as gy`` and then ``gy.lock_orbit``). What the harness finds by an entry point is no import: laws are looked up
+by name.
 
 `docs/draw_rooms.py` draws the graph, `tests/test_house.py` holds it to the layers that ``pyproject.toml`` declares.
 """
@@ -43,7 +44,9 @@ def shipped_files(root: Path) -> Files:
 def file_graph(root: Path) -> Graph:
     """Read the imports between the files of the package below `root`."""
     files = shipped_files(root)
-    face = _public_names(root / PACKAGE / "__init__.pyi")
+    face = {
+        name: home for module, path in files.items() for name, home in _names_of_the_face(module, path, files).items()
+    }
     return {
         module: {target for target in _targets(module, path, files, face) if target in files and target != module}
         for module, path in files.items()
@@ -116,6 +119,7 @@ def _targets(module: str, path: Path, files: Files, face: Mapping[str, str]) -> 
     nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))))
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
     own = _names_of_the_package(nodes)
+    yield from (home for name, home in face.items() if name.rpartition(".")[0] == module)  # of its own face
     for node in nodes:
         if isinstance(node, ast.Import):
             yield from (name.name for name in node.names)
@@ -157,9 +161,15 @@ def _names_of_the_package(nodes: list[ast.AST]) -> set[str]:
     return {name.asname or PACKAGE for name in imported if name.name == PACKAGE}
 
 
-def _public_names(stub: Path) -> dict[str, str]:
-    """Modules of the public names, by ``gyroctl.name``, from the stub of the package."""
+def _names_of_the_face(module: str, path: Path, files: Files) -> dict[str, str]:
+    """Files that define the names of a lazy face, by ``package.name``, from the stub beside its ``__init__.py``."""
+    stub = path.with_suffix(".pyi")
     if not stub.is_file():
         return {}
-    statements = [node for node in ast.parse(stub.read_text(encoding="utf-8")).body if isinstance(node, ast.ImportFrom)]
-    return {f"{PACKAGE}.{name.name}": _absolute(node, PACKAGE) for node in statements for name in node.names}
+    found = {}
+    for node in ast.parse(stub.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ImportFrom):
+            source = _absolute(node, module)
+            homes = {name.name: f"{source}.{name.name}" for name in node.names}
+            found |= {f"{module}.{name}": home if home in files else source for name, home in homes.items()}
+    return found

@@ -8,7 +8,9 @@ import os
 
 import lazy_loader
 
-__version__ = "0.1.0"
+from gyroctl.version import VERSION
+
+__version__ = VERSION
 
 if not os.path.isdir(os.path.join(os.path.dirname(__file__), "controllers")):
     # a checkout without symbolic links: laws and studies are found in the folder above

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-import gyroctl
+from gyroctl.version import VERSION
 from gyroctl.writing import written_whole
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def sheet(
 def save(figure: Figure, path: Path) -> Path:
     """Write a figure as PNG, whole or not at all, with the version that drew it."""
     with written_whole(path) as part:
-        figure.savefig(part, format="png", metadata={"Software": f"gyroctl {gyroctl.__version__}"})
+        figure.savefig(part, format="png", metadata={"Software": f"gyroctl {VERSION}"})
     return path
 
 

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyroctl import __version__
 from gyroctl.comparison.execution import execute
 from gyroctl.comparison.items import COUNTERS, Outcome, Realisations, work_items
 from gyroctl.errors import InputError
@@ -20,6 +19,7 @@ from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
 from gyroctl.simulation.metrics import UNITS
+from gyroctl.version import VERSION
 from gyroctl.waves import WaveRealisation
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ def compare(
     check_fair(rows)
     return _dataset(laws, waves, rows).assign_attrs(
         experiment=json.dumps(experiment or _default_experiment(plant, waves, settings)),
-        gyroctl_version=__version__,
+        gyroctl_version=VERSION,
         created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         tuning_seeds=json.dumps(sorted(int(seed) for seed in tuning_seeds)),
         parameters=json.dumps({name: describe(law) for name, law in laws.items()}),

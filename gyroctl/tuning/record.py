@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from gyroctl import __version__
 from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
 from gyroctl.statistics import wilson
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.stages import Means, Seen
 from gyroctl.tuning.task import Task, TuningSea
+from gyroctl.version import VERSION
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ def provenance(task: Task, on: Circumstances) -> dict[str, Any]:
     """Circumstances of a tuning: date, version, seeds, rule, seas, start, plant."""
     return {
         "date": datetime.date.today().isoformat(),
-        "version": __version__,
+        "version": VERSION,
         "seeds": {"first": task.seeds.span[0], "last": task.seeds.span[-1]},
         "method": task.method,
         "rule": " ".join((Goal.score.__doc__ or "").split()),

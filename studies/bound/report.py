@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-import gyroctl
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law
 from gyroctl.plant import Plant
@@ -20,6 +19,7 @@ from gyroctl.studies.bound.draw import picture
 from gyroctl.studies.bound.outcome import Outcome, summary
 from gyroctl.studies.bound.search import FULL, MOTION, Effort, best_found, loosened, ticks
 from gyroctl.studies.style import save, styled
+from gyroctl.version import VERSION
 from gyroctl.waves import SeaState
 from gyroctl.writing import plain, write_json
 
@@ -84,7 +84,7 @@ def bound_report(
     request |= {"device": plant.name, "motion_limit_rad": MOTION, "laws": list(laws)}
     records = [window.record() for window in windows]
     content = {
-        "gyroctl_version": gyroctl.__version__,
+        "gyroctl_version": VERSION,
         "request": request,
         "windows": records,
         "summary": summary(records),

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import gyroctl
 from gyroctl.errors import InputError
 from gyroctl.reports.wording import seed_ranges
 from gyroctl.studies.evaluation.information import information_table
@@ -15,6 +14,7 @@ from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.robustness import robustness_table
 from gyroctl.studies.evaluation.seas import seas_table
 from gyroctl.studies.style import save
+from gyroctl.version import VERSION
 from gyroctl.writing import write_json, write_text
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def _one(name: str, ask: Request) -> dict[str, Any]:
     content = {
         "table": name,
         "title": TITLES[name],
-        "gyroctl_version": gyroctl.__version__,
+        "gyroctl_version": VERSION,
         "request": ask.record(),
         **found,
         "seconds": round(time.monotonic() - begin, 1),

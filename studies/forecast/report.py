@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-import gyroctl
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.studies.forecast.draw import draw
 from gyroctl.studies.forecast.skill import FIRST, LEADS, SOURCES, Skill, skill
 from gyroctl.studies.style import save, styled
+from gyroctl.version import VERSION
 from gyroctl.waves import DriftingSea, SeaState
 from gyroctl.writing import write_json, write_rows
 
@@ -55,7 +55,7 @@ def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, l
     rows = _rows(found)
     write_rows(out / "forecast.csv", [["sea", "source", "moment", *(f"error_at_{lead:g}_s" for lead in LEADS)], *rows])
     at_the_sample = {name: {"estimator": value.now[0], "smoothed": value.now[1]} for name, value in found.items()}
-    head = {"gyroctl_version": gyroctl.__version__, "seeds": list(seeds), "duration_s": duration, "law": law}
+    head = {"gyroctl_version": VERSION, "seeds": list(seeds), "duration_s": duration, "law": law}
     write_json(out / "forecast.json", {**head, "error_at_the_sample": at_the_sample})
     return _text(rows) + _sample(found)
 

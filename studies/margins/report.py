@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-import gyroctl
 from gyroctl.errors import InputError
 from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.orbits.flow import Forcing
@@ -23,6 +22,7 @@ from gyroctl.studies.margins.measures import DIRECTIONS, SIZES, LoopAnswer, Marg
 from gyroctl.studies.margins.request import Request, find_orbit
 from gyroctl.studies.margins.words import meanings
 from gyroctl.studies.style import save, styled
+from gyroctl.version import VERSION
 from gyroctl.writing import plain, write_json
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def margin_report(
     point = f"{asked.sea}; {asked.controls}"
     stages = (len(DIRECTIONS) + len(SIZES) + 1) * (2 if asked.law else 1) + 6
     stages += (MAP_COLUMNS + 1) + (TONGUE_COLUMNS + 1) + BASIN_COLUMNS + BORDER_STAGES if maps else 0
-    content: dict[str, Any] = {"gyroctl_version": gyroctl.__version__, "request": asked.record()}
+    content: dict[str, Any] = {"gyroctl_version": VERSION, "request": asked.record()}
     content["orbit"] = measures.orbit_record(orbit)
     with Progress("margins", stages, quiet) as progress, styled():
         constant, of_law, answer = _measured(asked, orbit, samples, progress)
@@ -131,7 +131,7 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
         borders = control_borders(asked, CC_RANGE, progress.advance) if over_controls else ()
         save(draw_maps.orbit_map(asked, found, borders), out / "lockmap.png")
     content = {
-        "gyroctl_version": gyroctl.__version__,
+        "gyroctl_version": VERSION,
         "request": asked.record(),
         "map": found.record(),
         "borders": borders,

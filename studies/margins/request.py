@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any
 
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law
@@ -123,9 +122,4 @@ def _law(name: str, parameters: Mapping[str, Any], wp: float, cc: float, cg: flo
     own = describe(built)
     wanted = {"wp": wp, **({"cc": cc, "cg": cg} if built.information == "none" else {})}
     changes = {key: value for key, value in wanted.items() if key in own and key not in parameters}
-    if not changes:
-        return built
-    replaced: Any = built
-    if isinstance(built, tuple):
-        return cast(Law, replaced._replace(**changes))
-    return cast(Law, dataclasses.replace(replaced, **changes))
+    return law(name, **{**parameters, **changes})

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
-import gyroctl
 from gyroctl.reports.wording import number
 from gyroctl.studies.paper.ensembles import Setup
 from gyroctl.studies.paper.statements import Finding
 from gyroctl.studies.paper.verdicts import Result
+from gyroctl.version import VERSION
 from gyroctl.writing import plain
 
 if TYPE_CHECKING:
@@ -86,7 +86,7 @@ def as_json(findings: Sequence[Finding], setup: Setup) -> str:
         results = plain(finding.results)
         rows.append({"key": s.key, "group": s.group, "paper": s.says, "measure": s.measure, "results": results})
     head = {
-        "gyroctl_version": gyroctl.__version__,
+        "gyroctl_version": VERSION,
         "seeds": list(setup.seeds),
         "duration_s": setup.duration,
         "tally": tally(findings),
