@@ -20,7 +20,7 @@ from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
 from gyroctl.controllers.nmpc.solvers.descent import descend
 from gyroctl.controllers.nmpc.solvers.planner_osqp import osqp_planner
 from gyroctl.controllers.nmpc.solvers.real_time_iterations import empty_room, iterate_briefly
-from gyroctl.plant.compiled import entry_point, inlined, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
 
 FIELDS = len(Weights._fields)
 
@@ -96,7 +96,7 @@ def elsewhere(step: Any, pullback: Any, problem: Any, cc: Any, other: Any, more:
     if more > 0:
         _, found, _ = descend(step, pullback, problem, other, RETRY_LENGTH, more)
         if found < cost:
-            cc[:] = other
+            put(other, cc)
             return float(found)
     return cost
 

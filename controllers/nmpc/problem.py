@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc import prediction
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.plant import Plant
-from gyroctl.plant.compiled import entry_point, inlined, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
 
 PHI1, PHI3, RING_ANGLE, V1, V3, RING, FLYWHEEL = range(7)  # rows of the prediction model's state
 
@@ -113,7 +113,7 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
         assert stamp
         u, ignored = np.array([0.0, problem.power]), np.zeros(problem.start.size)
         cost, last = 0.0, problem.before
-        states[0, :] = problem.start
+        put(problem.start, states[0])
         for i in range(cc.size):
             u[0] = cc[i]
             for q in range(STEPS * i, STEPS * (i + 1)):
@@ -142,7 +142,7 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
             for q in range(STEPS * (i + 1) - 1, STEPS * i - 1, -1):
                 pullback(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, weight, by_x, by_u)
                 slope[i] += by_u[0]
-                weight[:] = by_x
+                put(by_x, weight)
         travel = 2.0 * problem.weights.travel
         for i in range(cc.size):
             slope[i] += travel * (cc[i] - (problem.before if i == 0 else cc[i - 1]))

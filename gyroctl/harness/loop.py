@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gyroctl.harness import actuation, sensing
 from gyroctl.harness.actuation import ActuatorArrays, actuate
 from gyroctl.harness.sensing import SensorArrays, measure
-from gyroctl.plant.compiled import entry_point, source_stamp
+from gyroctl.plant.compiled import entry_point, put, source_stamp
 from gyroctl.plant.equations import Coefficients
 from gyroctl.plant.kernel import SOURCES, hold_into, slip_rate, steps_for
 from gyroctl.plant.measurement import CHANNELS
@@ -97,7 +97,7 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
             hold_into(
                 state, work, moments, weight, kernel.k, now, sample * tick, tick, steps, kernel.waves, kernel.waves_dt
             )
-            record[sample + 1, :] = state
+            put(state, record[sample + 1])
         return -1
 
     return closed_loop

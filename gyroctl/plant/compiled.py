@@ -35,7 +35,7 @@ def entry_point(function: F) -> F:
 
 def stamped(sources: Sequence[str]) -> Callable[[F], F]:
     """Make a decorator like `entry_point` for functions into which the named files are compiled."""
-    stamp = source_stamp(sources)
+    stamp = source_stamp(sources)[:16]
 
     def compiled(function: F) -> F:
         function.__qualname__ += f"_{stamp}"  # numba names the cache file by it
@@ -50,6 +50,21 @@ def source_stamp(modules: Sequence[str]) -> str:
     for path in modules:
         digest.update(Path(path).read_bytes())
     return digest.hexdigest()
+
+
+@inlined
+def put(values: Any, out: Any) -> None:
+    """Copy one row of numbers into another: ``out[:] = values`` would compile seconds of text for an error first."""
+    for i in range(out.shape[0]):
+        out[i] = values[i]
+
+
+@inlined
+def put_table(values: Any, out: Any) -> None:
+    """Copy a table into another, see `put`."""
+    for i in range(out.shape[0]):
+        for j in range(out.shape[1]):
+            out[i, j] = values[i, j]
 
 
 def stepped(law: Any, t: float, y: Any, state: Any) -> Any:

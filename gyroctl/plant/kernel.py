@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.plant import compiled, equations, trigonometry
-from gyroctl.plant.compiled import inlined, stamped
+from gyroctl.plant.compiled import inlined, put, stamped
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, RADIATION, Coefficients, derivative
 
 Array = NDArray[Any]
@@ -204,7 +204,7 @@ def run_lanes(
     intervals = record.shape[1] - 1
     for i in range(intervals):
         if i == mark:
-            marked[:] = y
+            put(y, marked)
         write_down(y, record, i)
         advance(y, x, slope, moments, weight, LANES, k, cc, cg, i * hold, hold, steps, waves, waves_dt)
     write_down(y, record, intervals)

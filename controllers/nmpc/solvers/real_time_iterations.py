@@ -25,7 +25,7 @@ from gyroctl.controllers.nmpc.solvers.subproblem import (
     empty_subproblem,
     linearise,
 )
-from gyroctl.plant.compiled import entry_point, inlined, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, put, put_table, source_stamp
 
 PROXIMAL_MIN, PROXIMAL_MAX = 1.0, 1e5  # [J/(Nms)^2]
 GOOD, POOR = 0.75, 0.25  # ratio of true to promised decrease above and below which the proximal weight changes
@@ -84,8 +84,8 @@ def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
                     proximal /= 3.0
                 elif part < 1.0 or ratio < POOR:
                     proximal *= 3.0
-                cc[:] = room.trial
-                room.states[:] = room.ahead
+                put(room.trial, cc)
+                put_table(room.ahead, room.states)
                 return found, min(max(proximal, PROXIMAL_MIN), PROXIMAL_MAX)
             part *= 0.5
         return cost, min(9.0 * proximal, PROXIMAL_MAX)

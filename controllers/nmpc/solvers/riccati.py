@@ -19,7 +19,7 @@ from gyroctl.controllers.nmpc.solvers import SOURCES, subproblem
 from gyroctl.controllers.nmpc.solvers.interior_point import InteriorRoom, empty_interior_room, interior_point
 from gyroctl.controllers.nmpc.solvers.riccati_sweep import SweepRoom, empty_sweep_room, sweep
 from gyroctl.controllers.nmpc.solvers.subproblem import Step, bounds, evaluate, slope
-from gyroctl.plant.compiled import entry_point, inlined, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, put, put_table, source_stamp
 
 PATIENCE = 7
 INTERIOR = 40  # most iterations of the interior point method, of two sweeps each
@@ -80,7 +80,8 @@ def _shortened(qp: Any, proximal: float, d: Any, cost: float, rounding: float, r
             decrease -= room.slope[i] * (room.trial[i] - d[i])
         found = evaluate(qp, proximal, room.trial, room.ahead, room.new_slopes)
         if found <= cost - SUFFICIENT * decrease + rounding:
-            d[:], room.slopes[:] = room.trial, room.new_slopes
+            put(room.trial, d)
+            put_table(room.new_slopes, room.slopes)
             return True, found
         part *= 0.5
     return False, cost
@@ -121,12 +122,12 @@ def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
             if count == limit:
                 break
             if rescue and count == PATIENCE:
-                room.trial[:] = d
+                put(d, room.trial)
                 inner = 2 * interior_point(qp, proximal, d, 1e-9, INTERIOR, room, rooms.interior)
                 room.barrier[:] = 0.0
                 found = evaluate(qp, proximal, d, room.states, room.slopes)
                 if not found <= cost:
-                    d[:] = room.trial
+                    put(room.trial, d)
                     found = evaluate(qp, proximal, d, room.states, room.slopes)
                 cost = found
                 continue

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.solvers import SOURCES
 from gyroctl.controllers.nmpc.solvers.subproblem import OUTPUTS, add_product, add_transposed, transposed_product
-from gyroctl.plant.compiled import entry_point, inlined, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
 
 FloatArray = NDArray[np.float64]
 
@@ -125,8 +125,8 @@ def _sweep(stamp: str) -> Callable[..., bool]:
             for row in range(m):
                 moved[row] = qp.b[i, row] * before
             add_product(qp.A[i], e, moved)
-            e[:] = moved
-            room.ahead[i] = e
+            put(moved, e)
+            put(e, room.ahead[i])
         return True
 
     return sweep

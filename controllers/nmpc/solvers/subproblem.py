@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, terminal_cost
 from gyroctl.controllers.nmpc.solvers import SOURCES
-from gyroctl.plant.compiled import entry_point, inlined, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, put, put_table, source_stamp
 
 FloatArray = NDArray[np.float64]
 
@@ -129,12 +129,14 @@ def _linearise(stamp: str) -> Callable[..., bool]:
             for q in range(STEPS * i, STEPS * (i + 1)):
                 tangent(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, after, jacobian)
                 if q == STEPS * i:
-                    a[:, :], b[:] = by_state.T, by_coupling
+                    put_table(by_state.T, a)
+                    put(by_coupling, b)
                     continue
-                chained[:] = by_coupling
+                put(by_coupling, chained)
                 add_transposed(by_state, b, chained)
                 transposed_product(by_state, a, product)
-                a[:, :], b[:] = product, chained
+                put_table(product, a)
+                put(chained, b)
             for r in range(3):
                 qp.outputs[i, r] = states[STEPS * (i + 1), OUTPUTS[r]]
         qp.terminal[:] = 0.0
@@ -182,7 +184,7 @@ def slope(qp: Any, proximal: float, d: Any, slopes: Any, out: Any) -> None:
     """Write the gradient by `d` (n,), from the slopes that `evaluate` left."""
     n, m = qp.b.shape
     weight, moved = np.zeros(m), np.zeros(m)
-    weight[:] = qp.terminal
+    put(qp.terminal, weight)
     for i in range(n - 1, -1, -1):
         for r in range(3):
             weight[OUTPUTS[r]] += slopes[i, r]
@@ -196,4 +198,4 @@ def slope(qp: Any, proximal: float, d: Any, slopes: Any, out: Any) -> None:
         out[i] = total
         moved[:] = 0.0
         add_transposed(qp.A[i], weight, moved)
-        weight[:] = moved
+        put(moved, weight)
