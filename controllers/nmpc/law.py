@@ -12,14 +12,14 @@ import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.foresight import Foresight, Waves, copied
-from gyroctl.controllers.nmpc.planner import FRESH, planner_of
+from gyroctl.controllers.nmpc.planner import FRESH, compile_planner, planner_of
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of
 from gyroctl.controllers.nmpc.problem import Weights, weights
@@ -148,17 +148,13 @@ class Nmpc:
         return knowing
 
     def preparations(self) -> tuple[Callable[[], None], ...]:
-        """What a new installation compiles: the planner, and estimation with the forecast."""
+        """What a new installation compiles: the planner, and its model with estimation and forecast."""
         alone = replace(self, information="sensors", seen=None)
-        return alone._compile_planner, alone._compile_estimation
+        return partial(compile_planner, self.effort.solver), alone._compile_model
 
-    def _compile_planner(self) -> None:
-        planner, k, h, cost, rows = self._tools
-        cc, moments = np.full(self.intervals, 0.05), np.zeros(2 * (STEPS * self.intervals + 1))
-        now = np.array([self.command.power, cc[0], self.cc_max, self.period])
-        planner(np.zeros(rows.size), moments, now, cost, h, k, cc, FRESH[self.effort.solver], 1, cc.copy(), 1)
-
-    def _compile_estimation(self) -> None:
+    def _compile_model(self) -> None:
+        """Prediction model, estimation and forecast."""
+        self._tools  # noqa: B018 - makes the functions of the model
         estimate, forecast = self._estimator.init(), self._foresight.init()
         for sample in range(PAST + 1):  # long enough to learn the sea once
             update(self._estimator, estimate, np.full(7, 0.1), 0.05, 1e-3)

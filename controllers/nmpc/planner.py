@@ -11,6 +11,7 @@ from collections.abc import Callable
 from functools import lru_cache, partial
 from typing import Any
 
+from numba import types
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from gyroctl.controllers.nmpc.prediction import Orders, pullback_of, step_of, tangent_of
@@ -31,6 +32,10 @@ NEWTON, TOLERANCE = 4, 1e-4
 FRESH = {"riccati": 100.0, "osqp": 100.0, "descent": 1e-3}
 """Memory of a solver that begins anew: proximal weight [J/(Nms)^2], or step length [(Nms)^2/J]."""
 
+ROW = types.float64[::1]
+MODEL_ARGUMENTS = {"descent": (6, 8), "riccati": (6, 8, 7)}
+"""Arrays that the functions of the model take: step, pullback, tangent, see `prediction`."""
+
 RETRY_LENGTH = 1e-4  # first step of a descent from elsewhere [(Nms)^2/J]
 
 
@@ -40,7 +45,7 @@ def problem_of(start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any)
     return Problem(start, moments, now[0], now[1], now[2], now[3], h, k, Weights(*to_fixed_tuple(weights, FIELDS)))
 
 
-def _planners(stamp: str) -> dict[str, Callable[..., tuple[float, float]]]:
+def _planners(stamp: str) -> dict[str, Any]:
     """Compile a planner for each solver; the stamp makes the cache forget code whose parts have changed."""
 
     @entry_point
@@ -102,6 +107,14 @@ def elsewhere(step: Any, pullback: Any, problem: Any, cc: Any, other: Any, more:
 
 
 _compiled = _planners(source_stamp((__file__, *descent.SOURCES, *rti.SOURCES)))
+
+
+def compile_planner(solver: str) -> None:
+    """Compile a planner by the types of its arguments: the three functions of the model need not be there for it."""
+    if solver not in _compiled:
+        return
+    model = [types.FunctionType(types.void(*[ROW] * count)) for count in MODEL_ARGUMENTS[solver]]
+    _compiled[solver].compile((*model, *[ROW] * 7, types.float64, types.int64, ROW, types.int64))
 
 
 @lru_cache(maxsize=8)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Sequence
-from concurrent.futures import Executor, Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from collections.abc import Iterable, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from contextlib import ExitStack
 from multiprocessing import get_context
 from pathlib import Path
@@ -13,7 +13,7 @@ from typing import Any
 from gyroctl.comparison import store
 from gyroctl.comparison.items import Item, Outcome, perform
 from gyroctl.harness.law_entry import compile_law
-from gyroctl.harness.protocol import Preparing, innermost
+from gyroctl.harness.protocol import Law, Preparing, innermost
 from gyroctl.simulation.progress import Progress
 
 Outcomes = dict[tuple[str, int], Outcome]
@@ -44,15 +44,18 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
             else:
                 outcomes[item.name, item.seed] = Outcome(*stored)
                 progress.advance()
-        compiled = {item.name: compile_law(item.law) is not None for item in todo}
-        fast = [item for item in todo if compiled[item.name]]
-        slow = [item for item in todo if not compiled[item.name]]
+        laws = {item.name: item.law for item in todo}
+        processes = pools.enter_context(ProcessPoolExecutor(workers, mp_context=get_context("spawn")))
         threads = pools.enter_context(ThreadPoolExecutor(workers))
-        processes = pools.enter_context(_processes(workers, slow))
+        alone = pools.enter_context(ThreadPoolExecutor(1))
         try:
-            parts = _preparations(slow, processes)  # on a new installation they compile, beside the fast runs
-            for pool, batch, beside in ((threads, fast, parts), (processes, slow, [])):
-                futures: dict[Future[Any], Item] = {pool.submit(perform, item): item for item in batch}
+            parts = _preparations(laws.values(), processes) if workers > 1 and len(todo) > 1 else []
+            compiled = {name: compile_law(law) is not None for name, law in laws.items()}
+            slow = [item for item in todo if not compiled[item.name]]
+            apart = {name: workers > 1 and len(slow) > 1 and _can_be_sent(law) for name, law in laws.items()}
+            fast = [(threads, item) for item in todo if compiled[item.name]]
+            for stage, beside in ((fast, parts), ([(processes if apart[i.name] else alone, i) for i in slow], [])):
+                futures: dict[Future[Any], Item] = {pool.submit(perform, item): item for pool, item in stage}
                 for future in as_completed([*futures, *beside]):
                     outcome = future.result()
                     if future in futures:
@@ -61,31 +64,22 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
                         outcomes[item.name, item.seed] = outcome
                         progress.advance()
         except BaseException:
-            for pool in (threads, processes):
+            for pool in (processes, threads, alone):
                 pool.shutdown(wait=False, cancel_futures=True)
             raise
     return outcomes
 
 
-def _preparations(slow: Sequence[Item], processes: Executor) -> list[Future[Any]]:
+def _preparations(laws: Iterable[Law], processes: ProcessPoolExecutor) -> list[Future[Any]]:
     """Have slow laws compile what they call, part by part at once: their runs find it done."""
-    if not isinstance(processes, ProcessPoolExecutor):
-        return []
-    laws = {item.name: innermost(item.law) for item in slow}
-    return [
-        processes.submit(part) for law in laws.values() if isinstance(law, Preparing) for part in law.preparations()
-    ]
+    within = [innermost(law) for law in laws if _can_be_sent(law)]
+    return [processes.submit(part) for law in within if isinstance(law, Preparing) for part in law.preparations()]
 
 
-def _processes(workers: int, batch: Sequence[Item]) -> Executor:
-    """Processes for laws that run as Python; a single thread where one will do, or where a law cannot be sent."""
-    if workers == 1 or len(batch) <= 1:
-        return ThreadPoolExecutor(1)
+def _can_be_sent(law: Law) -> bool:
+    """Whether a worker process can be given the law: not where it is from a user's file, which that does not know."""
     try:
-        for law in {item.name: item.law for item in batch}.values():
-            pickle.loads(pickle.dumps(law))
-            if type(law).__module__.startswith("gyroctl_user_"):
-                raise pickle.PicklingError  # a worker process would not know the user's file
+        pickle.loads(pickle.dumps(law))
     except (pickle.PicklingError, AttributeError, TypeError, ImportError):
-        return ThreadPoolExecutor(1)
-    return ProcessPoolExecutor(workers, mp_context=get_context("spawn"))
+        return False
+    return not type(law).__module__.startswith("gyroctl_user_")
