@@ -30,8 +30,13 @@ def compare(
     setup = read_experiment(experiment, quick)
     waves, asked = Realisations(setup.sea, setup.run.seeds, setup.run.duration), setup.record()
     tuned, limit, runs = all_tuning_seeds(), setup.run.motion_limit, out / "runs"
-    ds = run(setup.plant, setup.laws, waves, setup.settings, workers or None, runs, tuned, asked, limit)
+    allowed = setup.run.time_limit or None
+    ds = run(
+        setup.plant, setup.laws, waves, setup.settings, workers or None, runs, tuned, asked, limit, time_limit=allowed
+    )
     write(ds, out)
+    if ds.failed.any():
+        raise typer.Exit(2 if ds.failed.all() else 1)
 
 
 def report(

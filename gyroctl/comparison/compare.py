@@ -53,6 +53,7 @@ def compare(
     experiment: Mapping[str, Any] | None = None,
     motion_limit: float = 0.35,
     quiet: bool = False,
+    time_limit: float | None = None,
 ) -> xarray.Dataset:
     """Compare laws on identical realisations.
 
@@ -78,19 +79,21 @@ def compare(
         Limit of the 98 % motion. [rad]
     quiet : bool
         Show no progress.
+    time_limit : float, optional
+        Time that one run of a law which is not of this package may take; by default as long as what it simulates, and
+        a minute at least. [s]
 
     Returns
     -------
     xarray.Dataset
         Dimensions law and realisation; the variables of `metrics.UNITS` and more, and the time series of the first
-        realisation as ``example_...``.
+        realisation as ``example_...``. A run that failed has ``failed`` = 1, its reason in ``failure``, and no number
+        elsewhere; it ends no other run.
 
     Raises
     ------
     InputError
         For no law, seeds that repeat or overlap the tuning seeds, waves that differ, and whatever a run refuses.
-    LawError
-        Where a law breaks the protocol.
     """
     settings = settings or Settings()
     if not isinstance(waves, Realisations):
@@ -99,7 +102,8 @@ def compare(
         raise InputError("laws", {}, "there is nothing to compare", "Give at least one law")
     _check_seeds(waves.seeds, tuning_seeds)
     check_length(waves.duration, settings.score_from)
-    items = work_items(plant, laws, waves, settings)
+    limit = max(60.0, waves.duration) if time_limit is None else time_limit
+    items = work_items(plant, laws, waves, settings, limit)
     outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet)
     rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in laws}
     check_fair(rows)
@@ -170,25 +174,32 @@ def _dataset(laws: Mapping[str, Law], waves: Realisations, rows: Rows) -> xarray
     names = list(laws)
     data: dict[str, Any] = {}
     for variable, unit in VARIABLES.items():
-        values = np.array([[outcome.values[variable] for outcome in rows[name]] for name in names])
+        values = np.array([[outcome.values.get(variable, np.nan) for outcome in rows[name]] for name in names])
         if variable in ("locked", "outside_model"):
-            values = values.astype(bool)
+            values = values == 1.0
         attrs = {"units": unit, "long_name": variable.replace("_", " ")}
         data[variable] = (("law", "realisation"), values, attrs)
+    runs = [outcome for name in names for outcome in rows[name]]
+    shape = (len(names), len(waves.seeds))
+    failed = np.array([bool(outcome.failure) for outcome in runs]).reshape(shape)
+    data["failed"] = (("law", "realisation"), failed, {"units": "1", "long_name": "failed"})
+    failure = np.array([outcome.failure for outcome in runs], dtype=object).reshape(shape)
+    data["failure"] = (("law", "realisation"), failure, {"long_name": "why the run failed"})
     examples = [rows[name][0].series for name in names]
+    known = next((example for example in examples if example), dict.fromkeys(("time", "elevation"), np.zeros(0)))
+    nothing = np.full(known["time"].size, np.nan)
     for variable, unit in EXAMPLES.items():
-        series = np.stack([example[variable] for example in examples])
+        series = np.stack([example.get(variable, nothing) for example in examples])
         attrs = {"units": unit, "long_name": f"{variable.replace('_', ' ')}, first realisation"}
         data[f"example_{variable}"] = (("law", "time"), series, attrs)
-    elevation = examples[0]["elevation"]
-    data["example_elevation"] = ("time", elevation, {"units": "m", "long_name": "elevation at the float"})
+    data["example_elevation"] = ("time", known["elevation"], {"units": "m", "long_name": "elevation at the float"})
     coords = {
         "law": ("law", names),
         "realisation": ("realisation", np.array(waves.seeds)),
         "sha256": ("realisation", [outcome.sha256 for outcome in rows[names[0]]]),
         "information": ("law", [law.information for law in laws.values()]),
         "label": ("law", [name.replace("_", " ") for name in names]),
-        "time": ("time", examples[0]["time"], {"units": "s", "long_name": "time"}),
+        "time": ("time", known["time"], {"units": "s", "long_name": "time"}),
     }
     return xr.Dataset(data, coords)
 

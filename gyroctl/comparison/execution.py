@@ -1,41 +1,54 @@
-"""A map over work items: neither the number of workers nor the order changes a bit, and what is stored is not run."""
+"""A map over work items: neither the number of workers nor the order changes a bit, and what is stored is not run.
+
+The package's own compiled laws run on threads. Its other laws, and every law from elsewhere, run in processes of their
+own, where each run gets the law anew: whatever such a law does, the run fails alone, and can be stopped.
+"""
 
 from __future__ import annotations
 
-import pickle
-from collections.abc import Iterable, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
-from contextlib import ExitStack
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import replace
+from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
+
+import cloudpickle
+from pebble import ProcessExpired, ProcessPool
 
 from gyroctl.comparison import store
-from gyroctl.comparison.items import Item, Outcome, perform
+from gyroctl.comparison.items import Item, Outcome, failed, perform
 from gyroctl.harness.law_entry import compile_law
-from gyroctl.harness.protocol import Law, Preparing, innermost
+from gyroctl.harness.protocol import Law, Preparing, Wrapping, innermost
 from gyroctl.simulation.progress import Progress
 
 Outcomes = dict[tuple[str, int], Outcome]
 """Results by law and seed."""
 
+GRACE = 30.0
+"""What a process may take beside its run: start, compilation. [s]"""
+
 
 def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bool) -> Outcomes:
-    """Run the items that are not stored: compiled laws on threads, the others on processes if there are workers.
+    """Run the items that are not stored.
 
     Parameters
     ----------
     items : sequence of Item
         What is wanted.
     workers : int
-        Threads or processes.
+        Threads, and processes.
     results : Path or None
-        Folder of the stored results; each one is stored when it is there.
+        Folder of the stored results; each one is stored when it is there, but not a failure.
     quiet : bool
         Show no progress.
     """
     outcomes: Outcomes = {}
-    with Progress("runs", len(items), quiet) as progress, ExitStack() as pools:
+    with Progress("runs", len(items), quiet) as progress:
         todo = []
         for item in items:
             stored = store.load(results, item.key)
@@ -44,42 +57,123 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
             else:
                 outcomes[item.name, item.seed] = Outcome(*stored)
                 progress.advance()
-        laws = {item.name: item.law for item in todo}
-        processes = pools.enter_context(ProcessPoolExecutor(workers, mp_context=get_context("spawn")))
-        threads = pools.enter_context(ThreadPoolExecutor(workers))
-        alone = pools.enter_context(ThreadPoolExecutor(1))
-        try:
-            parts = _preparations(laws.values(), processes) if workers > 1 and len(todo) > 1 else []
-            compiled = {name: compile_law(law) is not None for name, law in laws.items()}
-            slow = [item for item in todo if not compiled[item.name]]
-            apart = {name: workers > 1 and len(slow) > 1 and _can_be_sent(law) for name, law in laws.items()}
-            fast = [(threads, item) for item in todo if compiled[item.name]]
-            for stage, beside in ((fast, parts), ([(processes if apart[i.name] else alone, i) for i in slow], [])):
-                futures: dict[Future[Any], Item] = {pool.submit(perform, item): item for pool, item in stage}
-                for future in as_completed([*futures, *beside]):
-                    outcome = future.result()
-                    if future in futures:
-                        item = futures[future]
-                        store.save(results, item.key, outcome.sha256, outcome.values, outcome.series)
-                        outcomes[item.name, item.seed] = outcome
-                        progress.advance()
-        except BaseException:
-            for pool in (processes, threads, alone):
-                pool.shutdown(wait=False, cancel_futures=True)
-            raise
+        for item, outcome in _outcomes(todo, workers):
+            if not outcome.failure:
+                store.save(results, item.key, outcome.sha256, outcome.values, outcome.series)
+            outcomes[item.name, item.seed] = outcome
+            progress.advance()
     return outcomes
 
 
-def _preparations(laws: Iterable[Law], processes: ProcessPoolExecutor) -> list[Future[Any]]:
-    """Have slow laws compile what they call, part by part at once: their runs find it done."""
-    within = [innermost(law) for law in laws if _can_be_sent(law)]
-    return [processes.submit(part) for law in within if isinstance(law, Preparing) for part in law.preparations()]
+def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outcome]]:
+    """Run items, and yield each with its outcome as they end: first the fast ones, then those of slow laws."""
+    laws = {item.name: item.law for item in items}
+    with _pools(workers) as (threads, processes):
+        several = workers > 1 and len(items) > 1
+        parts = [processes.schedule(part) for law in laws.values() for part in _parts(law)] if several else []
+        fast = {name for name, law in laws.items() if _ours(law) and compile_law(law) is not None}
+        stages: tuple[tuple[list[Item], Sequence[Any]], ...]
+        stages = ([i for i in items if i.name in fast], parts), ([i for i in items if i.name not in fast], [])
+        for stage, beside in stages:
+            futures: dict[Future[Any], Item] = {}
+            for item in stage:
+                if item.name in fast or (_ours(item.law) and not several):
+                    futures[threads.submit(perform, item)] = item
+                else:
+                    futures[_sent(item, processes)] = item
+            for future in as_completed([*futures, *beside]):
+                if future in futures:
+                    yield futures[future], _outcome(future, futures[future])
 
 
-def _can_be_sent(law: Law) -> bool:
-    """Whether a worker process can be given the law: not where it is from a user's file, which that does not know."""
+@contextmanager
+def _pools(workers: int) -> Iterator[tuple[ThreadPoolExecutor, ProcessPool]]:
+    """Threads and processes; whatever stops the work stops both at once."""
+    threads = ThreadPoolExecutor(workers)
+    processes = ProcessPool(workers, context=get_context("spawn"))
     try:
-        pickle.loads(pickle.dumps(law))
-    except (pickle.PicklingError, AttributeError, TypeError, ImportError):
-        return False
-    return not type(law).__module__.startswith("gyroctl_user_")
+        yield threads, processes
+        processes.close()
+    except BaseException:
+        processes.stop()
+        raise
+    finally:
+        threads.shutdown(wait=False, cancel_futures=True)
+        processes.join()
+
+
+def _ours(law: Law | None) -> bool:
+    """Whether the law, and every law within it, comes with this package: such a law keeps the protocol."""
+    while law is not None and type(law).__module__.startswith("gyroctl."):
+        law = law.law if isinstance(law, Wrapping) else None
+    return law is None
+
+
+def _parts(law: Law) -> Sequence[Any]:
+    """What a slow law of ours compiles on a new installation, part by part: its runs find it done."""
+    within = innermost(law)
+    return within.preparations() if _ours(law) and isinstance(within, Preparing) else ()
+
+
+def _sent(item: Item, processes: ProcessPool) -> Future[Any]:
+    """Send an item to a process; the law goes by its content, with the module that it is from."""
+    module = sys.modules.get(type(innermost(item.law)).__module__)
+    by_content = module is not None and not _ours(item.law) and module.__name__ != "__main__"
+    try:
+        if by_content:
+            cloudpickle.register_pickle_by_value(module)
+        packed = cloudpickle.dumps(item.law)
+    except Exception as error:  # what a user's object may do when it is asked for its parts
+        failure: Future[Any] = Future()
+        what = f"cannot be sent to a process of its own ({type(error).__name__}: {error}): keep plain values in it"
+        failure.set_result(failed(item, f"law {item.name!r} {what}"))
+        return failure
+    finally:
+        if by_content:
+            cloudpickle.unregister_pickle_by_value(module)
+    limit = item.time_limit + GRACE
+    future: Future[Any] = processes.schedule(_perform_sent, args=(replace(item, law=None), packed), timeout=limit)
+    return future
+
+
+def _perform_sent(item: Item, packed: bytes) -> Outcome:
+    """Run an item in this process: with a law of its own, or the compiled one that holds no state."""
+    try:
+        with _no_way_out():
+            law = _unpacked(packed) if compile_law(_unpacked(packed)) is not None else cloudpickle.loads(packed)
+            return perform(replace(item, law=law))
+    except BaseException as error:
+        return failed(item, f"law {item.name!r} failed in its process with {type(error).__name__}: {error}")
+
+
+@contextmanager
+def _no_way_out() -> Iterator[None]:
+    """Turn an end of the process without a word into an error: with exit code 0 nobody would notice it in time."""
+    way_out = os._exit
+
+    def refuse(code: int) -> NoReturn:
+        raise SystemExit(code)
+
+    os._exit = refuse
+    try:
+        yield
+    finally:
+        os._exit = way_out
+
+
+@lru_cache(maxsize=64)
+def _unpacked(packed: bytes) -> Any:
+    return cloudpickle.loads(packed)
+
+
+def _outcome(future: Future[Any], item: Item) -> Outcome:
+    """Result of an item, or how its run failed."""
+    try:
+        outcome: Outcome = future.result()
+    except TimeoutError:
+        what = f"took longer than {item.time_limit:g} s: compute less in step, or allow more with run.time_limit"
+        return failed(item, f"law {item.name!r} {what}")
+    except ProcessExpired as error:
+        what = f"ended its process (exit code {error.exitcode}): a law must not end the program"
+        return failed(item, f"law {item.name!r} {what}")
+    return outcome

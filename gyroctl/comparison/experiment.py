@@ -56,6 +56,8 @@ class RunTable:
         Limit of the 98 % motion. [rad]
     start : str
         "locked": on the locked orbit of the regular wave, with the blend; "rest": at rest, scored from the beginning.
+    time_limit : float
+        Time that a run of a law from elsewhere may take; 0 for as long as what it simulates, a minute at least. [s]
     """
 
     duration: float = 2000.0
@@ -64,6 +66,7 @@ class RunTable:
     seeds: tuple[int, ...] = tuple(range(1, 9))
     motion_limit: float = 0.35
     start: str = "locked"
+    time_limit: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -176,10 +179,10 @@ def all_tuning_seeds() -> tuple[int, ...]:
 
 def _run(table: dict[str, Any]) -> RunTable:
     check_known("run", table, names_of(RunTable))
-    for name in ("duration", "dt", "blend", "motion_limit"):
+    for name in ("duration", "dt", "blend", "motion_limit", "time_limit"):
         if name in table:
             table[name] = number(f"run.{name}", table[name])
-            if table[name] < 0.0 or (table[name] == 0.0 and name != "blend"):
+            if table[name] < 0.0 or (table[name] == 0.0 and name not in ("blend", "time_limit")):
                 raise InputError(f"run.{name}", table[name], "must be positive", "Leave it out for the default")
     if table.get("start", "locked") not in STARTS:
         raise InputError("run.start", table["start"], "unknown start", f"Choose one of {', '.join(STARTS)}")

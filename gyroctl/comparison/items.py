@@ -11,13 +11,14 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.fingerprint import fingerprint
 from gyroctl.harness.law_fingerprint import law_fingerprint
-from gyroctl.harness.protocol import Law
+from gyroctl.harness.protocol import Law, LawError
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.start import locked_start
 from gyroctl.plant import Plant
@@ -57,29 +58,34 @@ class Realisations:
 
 @dataclass(frozen=True)
 class Item:
-    """One law on one realisation; `available` is the power of the waves [W], `example` asks for the time series."""
+    """One law on one realisation."""
 
     plant: Plant
     name: str
-    law: Law
+    law: Any  # a Law; None while it travels apart
     waves: Realisations
     seed: int
     settings: Settings
-    available: float
-    example: bool
-    key: str
+    available: float  # power of the waves [W]
+    example: bool  # whether the time series are wanted
+    sha256: str  # of the waves as they act
+    time_limit: float  # that a run may take [s]
+    key: str  # under which the result is stored
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """Result of an item: hash of its waves, metrics, and the time series where it is the example."""
+    """Result of an item."""
 
-    sha256: str
-    values: dict[str, float]
-    series: dict[str, NDArray[np.float64]] = field(default_factory=dict)
+    sha256: str  # of its waves
+    values: dict[str, float]  # metrics; none where the run failed
+    series: dict[str, NDArray[np.float64]] = field(default_factory=dict)  # of the example
+    failure: str = ""  # why the run failed
 
 
-def work_items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings: Settings) -> list[Item]:
+def work_items(
+    plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings: Settings, time_limit: float
+) -> list[Item]:
     """Every law on every realisation.
 
     Raises
@@ -102,15 +108,27 @@ def work_items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, setti
         text = json.dumps([fingerprint(), content[name], hashes[seed], example, *common])
         # a law that is not known by its content has no key, and its result is not stored
         key = hashlib.sha256(text.encode()).hexdigest() if content[name] else ""
-        items.append(Item(plant, name, law, waves, seed, settings, available, example, key))
+        items.append(Item(plant, name, law, waves, seed, settings, available, example, hashes[seed], time_limit, key))
     return items
 
 
+def failed(item: Item, failure: str) -> Outcome:
+    """Outcome of a run that failed."""
+    return Outcome(item.sha256, {}, {}, failure)
+
+
 def perform(item: Item) -> Outcome:
-    """Run one item."""
+    """Run one item; a law that fails ends its own run alone."""
+    try:
+        return _performed(item)
+    except LawError as error:
+        return failed(item, str(error))
+
+
+def _performed(item: Item) -> Outcome:
     plant, settings, wp = item.plant, item.settings, item.waves.sea.wp
     waves = item.waves.at(plant, item.seed, settings)
-    record, timing = run_law(plant, item.law, waves, settings, item.name)
+    record, timing = run_law(plant, item.law, waves, settings, item.name, time_limit=item.time_limit)
     rest, scored = settings.start == "rest", (settings.score_from, item.available)
     values = evaluate(plant, record, waves.moments[1], waves.dt, wp, *scored, from_rest=rest)
     values |= {

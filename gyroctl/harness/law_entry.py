@@ -8,6 +8,8 @@ a second.
 
 from __future__ import annotations
 
+import math
+import time
 import traceback
 from collections.abc import Callable
 from functools import lru_cache
@@ -19,17 +21,25 @@ from numba.core.errors import NumbaError, UnsupportedBytecodeError
 from numpy.typing import NDArray
 
 from gyroctl import nested
-from gyroctl.harness.protocol import Law, LawError, Measurement
+from gyroctl.harness.protocol import Failure, Law, LawError, Measurement
 from gyroctl.nested import NotFlat, Shape
 
 _SIGNATURE = void(float64, float64[::1], float64[::1], float64[::1], float64[::1])
 
 _ENTRY = """
 def entry(t, y, p, s, u):
-    command, new = step({law}, t, {measurement}, {state})
-    u[0], u[1] = command
-    {taken}
+    u[0] = FAILED
+    try:
+        command, new = step({law}, t, {measurement}, {state})
+        if {whole}:
+            u[1] = command[1]
+            {taken}
+            u[0] = command[0]
+    except Exception:
+        pass
 """
+"""A law that raises, or whose new state holds what is no number, leaves its state as it was and a command that is no
+number: the loop stops, and the same sample gone through as plain Python says what happened."""
 
 
 class CompiledLaw(NamedTuple):
@@ -90,45 +100,94 @@ def _flat(value: Any) -> NDArray[np.float64]:
 def _compiled_entry(law: Shape, state: Shape) -> Any:
     assert isinstance(law, tuple)
     types: dict[str, Any] = {}
+    places = nested.places(state, "new")
     text = _ENTRY.format(
         law=nested.expression(law, "p", types),
         measurement=nested.expression((Measurement, (None,) * len(Measurement._fields)), "y", types),
         state=nested.expression(state, "s", types),
-        taken="; ".join(f"s[{i}] = {place}" for i, place in enumerate(nested.places(state, "new"))) or "pass",
+        whole=" and ".join(f"{place} == {place}" for place in places) or "True",
+        taken="; ".join(f"s[{i}] = {place}" for i, place in enumerate(places)) or "pass",
     )
-    scope = {**types, "step": njit(error_model="numpy")(law[0].step)}
+    # as Python would: a division by zero and an index beyond a table are errors
+    step = njit(error_model="python", boundscheck=True)(law[0].step)
+    scope = {**types, "step": step, "FAILED": math.nan}
     exec(compile(text, "<entry of a law>", "exec"), scope)
     return cfunc(_SIGNATURE)(scope["entry"])
 
 
 class PythonLaw:
-    """A law called as plain Python, with the shape of its answers checked at each call."""
+    """A law called as plain Python, with its answer checked at each call.
 
-    def __init__(self, law: Law, name: str, timer: Callable[[], float] | None = None) -> None:
-        self.law, self.name, self.timer = law, name, timer
+    Parameters
+    ----------
+    law : Law
+        The law.
+    name : str
+        For messages.
+    timer : callable, optional
+        Clock that times each call. [s]
+    limit : float
+        Time that all calls together may take. [s]
+    """
+
+    def __init__(
+        self, law: Law, name: str, timer: Callable[[], float] = time.perf_counter, limit: float = math.inf
+    ) -> None:
+        self.law, self.name, self.timer, self.limit = law, name, timer, limit
         self.state = law.init()
         self.seconds: list[float] = []
+        self.spent = 0.0
 
     def __call__(self, t: float, y: NDArray[np.float64], p: object, s: object, u: NDArray[np.float64]) -> None:
         """Take one sample."""
-        begin = self.timer() if self.timer else 0.0
+        begin = self.timer()
+        answer = self._answer(float(t), Measurement(*y.tolist()))
+        self.seconds.append(self.timer() - begin)
+        self.spent += self.seconds[-1]
+        if self.spent > self.limit:
+            mend = "compute less in step, or allow more with run.time_limit"
+            raise self._failed("too slow", t, f"took {self.spent:.1f} s so far, {self.limit:g} s are allowed: {mend}")
         try:
-            answer = self.law.step(float(t), Measurement(*y.tolist()), self.state)
-        except Exception as error:
-            raise LawError(
-                f"law {self.name!r} failed at t = {t:.1f} s: {type(error).__name__}: {error}. Correct its step, "
-                f"{_line_of(error)}"
-            ) from error
-        if self.timer:
-            self.seconds.append(self.timer() - begin)
-        try:
-            command, self.state = answer
-            u[0], u[1] = (float(value) for value in command)
+            command, state = answer
+            cc, cg = (float(value) for value in command)
         except (TypeError, ValueError):
-            raise LawError(
-                f"law {self.name!r} returned {answer!r} at t = {t:.1f} s: expected ((cc, cg), state) with two numbers. "
-                "Return the command and the new state, in this order."
-            ) from None
+            what = f"returned {answer!r}, expected ((cc, cg), state) with two numbers"
+            mend = "return the command and the new state, in this order"
+            raise self._failed("wrong answer", t, f"{what}: {mend}") from None
+        if any(isinstance(value, float) and value != value for value in nested.leaves(state)):
+            cc = math.nan
+        if not (math.isfinite(cc) and math.isfinite(cg)):
+            what = f"gave the command ({cc:g}, {cg:g}) with a state of which a part is no number"
+            what = what if cc != cc else f"gave the command ({cc:g}, {cg:g}), which is not finite"
+            raise self._failed("not finite", t, f"{what}: guard divisions and square roots in its step")
+        u[0], u[1], self.state = cc, cg, state
+
+    def _answer(self, t: float, y: Measurement) -> Any:
+        try:
+            return self.law.step(t, y, self.state)
+        except KeyboardInterrupt:
+            raise
+        except SystemExit as error:
+            mend = "a law must not end the program, return a command instead"
+            raise self._failed("ended the program", t, f"called for an exit, {_line_of(error)}: {mend}") from error
+        except BaseException as error:
+            what = f"{type(error).__name__}: {error}"
+            raise self._failed("raised", t, f"failed with {what}: correct its step, {_line_of(error)}") from error
+
+    def _failed(self, kind: Failure, t: float, what: str) -> LawError:
+        return LawError(f"law {self.name!r} {what}; at t = {t:.1f} s", kind, float(t))
+
+
+def why_it_stopped(law: Law, name: str, t: float, y: NDArray[np.float64], state: NDArray[np.float64]) -> LawError:
+    """Go through the sample at which a compiled law stopped as plain Python, and return what that says."""
+    again = PythonLaw(law, name)
+    again.state = nested.like(again.state, state.tolist())
+    try:
+        again(t, y, None, None, np.zeros(2))
+    except LawError as error:
+        return error
+    what = "gave a command or a state that is no number when compiled, and none when run as plain Python"
+    return LawError(f"law {name!r} {what}; at t = {t:.1f} s", "not finite", t)
 
 
 def _line_of(error: BaseException) -> str:

@@ -18,7 +18,6 @@ from gyroctl.harness.sensing import SensorArrays, measure
 from gyroctl.plant.compiled import entry_point, put, source_stamp
 from gyroctl.plant.equations import Coefficients
 from gyroctl.plant.kernel import SOURCES, hold_into, slip_rate, steps_for
-from gyroctl.plant.measurement import CHANNELS
 
 SWITCHED = 5.0
 """How much finer the slip is resolved after its coupling has changed: its transient carries energy, and with the step
@@ -49,6 +48,7 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
         controls: Any,
         held: Any,
         saturations: Any,
+        y: Any,
     ) -> int:
         """Run the loop over all rows of `commands`.
 
@@ -66,14 +66,15 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
             Controls before the first sample. [Nms]
         saturations : (1,) array
             Counts commands beyond the limits.
+        y : (7,) array
+            Working space: the measurements of the last sample.
 
         Returns
         -------
         int
-            The sample at which the law gave a number that is not finite, or -1.
+            The sample at which the law failed, or -1.
         """
         assert stamp
-        y = np.zeros(len(CHANNELS))
         u = np.zeros(2)
         state = record[0].copy()
         work = np.empty((5, state.size))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, Literal, Protocol, runtime_checkable
 
@@ -100,5 +101,27 @@ def innermost(law: Law) -> Law:
     return law
 
 
+Failure = Literal["raised", "ended the program", "not finite", "wrong answer", "too slow", "died"]
+"""How a run of a law fails."""
+
+
 class LawError(ValueError):
-    """A law that broke the protocol while it ran: the message names the law, the sample and what came back."""
+    """A law that failed while it ran.
+
+    Parameters
+    ----------
+    message : str
+        The law, the sample and what came back, and the mend.
+    kind : str
+        See `Failure`.
+    time : float
+        Of the sample, NaN where it is not known. [s]
+    """
+
+    def __init__(self, message: str, kind: Failure = "raised", time: float = math.nan) -> None:
+        self.kind, self.time = kind, time
+        super().__init__(message)
+
+    def __reduce__(self) -> tuple[type[LawError], tuple[str, Failure, float]]:
+        """Keep kind and time when the error crosses a process boundary."""
+        return LawError, (str(self), self.kind, self.time)

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from gyroctl import nested
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
-from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law
+from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law, why_it_stopped
 from gyroctl.harness.loop import Kernel, closed_loop, compiled_calls, compiled_loop
-from gyroctl.harness.protocol import Counting, Law, LawError, Motoring, Previewing
+from gyroctl.harness.protocol import Counting, Law, Motoring, Previewing
 from gyroctl.harness.registry import describe
 from gyroctl.harness.sensing import Sensors
 from gyroctl.harness.start import STARTS, locked_start, rest_start
@@ -93,6 +93,7 @@ def run_law(
     name: str = "law",
     compiled: bool = True,
     start: NDArray[np.float64] | None = None,
+    time_limit: float = math.inf,
 ) -> tuple[Record, LawTiming]:
     """Run a law on a realisation.
 
@@ -112,13 +113,16 @@ def run_law(
         Compile the law where that is possible; the results are the same to the last bit.
     start : (n,) array, optional
         State at t = 0; by default as the settings say.
+    time_limit : float
+        Time that a law which runs as plain Python may take in all. [s]
 
     Raises
     ------
     InputError
         For a period that does not fit the actuators', or an unstable step.
     LawError
-        Where the law returns something else than two finite numbers and a state.
+        Where the law fails: it raises, ends the program, takes too long, or returns something else than two finite
+        numbers and a state.
     """
     actuators = settings.actuators
     every = round(law.period / actuators.period)
@@ -154,24 +158,21 @@ def run_law(
         controls,
         held,
         saturations,
+        seen := np.zeros(len(CHANNELS)),
     )
     if machine is not None:
         state = machine.s.copy()
         bad = compiled_loop(machine.entry, machine.p, state, *arguments)
+        if bad >= 0:
+            raise why_it_stopped(law, name, bad * actuators.period, seen, state)
         timing = _time_compiled(machine)
         last = nested.like(law.init(), state.tolist())
     else:
-        python = PythonLaw(law, name, time.perf_counter)
-        nothing = np.zeros(1)
-        bad = closed_loop(python, nothing, nothing, *arguments)
+        python, nothing = PythonLaw(law, name, limit=time_limit), np.zeros(1)
+        closed_loop(python, nothing, nothing, *arguments)
         spent = np.array(python.seconds) * 1e3
         timing = LawTiming(float(np.median(spent)), float(np.quantile(spent, 0.99)))
         last = python.state
-    if bad >= 0:
-        raise LawError(
-            f"law {name!r} returned a command that is not finite at t = {bad * actuators.period:.1f} s. "
-            "Guard divisions and square roots in its step"
-        )
     if isinstance(law, Counting):
         timing = replace(timing, counters=dict(law.counters(last)))
     return Record(states, commands, controls, actuators.period, int(saturations[0])), timing
