@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from gyroctl.harness.law_trials import Check
+    from gyroctl.plant import Plant
+
+LONGEST = 1800.0
+"""What the check of one law may take. [s]"""
 
 app = typer.Typer(help="List the registered laws; check a law.", invoke_without_command=True)
 
@@ -41,12 +48,12 @@ def check(
     from rich.table import Table
 
     from gyroctl.devices import zhang2017
-    from gyroctl.harness.law_check import check_law, laws_of
+    from gyroctl.harness.law_check import laws_of
 
     plant, failed = zhang2017(), 0
     for each in laws_of(Path(name)) if name.endswith(".py") else [name]:
         table = Table("check", "", "found", title=each, title_justify="left", box=SIMPLE_HEAD)
-        for line in check_law(each, plant, runs):
+        for line in _checked(each, plant, runs):
             failed += not line.passed
             found = line.found if line.passed else f"{line.found}. {line.mend}."
             table.add_row(line.name, "[green]pass[/]" if line.passed else "[bold red]FAIL[/]", escape(found))
@@ -54,6 +61,34 @@ def check(
     if failed:
         typer.echo(f"{failed} check{'s' if failed > 1 else ''} failed", err=True)
         raise typer.Exit(2)
+
+
+def _checked(name: str, plant: Plant, runs: int) -> list[Check]:
+    """Check a law in a process of its own, which it may end or keep for ever."""
+    from multiprocessing import get_context
+
+    from pebble import ProcessExpired, ProcessPool
+
+    from gyroctl.comparison.execution import no_way_out
+    from gyroctl.harness.law_check import check_law
+    from gyroctl.harness.law_trials import Check
+
+    with ProcessPool(1, context=get_context("spawn")) as pool:
+        found = pool.schedule(no_way_out, args=(check_law, name, plant, runs), timeout=LONGEST)
+        try:
+            lines: list[Check] = found.result()
+        except TimeoutError:
+            lines = [Check("answers", False, f"has not ended within {LONGEST / 60.0:g} min", "Let step return at once")]
+        except ProcessExpired as error:
+            lines = [
+                Check("stays", False, f"ends the process (exit code {error.exitcode})", "Return a command instead")
+            ]
+        except SystemExit:
+            lines = [Check("stays", False, "ends the program", "A law must not exit: return a command instead")]
+        except BaseException:
+            pool.stop()
+            raise
+    return lines
 
 
 def _short(value: object) -> str:

@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 import cloudpickle
 from pebble import ProcessExpired, ProcessPool
@@ -25,6 +25,8 @@ from gyroctl.comparison.items import Item, Outcome, failed, perform
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, Preparing, Wrapping, innermost
 from gyroctl.simulation.progress import Progress
+
+Result = TypeVar("Result")
 
 Outcomes = dict[tuple[str, int], Outcome]
 """Results by law and seed."""
@@ -139,26 +141,14 @@ def _sent(item: Item, processes: ProcessPool) -> Future[Any]:
 def _perform_sent(item: Item, packed: bytes) -> Outcome:
     """Run an item in this process: with a law of its own, or the compiled one that holds no state."""
     try:
-        with _no_way_out():
-            law = _unpacked(packed) if compile_law(_unpacked(packed)) is not None else cloudpickle.loads(packed)
-            return perform(replace(item, law=law))
+        return no_way_out(_perform_packed, item, packed)
     except BaseException as error:
         return failed(item, f"law {item.name!r} failed in its process with {type(error).__name__}: {error}")
 
 
-@contextmanager
-def _no_way_out() -> Iterator[None]:
-    """Turn an end of the process without a word into an error: with exit code 0 nobody would notice it in time."""
-    way_out = os._exit
-
-    def refuse(code: int) -> NoReturn:
-        raise SystemExit(code)
-
-    os._exit = refuse
-    try:
-        yield
-    finally:
-        os._exit = way_out
+def _perform_packed(item: Item, packed: bytes) -> Outcome:
+    law = _unpacked(packed) if compile_law(_unpacked(packed)) is not None else cloudpickle.loads(packed)
+    return perform(replace(item, law=law))
 
 
 @lru_cache(maxsize=64)
@@ -177,3 +167,23 @@ def _outcome(future: Future[Any], item: Item) -> Outcome:
         what = f"ended its process (exit code {error.exitcode}): a law must not end the program"
         return failed(item, f"law {item.name!r} {what}")
     return outcome
+
+
+def no_way_out(function: Callable[..., Result], *arguments: Any) -> Result:
+    """Call a function where an end of the process without a word is an error: with exit code 0 nobody would notice it.
+
+    Raises
+    ------
+    SystemExit
+        Where the function would end the process.
+    """
+    way_out = os._exit
+
+    def refuse(status: int) -> NoReturn:
+        raise SystemExit(status)
+
+    os._exit = refuse
+    try:
+        return function(*arguments)
+    finally:
+        os._exit = way_out

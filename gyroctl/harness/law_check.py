@@ -9,6 +9,7 @@ from __future__ import annotations
 import copy
 import inspect
 import math
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,21 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.harness.law_entry import NotCompiled, compiled
-from gyroctl.harness.law_trials import RUNS, SEED, SHORT, Check, Subject, cost, dropout, shocks, step_size
+from gyroctl.harness.law_trials import (
+    LONG,
+    LONGEST,
+    RUNS,
+    SEED,
+    SHORT,
+    Check,
+    Subject,
+    cost,
+    dropout,
+    pace,
+    shocks,
+    step_size,
+    too_slow,
+)
 from gyroctl.harness.protocol import Law, LawError, Measurement, Previewing, innermost
 from gyroctl.harness.registry import defined, law
 from gyroctl.harness.run import Settings, informed, lead_in, run_law
@@ -66,14 +81,21 @@ def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
     checks.append(shape)
     if not (period.passed and shape.passed):
         return checks
+    each = pace(informed(built, waves))
+    if each * SHORT / built.period > LONGEST:
+        return [*checks, too_slow(each, built.period)]
     try:
         record, timing = run_law(plant, built, waves, settings, name)
     except (LawError, InputError) as error:
         return [*checks, Check("runs", False, str(error), "Correct its step")]
     subject = Subject(informed(built, waves), waves, record, timing, _seen(record, settings, waves.seed, built.period))
     checks += [_bounds(record, settings), _pure(subject), _repeats(subject), _compiled(subject)]
-    checks += [shocks(subject), dropout(plant, built, name), step_size(plant, built, name, runs), cost(subject)]
-    return checks
+    checks += [shocks(subject), dropout(plant, built, name)]
+    whole = each * 2 * runs * LONG / built.period  # what the check of the step would take [s]
+    if whole > LONGEST:
+        left = f"left out: its {2 * runs} runs would take {whole / 60.0:.0f} min at {1e3 * each:.3g} ms a sample"
+        return [*checks, Check("step size", True, left), cost(subject)]
+    return [*checks, step_size(plant, built, name, runs), cost(subject)]
 
 
 def laws_of(file: Path) -> list[str]:
@@ -209,13 +231,23 @@ def _pure(subject: Subject) -> Check:
 
 
 def _fields(built: Law) -> list[Any]:
-    return list(built) if isinstance(built, tuple) else list(getattr(built, "__dict__", {}).values())
+    """Values that a law holds: those of its fields, or all that it keeps where it declares none."""
+    if isinstance(built, tuple):
+        return list(built)
+    if is_dataclass(built):
+        return [getattr(built, field.name) for field in fields(built)]
+    return list(getattr(built, "__dict__", {}).values())
 
 
 def _same(a: Any, b: Any) -> bool:
+    """Whether two values are the same as far as plain data goes; what else a law holds is its own affair."""
     if isinstance(a, tuple | list):
-        return len(a) == len(b) and all(_same(x, y) for x, y in zip(a, b, strict=True))
-    return bool(np.array_equal(a, b, equal_nan=True)) if isinstance(a, float | int | np.ndarray) else bool(a == b)
+        return type(a) is type(b) and len(a) == len(b) and all(_same(x, y) for x, y in zip(a, b, strict=True))
+    if isinstance(a, dict):
+        return isinstance(b, dict) and a.keys() == b.keys() and all(_same(a[key], b[key]) for key in a)
+    if isinstance(a, float | int | np.number | np.ndarray):
+        return bool(np.array_equal(a, b, equal_nan=np.asarray(a).dtype.kind in "fc"))
+    return bool(a == b) if isinstance(a, str | bytes | bool | None) else type(a) is type(b)
 
 
 def _repeats(subject: Subject) -> Check:

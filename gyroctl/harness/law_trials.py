@@ -30,6 +30,13 @@ TOLERANCE, SIGMAS = 0.02, 3.0
 """The mean power may differ between the steps by 2 %, or by three standard errors of the paired differences."""
 
 
+LONGEST = 300.0
+"""What one part of a check may take; a law that is slower is measured, and not simulated in full. [s]"""
+
+PACES = 20
+"""Samples by which the pace of a law is told before it is simulated."""
+
+
 class Check(NamedTuple):
     """One line of the table.
 
@@ -140,6 +147,27 @@ def _evaluated(plant: Plant, built: Law, name: str, seed: int, settings: Setting
     waves = lead_in(realise(plant, SeaState(), seed, LONG), settings)
     record, _ = run_law(plant, built, waves, settings, name)
     return evaluate(plant, record, waves.moments[1], waves.dt, waves.sea.wp, settings.blend, np.nan)
+
+
+def pace(built: Law) -> float:
+    """Time that a sample of a law takes as plain Python, the median of a few; none where it stops. [s]"""
+    y, state, spent = Measurement(0.0, 3.14, 65.0, 0.05, 0.05, 0.1, 0.1), built.init(), [0.0]
+    for sample in range(PACES):
+        begin = time.perf_counter()
+        try:
+            _, state = built.step(sample * built.period, y._replace(psi=3.14 * sample * built.period), state)
+        except Exception:  # the run that follows says what it is
+            break
+        spent.append(time.perf_counter() - begin)
+        if sum(spent) > LONGEST:
+            break
+    return float(np.median(spent[1:] or spent))
+
+
+def too_slow(each: float, period: float) -> Check:
+    """Say that a law is too slow to be run here."""
+    found = f"{_duration(1e3 * each)} a sample, of {1e3 * period:g} ms; it was not simulated"
+    return Check("cost", False, found, "Sample less often, or compute less in step")
 
 
 def cost(subject: Subject) -> Check:
