@@ -13,7 +13,7 @@ from gyroctl.orbits.flow import Forcing, flow
 from gyroctl.orbits.modes import segment_jacobians
 from gyroctl.orbits.monodromy import METHODS, monodromy
 from gyroctl.orbits.orbit_map import OrbitMap, ShiftedExcitation
-from gyroctl.orbits.sensitivity import PARAMETERS, with_gear
+from gyroctl.orbits.sensitivity import PARAMETERS, in_other_time, with_gear
 from gyroctl.orbits.symmetry import free_rows, reflect
 from gyroctl.orbits.wave import Wave
 from gyroctl.plant.kernel import slip_rate
@@ -28,6 +28,17 @@ def orbit(request: pytest.FixtureRequest, device: gy.Plant) -> gy.PeriodicOrbit:
 
 
 # --- derivatives -------------------------------------------------------------------------------------------------
+
+
+def test_every_constant_of_the_equations_has_its_power_of_time(device: gy.Plant) -> None:
+    """The derivative by the frequency changes the unit of time: a constant that it does not know makes it wrong."""
+    powers = {"k1": 2, "k3": 2, "d1": 1, "d3": 1}
+    timeless = {"i1", "i3", "K", "kappa", "N", "J3", "J4", "Gpp", "Gpo", "Goo", "ap", "ao", "C2", "reaction"}
+    k, alpha = device.coefficients, 1.25
+    scaled = in_other_time(k, alpha)
+    for name in set(k._fields) - {"p1", "q1", "p3", "q3"}:
+        assert name in powers or name in timeless, f"{name}: tell in_other_time and this test its power of time"
+        assert getattr(scaled, name) == pytest.approx(getattr(k, name) / alpha ** powers.get(name, 0)), name
 
 
 @pytest.mark.parametrize("connection", ["magnetic", "rigid"])

@@ -45,7 +45,6 @@ def tune(
     for task in tasks:  # all that can be refused is refused before the first run
         for which in wanted:
             task.served(which)
-    out.mkdir(parents=True, exist_ok=True)
     for task in tasks:
         for which in wanted:
             start = _start(tuned_sets(task.law), begin)

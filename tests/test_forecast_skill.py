@@ -1,0 +1,153 @@
+"""Skill of the forecast by lead, sea, noise and sensors; its study; the probe, a forecast of a known quality."""
+
+from __future__ import annotations
+
+import csv
+import math
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from wave_predictors import LEADS, SEED, known, moments
+
+import gyroctl as gy
+from gyroctl.harness.run import Settings, run_law
+from gyroctl.plant.measurement import ROWS
+from gyroctl.studies.forecast import forecast_report
+from gyroctl.studies.forecast.report import SEAS
+from gyroctl.studies.forecast.skill import SOURCES
+from gyroctl.waves.estimation import MomentEstimator, Predictor, Probe, foresee, relative_error, replay, replay_moments
+
+Array = NDArray[np.float64]
+
+
+# --- skill -----------------------------------------------------------------------------------------------------------
+
+
+def test_skill_falls_with_lead_and_rises_with_the_sharpness_of_the_peak(device: gy.Plant) -> None:
+    errors = []
+    for gamma in (50.0, 5.0, 1.0):
+        sea = gy.SeaState(gamma=gamma)
+        predictor, values = known(device, sea=sea), moments(device, sea, 500.0)
+        errors.append(relative_error(predictor, LEADS, replay_moments(predictor, LEADS, values), values, 12.0))
+    for error in errors:
+        assert np.all(np.diff(error[:, :4], axis=1) > 0.0)
+        assert np.all(error < 1.05)
+    for sharper, flatter in pairwise(errors):
+        assert np.all(sharper[:, 1:4] < flatter[:, 1:4])
+
+
+def test_noise_costs_skill_and_its_knowledge_gives_some_back(device: gy.Plant) -> None:
+    values = moments(device, gy.SeaState(), 300.0)
+    noisy = values + 10.0 * np.random.default_rng(4).standard_normal(values.shape)
+    plain, aware = known(device), known(device, floor=10.0)
+    clean = relative_error(plain, LEADS, replay_moments(plain, LEADS, values), values, 12.0)
+    naive = relative_error(plain, LEADS, replay_moments(plain, LEADS, noisy), values, 12.0)
+    knowing = relative_error(aware, LEADS, replay_moments(aware, LEADS, noisy), values, 12.0)
+    assert np.all(clean[:, :3] < knowing[:, :3]) and np.all(knowing < naive)
+
+
+def test_forecast_from_the_sensors(device: gy.Plant) -> None:
+    """Estimator and predictor in their chain, behind a closed loop: between ideal and nothing."""
+    duration = 300.0
+    waves = gy.realise(device, gy.SeaState(), SEED, duration)
+    run, _ = run_law(device, gy.law("coupling"), waves.blended(50.0), Settings(sensors=gy.Sensors(), blend=0.0))
+    errors = gy.Sensors().arrays(len(run.controls), SEED)
+    measured = run.states[:-1, list(ROWS)] + errors.error
+    truth = waves.blended(50.0).moments[:, ::2]
+    estimator = MomentEstimator.design(device)
+    sensed = Predictor.design(device, estimator=estimator)
+    result = replay(sensed, LEADS, estimator, measured, run.commands)
+    error = relative_error(sensed, LEADS, result.ahead, truth, 100.0)
+    ideal = Predictor.design(device)
+    best = relative_error(ideal, LEADS, replay_moments(ideal, LEADS, truth), truth, 100.0)
+    assert np.all(best[:, :3] < error[:, :3]) and np.all(error[:, :3] < [[0.12, 0.35, 0.75], [0.07, 0.2, 0.55]])
+    truth = truth.T[1000 : len(result.now)]
+    smoothed, filtered = (np.mean((v[1000:] - truth) ** 2, axis=0) for v in (result.now, result.me_hat))
+    assert np.all(smoothed < 0.6 * filtered), "the spectrum of the sea and the known noise take most of the error away"
+
+
+@pytest.mark.slow
+def test_study_writes_table_and_figure(tmp_path: Path) -> None:
+    text = forecast_report(tmp_path, [SEED], duration=260.0)
+    assert {path.name for path in tmp_path.iterdir()} == {"forecast.csv", "forecast.json", "forecast.png"}
+    with (tmp_path / "forecast.csv").open(encoding="utf-8") as stream:
+        rows = {(row["sea"], row["source"], row["moment"]): row for row in csv.DictReader(stream)}
+    assert len(rows) == len(SEAS) * len(SOURCES) * 2
+    for moment in ("Me1", "Me3"):
+        one, two = (float(rows["gamma 5", source, moment]["error_at_1_s"]) for source in ("true moments", "sensors"))
+        assert 0.0 < one < two < 0.6
+    assert rows["gamma 5, peak 2.8 to 3.5 rad/s", "sensors, sea known", "Me1"]["error_at_1_s"] == "nan"
+    assert "gamma 50" in text and "nan" not in text
+
+
+def test_study_refuses_what_leaves_nothing_to_judge(tmp_path: Path) -> None:
+    for seeds, duration, field in (([], 500.0, "forecast.seeds"), ([SEED], 100.0, "forecast.duration")):
+        with pytest.raises(gy.InputError) as caught:
+            forecast_report(tmp_path, seeds, duration)
+        assert caught.value.field == field
+
+
+# --- the probe -------------------------------------------------------------------------------------------------------
+
+
+def told(predictor: Predictor, probe: Probe, samples: int) -> Array:
+    """Forecasts (samples, 2, 80) of a probe."""
+    state, out = predictor.init(), np.empty((samples, 2, 80))
+    for sample in range(samples):
+        foresee(predictor, probe, state, sample, out[sample])
+    return out
+
+
+def test_probe_over_the_horizon_is_an_oracle(device: gy.Plant) -> None:
+    predictor, values = known(device), moments(device, gy.SeaState(), 40.0)
+    out = told(predictor, Probe.design(predictor, values, 0.1, math.inf), 350)
+    for sample in (0, 100, 320):
+        np.testing.assert_array_equal(out[sample], values[:, sample + 1 : sample + 81])
+    np.testing.assert_array_equal(out[349][:, 51:], 0.0)  # beyond the record
+
+
+def test_probe_is_the_predictor_moved_by_its_lead(device: gy.Plant) -> None:
+    predictor, values = Predictor.design(device), moments(device, gy.SeaState(), 60.0)
+    now = told(predictor, Probe.design(predictor, values, 0.1, 0.0), 540)
+    ahead = told(predictor, Probe.design(predictor, values, 0.1, 1.5), 540)
+    for sample in (100, 350, 500):
+        np.testing.assert_array_equal(ahead[sample][:, :15], values[:, sample + 1 : sample + 16])
+        np.testing.assert_array_equal(ahead[sample][:, 15:], now[sample + 15][:, :65])
+
+
+def test_probe_degrades_with_lead_and_noise(device: gy.Plant) -> None:
+    values = moments(device, gy.SeaState(), 300.0)
+    predictor = known(device)
+    error = []
+    for lead in (0.0, 1.0, 3.0, 6.0):
+        out = told(predictor, Probe.design(predictor, values, 0.1, lead), 2900)
+        error.append(relative_error(predictor, LEADS, out[:, :, [round(10 * t) - 1 for t in LEADS]], values, 12.0))
+    assert all(np.all(better <= worse + 1e-12) for worse, better in pairwise(error))
+    noisy = Probe.design(predictor, values, 0.1, 1.0, noise=0.1, seed=1)
+    deviation = (noisy.told - values).std(axis=1) / values.std(axis=1)
+    np.testing.assert_allclose(deviation, 0.1, rtol=0.06)
+    np.testing.assert_array_equal(noisy.told, Probe.design(predictor, values, 0.1, 1.0, noise=0.1, seed=1).told)
+    assert not np.array_equal(noisy.told, Probe.design(predictor, values, 0.1, 1.0, noise=0.1, seed=2).told)
+    out = told(predictor, noisy, 2900)
+    worse = relative_error(predictor, LEADS, out[:, :, [round(10 * t) - 1 for t in LEADS]], values, 12.0)
+    assert np.all(worse[:, :3] > error[1][:, :3])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "field"),
+    [
+        ((np.zeros((2, 9)), 0.03), "probe.dt"),
+        ((np.zeros((3, 9)), 0.1), "probe.moments"),
+        ((np.zeros((2, 9)), 0.1, -1.0), "probe.lead"),
+        ((np.zeros((2, 9)), 0.1, 1.0, -0.1), "probe.noise"),
+        ((np.zeros((2, 9)), 0.1, 1.0, 0.1, -3), "run.seeds"),
+    ],
+)
+def test_bad_probe_names_field_and_mend(device: gy.Plant, arguments: tuple[Any, ...], field: str) -> None:
+    with pytest.raises(gy.InputError) as caught:
+        Probe.design(known(device), *arguments)
+    assert caught.value.field == field and caught.value.mend
