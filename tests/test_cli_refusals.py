@@ -25,6 +25,13 @@ def check_refusal(code: int, out: str, err: str, words: list[str]) -> None:
 
 RUN = "[run]\nduration = 120\nblend = 40\nseeds = [1]\n"
 
+FAILING: dict[str, tuple[str, list[str]]] = {
+    # name: (TOML, what the table must hold)
+    "law returning nan": ('[laws.mine]\nlaw = "laws.py:NotANumber"', ["'mine'", "not finite", "t = 0.0 s"]),
+    "law of a wrong shape": ('[laws.mine]\nlaw = "laws.py:WrongShape"', ["'mine'", "3.0", "two numbers"]),
+    "law that fails": ('[laws.mine]\nlaw = "laws.py:Failing"', ["'mine'", "ZeroDivisionError", "laws.py:13"]),
+}
+
 BAD: dict[str, tuple[str, list[str]]] = {
     # name: (TOML, what the message must hold: field, value, a word of the mend)
     "negative inertia": ("[plant]\nJ11 = -21.68", ["plant.J11", "-21.68", "21.68"]),
@@ -35,9 +42,6 @@ BAD: dict[str, tuple[str, list[str]]] = {
     "gamma below one": ("[sea]\ngamma = 0.5", ["sea.gamma", "0.5", "at least 1"]),
     "hs as text": ('[sea]\nhs = "high"', ["sea.hs", "'high'", "number"]),
     "unknown law": ('[laws.mine]\nlaw = "cunning"', ["laws.mine.law", "'cunning'", "load_angle"]),
-    "law returning nan": ('[laws.mine]\nlaw = "laws.py:NotANumber"', ["'mine'", "not finite", "t = 0.0 s"]),
-    "law of a wrong shape": ('[laws.mine]\nlaw = "laws.py:WrongShape"', ["'mine'", "3.0", "two numbers"]),
-    "law that fails": ('[laws.mine]\nlaw = "laws.py:Failing"', ["'mine'", "ZeroDivisionError", "laws.py:13"]),
     "law without its file": ('[laws.mine]\nlaw = "gone.py:Mine"', ["laws.mine.law", "gone.py", "no file"]),
     "unknown parameter of a law": ("[laws.load_angle]\nshear = 0.3", ["laws.load_angle.shear", "0.3", "share"]),
     "unknown table": ("[see]\nhs = 0.283", ["see", "unknown table", "sea"]),
@@ -76,10 +80,17 @@ def test_bad_experiment_is_refused_in_one_line(name: str, tmp_path: Path, run: R
     out = tmp_path / "out"
     code, printed, err = run("compare", toml, "--out", out, "--workers", 1)
     check_refusal(code, printed, err, words)
-    if "mine'" in words[0]:  # found out while it ran: finished runs of other laws may stay, results may not
-        assert {p.name for p in out.iterdir()} <= {"runs"} if out.exists() else True
-    else:
-        assert not out.exists(), "half-written"
+    assert not out.exists(), "half-written"
+
+
+@pytest.mark.parametrize("name", sorted(FAILING))
+def test_law_that_fails_is_named_beside_the_results_of_the_others(name: str, tmp_path: Path, run: Run) -> None:
+    text, words = FAILING[name]
+    (tmp_path / "laws.py").write_text(LAWS_OF_USERS)
+    (tmp_path / "bad.toml").write_text(RUN + text)
+    code, _, err = run("compare", tmp_path / "bad.toml", "--out", tmp_path / "out", "--workers", 1)
+    assert code == 1 and all(word in err for word in words), err
+    assert (tmp_path / "out" / "results.nc").is_file() and (tmp_path / "out" / "report.html").is_file()
 
 
 def test_seeds_that_were_tuned_on_are_refused(tmp_path: Path, run: Run) -> None:

@@ -35,6 +35,10 @@ def compare(
         setup.plant, setup.laws, waves, setup.settings, workers or None, runs, tuned, asked, limit, time_limit=allowed
     )
     write(ds, out)
+    for name in ds.law.values:
+        reasons = [str(reason) for reason in ds.failure.sel(law=name).values if reason]
+        if reasons:
+            typer.echo(f"{name} failed in {len(reasons)} of {ds.sizes['realisation']} runs: {reasons[0]}", err=True)
     if ds.failed.any():
         raise typer.Exit(2 if ds.failed.all() else 1)
 

@@ -184,7 +184,7 @@ def _dataset(laws: Mapping[str, Law], waves: Realisations, rows: Rows) -> xarray
     failed = np.array([bool(outcome.failure) for outcome in runs]).reshape(shape)
     data["failed"] = (("law", "realisation"), failed, {"units": "1", "long_name": "failed"})
     failure = np.array([outcome.failure for outcome in runs], dtype=object).reshape(shape)
-    data["failure"] = (("law", "realisation"), failure, {"long_name": "why the run failed"})
+    data["failure"] = (("law", "realisation"), failure, {"units": "", "long_name": "why the run failed"})
     examples = [rows[name][0].series for name in names]
     known = next((example for example in examples if example), dict.fromkeys(("time", "elevation"), np.zeros(0)))
     nothing = np.full(known["time"].size, np.nan)

@@ -145,21 +145,19 @@ class PythonLaw:
         self.seconds.append(self.timer() - begin)
         self.spent += self.seconds[-1]
         if self.spent > self.limit:
-            mend = "compute less in step, or allow more with run.time_limit"
-            raise self._failed("too slow", t, f"took {self.spent:.1f} s so far, {self.limit:g} s are allowed: {mend}")
+            mend = f"{self.limit:g} s are allowed. Compute less in step, or allow more with run.time_limit"
+            raise self._failed("too slow", t, f"took {self.spent:.1f} s so far", mend)
         try:
             command, state = answer
             cc, cg = (float(value) for value in command)
         except (TypeError, ValueError):
-            what = f"returned {answer!r}, expected ((cc, cg), state) with two numbers"
-            mend = "return the command and the new state, in this order"
-            raise self._failed("wrong answer", t, f"{what}: {mend}") from None
-        if any(isinstance(value, float) and value != value for value in nested.leaves(state)):
-            cc = math.nan
+            mend = "expected ((cc, cg), state) with two numbers. Return the command and the new state, in this order"
+            raise self._failed("wrong answer", t, f"returned {answer!r}", mend) from None
+        mend = "Guard divisions and square roots in its step"
         if not (math.isfinite(cc) and math.isfinite(cg)):
-            what = f"gave the command ({cc:g}, {cg:g}) with a state of which a part is no number"
-            what = what if cc != cc else f"gave the command ({cc:g}, {cg:g}), which is not finite"
-            raise self._failed("not finite", t, f"{what}: guard divisions and square roots in its step")
+            raise self._failed("not finite", t, f"gave a command that is not finite, ({cc:g}, {cg:g})", mend)
+        if any(isinstance(value, float) and value != value for value in nested.leaves(state)):
+            raise self._failed("not finite", t, "gave a new state of which a part is no number", mend)
         u[0], u[1], self.state = cc, cg, state
 
     def _answer(self, t: float, y: Measurement) -> Any:
@@ -168,14 +166,14 @@ class PythonLaw:
         except KeyboardInterrupt:
             raise
         except SystemExit as error:
-            mend = "a law must not end the program, return a command instead"
-            raise self._failed("ended the program", t, f"called for an exit, {_line_of(error)}: {mend}") from error
+            mend = f"A law must not end the program, return a command instead, {_line_of(error)}"
+            raise self._failed("ended the program", t, "called for an exit", mend) from error
         except BaseException as error:
-            what = f"{type(error).__name__}: {error}"
-            raise self._failed("raised", t, f"failed with {what}: correct its step, {_line_of(error)}") from error
+            mend = f"{type(error).__name__}: {error}. Correct its step, {_line_of(error)}"
+            raise self._failed("raised", t, "failed", mend) from error
 
-    def _failed(self, kind: Failure, t: float, what: str) -> LawError:
-        return LawError(f"law {self.name!r} {what}; at t = {t:.1f} s", kind, float(t))
+    def _failed(self, kind: Failure, t: float, what: str, mend: str) -> LawError:
+        return LawError(f"law {self.name!r} {what} at t = {t:.1f} s: {mend}", kind, float(t))
 
 
 def why_it_stopped(law: Law, name: str, t: float, y: NDArray[np.float64], state: NDArray[np.float64]) -> LawError:
@@ -186,8 +184,10 @@ def why_it_stopped(law: Law, name: str, t: float, y: NDArray[np.float64], state:
         again(t, y, None, None, np.zeros(2))
     except LawError as error:
         return error
-    what = "gave a command or a state that is no number when compiled, and none when run as plain Python"
-    return LawError(f"law {name!r} {what}; at t = {t:.1f} s", "not finite", t)
+    what = "numbers that are none when it is compiled, and that plain Python knows"
+    return LawError(
+        f"law {name!r} gave at t = {t:.1f} s {what}: leave out what numba reads in its own way", "not finite", t
+    )
 
 
 def _line_of(error: BaseException) -> str:
