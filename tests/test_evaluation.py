@@ -230,7 +230,7 @@ def test_other_waves_under_the_same_seed_are_refused() -> None:
 def test_every_truth_differs_from_the_design_in_what_it_says() -> None:
     design = gy.zhang2017()
     found = {truth.name: truth for truth in truths()}
-    assert len(found) == 14
+    assert len(found) == 19
     for name in ("k1", "d1", "J14"):
         for sign in (-1, 1):
             truth = found[f"{name} {'+' if sign > 0 else '-'}20 %"].plant
@@ -241,9 +241,9 @@ def test_every_truth_differs_from_the_design_in_what_it_says() -> None:
     assert (late.actuators.delay, late.sensors) == (1, Settings().sensors)
     assert noisy.sensors.omega_rate.noise == pytest.approx(0.05 * 69.0)
     assert noisy.sensors.psi.quantum == Settings().sensors.psi.quantum
-    assert len({(t.plant.coefficients, t.plant.excitation.sha256, repr(t.settings)) for t in found.values()}) == 14
+    assert len({(t.plant.coefficients, t.plant.excitation.sha256, repr(t.settings)) for t in found.values()}) == 19
     assert found[NOMINAL].plant.coefficients == design.coefficients
-    assert len({id(truth.plant) for truth in found.values()}) == 14, "no truth is another's object"
+    assert len({id(truth.plant) for truth in found.values()}) == 19, "no truth is another's object"
 
 
 def test_scaled_excitation_pushes_harder_in_the_same_waves() -> None:
@@ -411,7 +411,8 @@ def test_robustness_runs_the_truth_and_not_the_design(tmp_path: Path, monkeypatc
     by_case = {name: {r["law"]: r for r in table} for name, table in content["cases"].items()}
     assert by_case[NOMINAL]["load_angle"]["of_nominal"].value == 1.0
     late = by_case["one sample late"]
-    assert late["best_constant"]["of_nominal"].value == 1.0, "a constant command cannot come late"
+    kept = late["best_constant"]["of_nominal"].value
+    assert kept == pytest.approx(1.0, abs=1e-5), "a constant command comes late but once"
     assert late["load_angle"]["of_nominal"].value != 1.0
     assert "## load_angle" in text
 

@@ -19,6 +19,8 @@ from gyroctl.harness.registry import describe, registered
 from gyroctl.harness.run import Settings, run_law
 from gyroctl.harness.sensing import measure
 from gyroctl.harness.start import locked_start
+from gyroctl.plant.course import Course, set_out
+from gyroctl.plant.kernel import instant
 from gyroctl.plant.measurement import CHANNELS, ROWS
 
 Array = NDArray[np.float64]
@@ -247,10 +249,13 @@ def test_bad_sensor_is_named(field: str, channel: dict[str, Any]) -> None:
 
 
 def actuated(actuators: gy.Actuators, commands: Array, before: tuple[float, float] = (0.0, 0.0)) -> tuple[Array, int]:
-    """Controls (n, 2) that follow the commands (n, 2), and how many saturated."""
-    held, out, count = np.array(before), np.empty_like(commands), 0
+    """Controls (n, 2) at the end of each interval after the commands (n, 2), and how many saturated."""
+    held, aim, out, count = np.array(before), np.array(before), np.empty_like(commands), 0
+    arrays, course = actuators.arrays(), Course(*np.zeros((6, 2)))
     for sample in range(commands.shape[0]):
-        count += actuate(actuators.arrays(), sample, commands, held)
+        count += actuate(arrays, sample, commands, aim)
+        set_out(course, arrays.lag, arrays.rate, held, aim)
+        held = np.array(instant(course, actuators.period))
         out[sample] = held
     return out, count
 
@@ -307,7 +312,7 @@ def test_quantum_rounds_to_nearest_and_stays_within_the_limit() -> None:
 def test_delay_lets_commands_act_later() -> None:
     controls, _ = actuated(gy.Actuators(delay=3), COMMANDS)
     np.testing.assert_array_equal(controls[3:], COMMANDS[:-3])
-    np.testing.assert_array_equal(controls[:3], COMMANDS[[0, 0, 0]])
+    np.testing.assert_array_equal(controls[:3], 0.0)  # none of them acts yet
 
 
 @pytest.mark.parametrize(

@@ -138,7 +138,9 @@ def run_law(
     else:
         first, controls_before = locked_start(plant, waves.sea)
     states[0, :n] = first if start is None else start
-    commands, controls = np.zeros((samples, 2)), np.zeros((samples, 2))
+    if actuators.moves or actuators.delay > 0:  # the coupling of the start acts for a while
+        check_step(plant, controls_before[0], settings.dt)
+    commands, controls, moved = np.zeros((samples, 2)), np.zeros((samples, 2)), actuators.room(samples)
     held, saturations = np.array(controls_before), np.zeros(1, np.int64)
     kernel = Kernel(plant.coefficients, np.ascontiguousarray(waves.moments.T).ravel(), waves.dt, settings.dt)
     law = informed(law, waves)
@@ -152,6 +154,7 @@ def run_law(
         states,
         commands,
         controls,
+        moved,
         held,
         saturations,
     )
@@ -174,7 +177,8 @@ def run_law(
         )
     if isinstance(law, Counting):
         timing = replace(timing, counters=dict(law.counters(last)))
-    return Record(states, commands, controls, actuators.period, int(saturations[0])), timing
+    noted = moved if actuators.moves else None
+    return Record(states, commands, controls, actuators.period, int(saturations[0]), noted), timing
 
 
 def simulate(

@@ -182,10 +182,11 @@ def simulate(
     record = np.zeros((samples + 1, rows(regime.plant.coefficients)))
     record[0, : start.size] = start
     commands, controls, held = np.zeros((samples, 2)), np.zeros((samples, 2)), np.array(regime.held)
+    moved = regime.actuators.room(samples)
     kernel = Kernel(regime.plant.coefficients, np.ascontiguousarray(moments.T).ravel(), WAVES_DT, STEP)
     every, sensors, limits = max(round(regime.law.period / tick), 1), _ideal(samples), regime.actuators.arrays()
     saturations = np.zeros(1, np.int64)
-    arguments = (every, kernel, sensors, limits, tick, record, commands, controls, held, saturations)
+    arguments = (every, kernel, sensors, limits, tick, record, commands, controls, moved, held, saturations)
     state: Any
     if regime.machine is not None and law is None:
         state = regime.law_state.copy()
