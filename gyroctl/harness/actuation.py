@@ -91,9 +91,9 @@ class Actuators:
         """Whether a control takes its time, by a lag or a limited rate."""
         return max(self.cc_lag, self.cg_lag, self.cc_rate, self.cg_rate) > 0.0
 
-    def room(self, samples: int) -> NDArray[np.float64]:
-        """Room for what the loop notes of controls that move, see `Record.moved`: no rows where none does."""
-        return np.zeros((samples if self.moves else 0, 3))
+    def room(self, samples: int) -> NDArray[np.float64] | None:
+        """Room for what the loop notes of controls that move, see `Record.moved`; None where none does."""
+        return np.zeros((samples, 3)) if self.moves else None
 
     def arrays(self, motors: bool = False) -> ActuatorArrays:
         """Return the numbers for the compiled loop; `motors`: the law starts the device and may use the motor."""
@@ -102,7 +102,6 @@ class Actuators:
             np.array([self.cc_quantum, self.cg_quantum]),
             np.array([self.cc_rate, self.cg_rate], float),
             np.array([self.cc_lag, self.cg_lag], float),
-            self.moves,
             int(self.delay),
             np.array([0.0, float(self.cg_min) if motors else 0.0]),
             np.array([float(self.cc_gain), 1.0]),
@@ -110,13 +109,12 @@ class Actuators:
 
 
 class ActuatorArrays(NamedTuple):
-    """Upper limit, resolution, rate, lag, lower limit, gain, each (2,); whether any moves; delay in samples."""
+    """Upper limit, resolution, rate, lag, lower limit, gain, each (2,); delay in samples."""
 
     limit: NDArray[np.float64]
     quantum: NDArray[np.float64]
     rate: NDArray[np.float64]
     lag: NDArray[np.float64]
-    moves: bool
     delay: int
     floor: NDArray[np.float64]
     gain: NDArray[np.float64]

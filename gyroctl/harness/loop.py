@@ -64,9 +64,10 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
             Row 0 holds the start; filled with state and ledger at each sample.
         commands, controls : (n, 2) arrays
             Filled with what the law asked for and with what the actuators gave from the sample on. [Nms]
-        moved : (n, 3) array
+        moved : (n, 3) array, or None
             Where controls move between the samples: filled with cc, cg at the end of each interval and with the root
-            of the mean square of cg over it. [Nms] No rows where they do not.
+            of the mean square of cg over it. [Nms] None where they jump at the samples and are held: the compiled loop
+            is then another one, without what moves them.
         held : (2,) array
             Controls before the first sample, those of the end afterwards. [Nms]
         saturations : (1,) array
@@ -95,7 +96,7 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
             saturations[0] += actuate(actuators, sample, commands, aim)
             finer = SWITCHED if sample > 0 and aim[0] != held[0] else 1.0
             begin = sample * tick
-            if actuators.moves:
+            if moved is not None:
                 set_out(course, actuators.lag, actuators.rate, held, aim)
                 controls[sample, 0], controls[sample, 1] = control_at(course, 0, 0.0), control_at(course, 1, 0.0)
                 move_into(

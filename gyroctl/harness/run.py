@@ -177,8 +177,7 @@ def run_law(
         )
     if isinstance(law, Counting):
         timing = replace(timing, counters=dict(law.counters(last)))
-    noted = moved if actuators.moves else None
-    return Record(states, commands, controls, actuators.period, int(saturations[0]), noted), timing
+    return Record(states, commands, controls, actuators.period, int(saturations[0]), moved), timing
 
 
 def simulate(
