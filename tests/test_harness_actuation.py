@@ -12,15 +12,20 @@ from numpy.typing import NDArray
 import gyroctl as gy
 from gyroctl.harness.actuation import actuate
 from gyroctl.harness.run import Settings, run_law
+from gyroctl.plant.course import Course, set_out
+from gyroctl.plant.kernel import instant
 
 Array = NDArray[np.float64]
 
 
 def actuated(actuators: gy.Actuators, commands: Array, before: tuple[float, float] = (0.0, 0.0)) -> tuple[Array, int]:
-    """Controls (n, 2) that follow the commands (n, 2), and how many saturated."""
-    held, out, count = np.array(before), np.empty_like(commands), 0
+    """Controls (n, 2) at the end of each interval after the commands (n, 2), and how many saturated."""
+    held, aim, out, count = np.array(before), np.array(before), np.empty_like(commands), 0
+    arrays, course = actuators.arrays(), Course(*np.zeros((6, 2)))
     for sample in range(commands.shape[0]):
-        count += actuate(actuators.arrays(), sample, commands, held)
+        count += actuate(arrays, sample, commands, aim)
+        set_out(course, arrays.lag, arrays.rate, held, aim)
+        held = np.array(instant(course, actuators.period))
         out[sample] = held
     return out, count
 
@@ -77,7 +82,7 @@ def test_quantum_rounds_to_nearest_and_stays_within_the_limit() -> None:
 def test_delay_lets_commands_act_later() -> None:
     controls, _ = actuated(gy.Actuators(delay=3), COMMANDS)
     np.testing.assert_array_equal(controls[3:], COMMANDS[:-3])
-    np.testing.assert_array_equal(controls[:3], COMMANDS[[0, 0, 0]])
+    np.testing.assert_array_equal(controls[:3], 0.0)  # none of them acts yet
 
 
 @pytest.mark.parametrize(

@@ -304,8 +304,8 @@ def test_ledger_shows_the_excess_work_of_the_printed_reaction(device: gy.Plant) 
 def test_stamp_covers_every_source_compiled_into_the_kernel() -> None:
     """The compiled functions carry the stamp of the texts that flow into them."""
     names = {Path(source).name for source in kernel.SOURCES}
-    assert names == {"compiled.py", "trigonometry.py", "equations.py", "kernel.py"}
-    for function in (kernel.hold_into, kernel.run_lanes):
+    assert names == {"compiled.py", "trigonometry.py", "equations.py", "course.py", "kernel.py"}
+    for function in (kernel.hold_into, kernel.move_into, kernel.run_lanes):
         name = function.py_func.__qualname__
         assert name.endswith(f"_{source_stamp(kernel.SOURCES)[:16]}")
         assert not name.endswith(source_stamp(kernel.SOURCES[::-1])[:16])  # order is part of it

@@ -17,6 +17,11 @@ from gyroctl.plant.compiled import inlined
 class Actuators:
     """Coupling and generator as they can be set. Both only dissipate, unless the generator may serve as a motor.
 
+    With a lag or a limited rate a control moves continuously from its value at the sample to what is asked for: along
+    the ramp while the lag alone would be faster, then along the lag's exponential, at every instant of the plant's
+    integration. With neither it jumps at the sample. What the actuators themselves take, to switch or to hold, is left
+    out: no energy of theirs is in any power.
+
     Parameters
     ----------
     cc_max, cg_max : float
@@ -24,13 +29,13 @@ class Actuators:
     period : float
         Sampling period; commands are held in between. [s]
     cc_lag, cg_lag : float
-        Time constants of first-order lags. [s]
+        Time constants of first-order lags; 0 for none. [s]
     cc_rate, cg_rate : float
         Largest rates of change; 0 for no limit. [Nms/s]
     cc_quantum, cg_quantum : float
         Resolution; 0 for none. [Nms]
     delay : int
-        Age of the command when it acts, in samples.
+        Age of the command when it acts, in samples; before the first one acts the controls stay as at the start.
     cg_min : float
         Lower limit of the generator, zero or negative: the gain down to which it may serve as a motor, for laws that
         start the device (those with a member ``motors`` that is true). For every other law the limit is 0. [Nms]
@@ -81,15 +86,22 @@ class Actuators:
         if int(self.delay) != self.delay:
             raise InputError("actuators.delay", self.delay, "must be whole samples", "Give an integer")
 
+    @property
+    def moves(self) -> bool:
+        """Whether a control takes its time, by a lag or a limited rate."""
+        return max(self.cc_lag, self.cg_lag, self.cc_rate, self.cg_rate) > 0.0
+
+    def room(self, samples: int) -> NDArray[np.float64] | None:
+        """Room for what the loop notes of controls that move, see `Record.moved`; None where none does."""
+        return np.zeros((samples, 3)) if self.moves else None
+
     def arrays(self, motors: bool = False) -> ActuatorArrays:
         """Return the numbers for the compiled loop; `motors`: the law starts the device and may use the motor."""
-        share = [1.0 - math.exp(-self.period / lag) if lag > 0.0 else 1.0 for lag in (self.cc_lag, self.cg_lag)]
-        travel = [rate * self.period if rate > 0.0 else math.inf for rate in (self.cc_rate, self.cg_rate)]
         return ActuatorArrays(
             np.array([self.cc_max, self.cg_max]),
             np.array([self.cc_quantum, self.cg_quantum]),
-            np.array(travel),
-            np.array(share),
+            np.array([self.cc_rate, self.cg_rate], float),
+            np.array([self.cc_lag, self.cg_lag], float),
             int(self.delay),
             np.array([0.0, float(self.cg_min) if motors else 0.0]),
             np.array([float(self.cc_gain), 1.0]),
@@ -97,26 +109,29 @@ class Actuators:
 
 
 class ActuatorArrays(NamedTuple):
-    """Upper limit, resolution, travel and lag's share per sample, lower limit, gain, each (2,); delay in samples."""
+    """Upper limit, resolution, rate, lag, lower limit, gain, each (2,); delay in samples."""
 
     limit: NDArray[np.float64]
     quantum: NDArray[np.float64]
-    travel: NDArray[np.float64]
-    share: NDArray[np.float64]
+    rate: NDArray[np.float64]
+    lag: NDArray[np.float64]
     delay: int
     floor: NDArray[np.float64]
     gain: NDArray[np.float64]
 
 
 @inlined
-def actuate(actuators: ActuatorArrays, sample: int, commands: Any, held: Any) -> int:
-    """Turn the command of `sample` into the controls `held` (2,) in place; return how many channels saturated.
+def actuate(actuators: ActuatorArrays, sample: int, commands: Any, aim: Any) -> int:
+    """Turn the command that acts from `sample` on into the controls `aim` (2,); return how many channels saturated.
 
-    `commands` (n, 2) holds the commands so far.
+    `commands` (n, 2) holds the commands so far; `aim` is changed in place, and keeps what it was while a delay lasts.
+    The controls are at once what `aim` says where nothing lags, or else on their way there, see `Course`.
     """
     saturated = 0
+    if sample < actuators.delay:
+        return saturated
     for channel in range(2):
-        wanted = commands[max(sample - actuators.delay, 0), channel]
+        wanted = commands[sample - actuators.delay, channel]
         limit, floor = actuators.limit[channel], actuators.floor[channel]
         if wanted < floor or wanted > limit:
             saturated += 1
@@ -124,13 +139,5 @@ def actuate(actuators: ActuatorArrays, sample: int, commands: Any, held: Any) ->
         quantum = actuators.quantum[channel]
         if quantum > 0.0:
             wanted = max(min(math.floor(wanted / quantum + 0.5) * quantum, limit), floor)
-        wanted = min(wanted * actuators.gain[channel], limit)
-        travel = actuators.travel[channel]
-        step = min(max(wanted - held[channel], -travel), travel)
-        if actuators.share[channel] < 1.0:
-            step = min(max(actuators.share[channel] * (wanted - held[channel]), -travel), travel)
-        if step == wanted - held[channel]:
-            held[channel] = wanted  # no rounding where nothing limits
-        else:
-            held[channel] += step
+        aim[channel] = min(wanted * actuators.gain[channel], limit)
     return saturated

@@ -16,8 +16,9 @@ from gyroctl.harness import actuation, sensing
 from gyroctl.harness.actuation import ActuatorArrays, actuate
 from gyroctl.harness.sensing import SensorArrays, measure
 from gyroctl.plant.compiled import entry_point, put, source_stamp
+from gyroctl.plant.course import Course, control_at, set_out
 from gyroctl.plant.equations import Coefficients
-from gyroctl.plant.kernel import SOURCES, hold_into, slip_rate, steps_for
+from gyroctl.plant.kernel import SOURCES, hold_into, move_into, slip_rate, steps_for
 
 SWITCHED = 5.0
 """How much finer the slip is resolved after its coupling has changed: its transient carries energy, and with the step
@@ -46,6 +47,7 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
         record: Any,
         commands: Any,
         controls: Any,
+        moved: Any,
         held: Any,
         saturations: Any,
         y: Any,
@@ -61,9 +63,13 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
         record : (n + 1, rows) array
             Row 0 holds the start; filled with state and ledger at each sample.
         commands, controls : (n, 2) arrays
-            Filled with what the law asked for and with what the actuators gave. [Nms]
+            Filled with what the law asked for and with what the actuators gave from the sample on. [Nms]
+        moved : (n, 3) array, or None
+            Where controls move between the samples: filled with cc, cg at the end of each interval and with the root
+            of the mean square of cg over it. [Nms] None where they jump at the samples and are held: the compiled loop
+            is then another one, without what moves them.
         held : (2,) array
-            Controls before the first sample. [Nms]
+            Controls before the first sample, those of the end afterwards. [Nms]
         saturations : (1,) array
             Counts commands beyond the limits.
         y : (7,) array
@@ -79,7 +85,8 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
         state = record[0].copy()
         work = np.empty((5, state.size))
         moments, weight = np.empty(6), np.empty(8)
-        now = np.empty((2, 1))
+        now, aim = np.empty((2, 1)), held.copy()
+        course = Course(np.empty(2), np.empty(2), np.empty(2), np.empty(2), np.empty(2), np.empty(2))
         for sample in range(commands.shape[0]):
             measure(sensors, sample, record, y)
             if sample % every == 0:
@@ -87,17 +94,37 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
                 if not (math.isfinite(u[0]) and math.isfinite(u[1])):
                     return sample
             commands[sample, 0], commands[sample, 1] = u[0], u[1]
-            before = held[0]
-            saturations[0] += actuate(actuators, sample, commands, held)
-            controls[sample, 0], controls[sample, 1] = held[0], held[1]
-            now[0, 0], now[1, 0] = held[0], held[1]
-            rate = slip_rate(kernel.k, held[0])
-            if sample > 0 and held[0] != before:
-                rate = SWITCHED * rate
-            steps = steps_for(tick, kernel.dt, rate)
-            hold_into(
-                state, work, moments, weight, kernel.k, now, sample * tick, tick, steps, kernel.waves, kernel.waves_dt
-            )
+            saturations[0] += actuate(actuators, sample, commands, aim)
+            finer = SWITCHED if sample > 0 and aim[0] != held[0] else 1.0
+            begin = sample * tick
+            if moved is not None:
+                set_out(course, actuators.lag, actuators.rate, held, aim)
+                controls[sample, 0], controls[sample, 1] = control_at(course, 0, 0.0), control_at(course, 1, 0.0)
+                move_into(
+                    state,
+                    work,
+                    moments,
+                    weight,
+                    kernel.k,
+                    now,
+                    course,
+                    begin,
+                    tick,
+                    kernel.dt,
+                    finer,
+                    kernel.waves,
+                    kernel.waves_dt,
+                    moved[sample],
+                )
+                held[0], held[1] = moved[sample, 0], moved[sample, 1]
+            else:
+                put(aim, held)
+                put(aim, controls[sample])
+                now[0, 0], now[1, 0] = held[0], held[1]
+                steps = steps_for(tick, kernel.dt, finer * slip_rate(kernel.k, held[0]))
+                hold_into(
+                    state, work, moments, weight, kernel.k, now, begin, tick, steps, kernel.waves, kernel.waves_dt
+                )
             put(state, record[sample + 1])
         return -1
 

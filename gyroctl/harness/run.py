@@ -142,7 +142,9 @@ def run_law(
     else:
         first, controls_before = locked_start(plant, waves.sea)
     states[0, :n] = first if start is None else start
-    commands, controls = np.zeros((samples, 2)), np.zeros((samples, 2))
+    if actuators.moves or actuators.delay > 0:  # the coupling of the start acts for a while
+        check_step(plant, controls_before[0], settings.dt)
+    commands, controls, moved = np.zeros((samples, 2)), np.zeros((samples, 2)), actuators.room(samples)
     held, saturations = np.array(controls_before), np.zeros(1, np.int64)
     kernel = Kernel(plant.coefficients, np.ascontiguousarray(waves.moments.T).ravel(), waves.dt, settings.dt)
     law = informed(law, waves)
@@ -156,6 +158,7 @@ def run_law(
         states,
         commands,
         controls,
+        moved,
         held,
         saturations,
         seen := np.zeros(len(CHANNELS)),
@@ -175,7 +178,7 @@ def run_law(
         last = python.state
     if isinstance(law, Counting):
         timing = replace(timing, counters=dict(law.counters(last)))
-    return Record(states, commands, controls, actuators.period, int(saturations[0])), timing
+    return Record(states, commands, controls, actuators.period, int(saturations[0]), moved), timing
 
 
 def simulate(

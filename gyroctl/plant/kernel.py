@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.plant import compiled, equations, trigonometry
+from gyroctl.plant import compiled, course, equations, trigonometry
 from gyroctl.plant.compiled import inlined, put, stamped
+from gyroctl.plant.course import Course, control_at, effective, lag_rate, next_bend
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, RADIATION, Coefficients, derivative
 
 Array = NDArray[Any]
@@ -35,7 +36,10 @@ ACCURATE = 50.0
 closed to 1e-6 under a steady coupling; where it switches the closed loop asks for more. A longer `dt` asks for less
 accuracy here as well. [1/s]"""
 
-SOURCES = (compiled.__file__, trigonometry.__file__, equations.__file__, __file__)
+LAGGED = 2.0
+"""How much finer a lag is resolved than the slip at the same rate: Runge-Kutta sees it as Simpson's rule does."""
+
+SOURCES = (compiled.__file__, trigonometry.__file__, equations.__file__, course.__file__, __file__)
 
 
 @inlined
@@ -91,8 +95,10 @@ def advance(
     steps: int,
     waves: Any,
     waves_dt: float,
+    moving: Any = None,
+    since: float = 0.0,
 ) -> None:
-    """Advance L runs by `hold` seconds in `steps` equal Runge-Kutta steps with constant `cc`, `cg`.
+    """Advance L runs by `hold` seconds in `steps` equal Runge-Kutta steps with constant `cc`, `cg`, or moving ones.
 
     Parameters
     ----------
@@ -114,6 +120,10 @@ def advance(
         Moments on the grid, see `interpolate`. [Nm]
     waves_dt : float
         Its spacing. [s]
+    moving : Course, optional
+        How the controls of a single run move: `cc`, `cg` then hold their values at `since`, and are working space.
+    since : float
+        Time between the start of that course and this interval. [s]
     """
     h = hold / steps
     size = y.size
@@ -128,6 +138,8 @@ def advance(
             ahead = 0.5 * h if stage < 2 else h
             point = (stage + 1) // 2 * 2 * L
             dx = slope[stage]
+            if moving is not None and stage % 2 == 1:  # the middle; the end, which is the start of the next step
+                cc[0], cg[0] = instant(moving, since + (step + 0.5 * ((stage + 1) // 2)) * h)
             for l in range(L):
                 derivative(x, dx, L, l, k, cc[l], cg[l], moments[point + l], moments[point + L + l])
             if stage < 3:
@@ -159,6 +171,63 @@ def hold_into(
     """Advance one run in place. `work` (5, rows), `controls` (2, 1); float or complex alike."""
     cc, cg = controls[0], controls[1]
     advance(y, work[0], work[1:], moments, weight, 1, k, cc, cg, start, hold, steps, waves, waves_dt)
+
+
+@stamped(SOURCES)
+def move_into(
+    y: Floats,
+    work: Floats,
+    moments: Floats,
+    weight: Floats,
+    k: Coefficients,
+    controls: Floats,
+    moving: Course,
+    start: float,
+    hold: float,
+    dt: float,
+    finer: float,
+    waves: Floats,
+    waves_dt: float,
+    moved: Floats,
+) -> None:
+    """Advance one run in place while its controls move, smooth piece by smooth piece.
+
+    Parameters
+    ----------
+    y, work, moments, weight, k, start, hold, waves, waves_dt
+        As in `hold_into`.
+    controls : (2, 1) array
+        Working space.
+    moving : Course
+        How the controls move from `start` on.
+    dt : float
+        Longest step. [s]
+    finer : float
+        How much finer the slip is resolved than under a steady coupling.
+    moved : (3,) array
+        Receives cc, cg at the end, and the root of the mean square of cg over the interval. [Nms]
+    """
+    cc, cg = controls[0], controls[1]
+    since = 0.0
+    while since < hold:
+        until = next_bend(moving, since, hold)
+        cc[0], cg[0] = instant(moving, since)
+        largest = max(cc[0], control_at(moving, 0, until))  # the course is monotone
+        rate = max(finer * slip_rate(k, largest), LAGGED * lag_rate(moving, since))
+        steps = steps_for(until - since, dt, rate)
+        begin, length = start + since, until - since
+        advance(
+            y, work[0], work[1:], moments, weight, 1, k, cc, cg, begin, length, steps, waves, waves_dt, moving, since
+        )
+        since = until
+    moved[0], moved[1] = instant(moving, hold)
+    moved[2] = effective(moving, 1, hold)
+
+
+@inlined
+def instant(moving: Course, t: float) -> Any:
+    """cc, cg `t` [s] after the start of their course. [Nms]"""
+    return control_at(moving, 0, t), control_at(moving, 1, t)
 
 
 def hold_one(

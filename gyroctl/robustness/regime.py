@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
-from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law
+from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law, why_it_stopped
 from gyroctl.harness.loop import Kernel, closed_loop, compiled_loop
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import law as registered_law
@@ -28,6 +28,7 @@ from gyroctl.orbits.orbit import Orbit
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import PSI
 from gyroctl.plant.kernel import rows
+from gyroctl.plant.measurement import CHANNELS
 from gyroctl.waves import Regular
 
 WAVES_DT = 0.05
@@ -182,14 +183,17 @@ def simulate(
     record = np.zeros((samples + 1, rows(regime.plant.coefficients)))
     record[0, : start.size] = start
     commands, controls, held = np.zeros((samples, 2)), np.zeros((samples, 2)), np.array(regime.held)
+    moved = regime.actuators.room(samples)
     kernel = Kernel(regime.plant.coefficients, np.ascontiguousarray(moments.T).ravel(), WAVES_DT, STEP)
     every, sensors, limits = max(round(regime.law.period / tick), 1), _ideal(samples), regime.actuators.arrays()
-    saturations = np.zeros(1, np.int64)
-    arguments = (every, kernel, sensors, limits, tick, record, commands, controls, held, saturations)
+    saturations, seen = np.zeros(1, np.int64), np.zeros(len(CHANNELS))
+    arguments = (every, kernel, sensors, limits, tick, record, commands, controls, moved, held, saturations, seen)
     state: Any
     if regime.machine is not None and law is None:
         state = regime.law_state.copy()
-        compiled_loop(regime.machine.entry, regime.machine.p, state, *arguments)
+        bad = compiled_loop(regime.machine.entry, regime.machine.p, state, *arguments)
+        if bad >= 0:
+            raise why_it_stopped(regime.law, "law", bad * tick, seen, state)
     else:
         python, nothing = PythonLaw(law or regime.law, "law"), np.zeros(1)
         python.state = _unpacked(regime)

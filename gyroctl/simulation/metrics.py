@@ -49,11 +49,14 @@ class Record:
     states : (n + 1, rows) array
         State and energy ledger at each sample.
     commands, controls : (n, 2) arrays
-        cc, cg as asked for and as held from each sample to the next. [Nms]
+        cc, cg as asked for at each sample and as they act from it on: held to the next, or where they move. [Nms]
     period : float
         Spacing of the samples. [s]
     saturations : int
         Commands beyond the limits.
+    moved : (n, 3) array, optional
+        Where controls move between the samples: cc, cg at the end of each interval, and the root of the mean square of
+        cg over it. [Nms]
     """
 
     states: NDArray[np.float64]
@@ -61,6 +64,17 @@ class Record:
     controls: NDArray[np.float64]
     period: float
     saturations: int
+    moved: NDArray[np.float64] | None = None
+
+    @property
+    def ends(self) -> NDArray[np.float64]:
+        """cc, cg at the end of each interval, (n, 2). [Nms]"""
+        return self.controls if self.moved is None else self.moved[:, :2]
+
+    @property
+    def cg_rms(self) -> NDArray[np.float64]:
+        """Root of the mean square of cg over each interval, (n,). [Nms]"""
+        return self.controls[:, 1] if self.moved is None else self.moved[:, 2]
 
 
 def evaluate(
@@ -122,8 +136,9 @@ def evaluate(
     spent = sum(whole[name] for name in LEDGER[1:]) + stored[2] - stored[0]
     mean = energy["generator"] / scored
 
-    speed, cg = states[first:, OMEGA_RATE], record.controls[first:, 1]
+    speed, cg = states[first:, OMEGA_RATE], record.cg_rms[first:]
     begin, end = cg * speed[:-1] ** 2, cg * speed[1:] ** 2  # cg jumps at the samples: both ends of each interval
+    power = record.controls[first:, 1] * speed[:-1] ** 2
     second = 0.5 * float(np.mean(begin**2) + np.mean(end**2))
     per_second = round(1.0 / period)
     mean_1s = np.diff(net[first::per_second]) / (per_second * period)
@@ -137,7 +152,7 @@ def evaluate(
     return {
         "mean_power": mean,
         "power_cv": float(np.sqrt(max(second - mean**2, 0.0)) / mean) if mean > 0 else np.nan,
-        "p98_over_mean": float(np.quantile(begin, 0.98) / mean) if mean > 0 else np.nan,
+        "p98_over_mean": float(np.quantile(power, 0.98) / mean) if mean > 0 else np.nan,
         "power_cv_1s": float(np.std(mean_1s) / mean) if mean > 0 else np.nan,
         "locked": float(np.isnan(lost)),
         "loss_time": lost,

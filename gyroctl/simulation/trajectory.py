@@ -49,16 +49,17 @@ def trajectory(plant: Plant, record: Record, signals: dict[str, Any], attributes
 
     samples = record.states.shape[0]
     time = np.arange(samples) * record.period
-    last = [*range(samples - 1), samples - 2]  # the last sample shows what was held up to it
+    last = [*range(samples - 1), samples - 2]  # the last sample shows what was asked for, and what acted, up to it
+    controls = np.concatenate([record.controls, record.ends[-1:]])
     data: dict[str, Any] = {}
     for row, label in enumerate(plant.labels):
         unit, name = LONG_NAMES.get(label, ("1", f"radiation state {label}"))
         data[label] = ("time", record.states[:, row], {"units": unit, "long_name": name})
     for column, (label, name) in enumerate((("cc", "magnetic coupling"), ("cg", "generator gain"))):
-        data[label] = ("time", record.controls[last, column], {"units": "Nms", "long_name": name})
+        data[label] = ("time", controls[:, column], {"units": "Nms", "long_name": name})
         attrs = {"units": "Nms", "long_name": f"{name} asked for by the law"}
         data[f"{label}_command"] = ("time", record.commands[last, column], attrs)
-    power = record.controls[last, 1] * record.states[:, OMEGA_RATE] ** 2
+    power = controls[:, 1] * record.states[:, OMEGA_RATE] ** 2
     data["power"] = ("time", power, {"units": "W", "long_name": "electrical power"})
     for i, label in enumerate(LEDGER):
         energy = record.states[:, len(plant.labels) + i]

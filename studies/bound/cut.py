@@ -133,7 +133,8 @@ def _led_in(plant: Plant, whole: WaveRealisation) -> NDArray[np.float64]:
 
 def _begin(record: Record, n: int) -> Record:
     """First n samples of a run."""
-    return Record(record.states[: n + 1], record.commands[:n], record.controls[:n], record.period, 0)
+    moved = None if record.moved is None else record.moved[:n]
+    return Record(record.states[: n + 1], record.commands[:n], record.controls[:n], record.period, 0, moved)
 
 
 def _metrics(plant: Plant, record: Record, waves: WaveRealisation) -> dict[str, float]:

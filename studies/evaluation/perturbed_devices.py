@@ -24,6 +24,12 @@ OFF = 0.2
 NOISE = 0.05
 """Sensor noise as a part of the channel's rms. [1]"""
 
+LAGS = (0.02, 0.05, 0.1)
+"""Time constants of a coupling that lags. [s]"""
+
+RATE = 1.0
+"""Largest rate of change of a coupling that is slow: a third of its range in a sample. [Nms/s]"""
+
 TYPICAL_RMS = {
     "psi": math.pi / math.sqrt(3.0),
     "psi_rate": 3.1,
@@ -66,7 +72,10 @@ def truths(settings: Settings | None = None) -> tuple[Truth, ...]:
         _named("cc given", sign): _actuated(given, cc_gain=(1.0 + sign * OFF) * given.actuators.cc_gain)
         for sign in (-1, 1)
     }
+    equipped |= {f"cc lag {1e3 * lag:.0f} ms": _actuated(given, cc_lag=lag) for lag in LAGS}
+    equipped[f"cc rate {RATE:g} Nms/s"] = _actuated(given, cc_rate=RATE)
     equipped["one sample late"] = _actuated(given, delay=given.actuators.delay + 1)
+    equipped["two samples late"] = _actuated(given, delay=given.actuators.delay + 2)
     equipped["5 % sensor noise"] = replace(given, sensors=noisy_sensors(given.sensors))
     return (
         *(Truth(name, plant, given) for name, plant in devices.items()),
