@@ -26,6 +26,9 @@ from gyroctl.statistics import (
 if TYPE_CHECKING:
     import xarray as xr
 
+ROUGH = ("rougher", "smoother")
+"""What more and less of the power CV are called."""
+
 
 @dataclass(frozen=True)
 class LawResult:
@@ -140,7 +143,7 @@ def evaluate(source: xr.Dataset) -> Evaluation:
     return Evaluation(
         laws=tuple(_law(ds, name, reference, limit) for name in laws),
         power_differences=paired_differences(laws, layout.values(ds, "mean_power")),
-        cv_differences=paired_differences(laws, layout.values(ds, "power_cv"), words=("rougher", "smoother")),
+        cv_differences=paired_differences(laws, layout.values(ds, "power_cv"), words=ROUGH, zero_if_lost=False),
         reference=reference,
         seeds=tuple(int(seed) for seed in ds["realisation"].values),
         tuning_seeds=tuple(int(seed) for seed in tuning_seeds) if isinstance(tuning_seeds, list) else (),
@@ -168,11 +171,11 @@ def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawR
         locked=int(locked.sum()),
         power=bootstrap_mean(row["mean_power"]),
         power_locked=finite_mean(row["mean_power"][locked]),
-        power_cv=bootstrap_mean(row["power_cv"]),
+        power_cv=bootstrap_mean(row["power_cv"], zero_if_lost=False),
         ratio=ratio,
-        lock=lock_probability(locked),
-        mttl=mean_time_to_loss(row["loss_time"], duration),
-        survival=lock_survival(row["loss_time"], duration),
+        lock=lock_probability(row["locked"]),
+        mttl=mean_time_to_loss(row["loss_time"], duration, finished=np.isfinite(row["locked"])),
+        survival=lock_survival(row["loss_time"], duration, finished=np.isfinite(row["locked"])),
         phi1_worst=finite_largest(row["phi1_p98"]),
         phi3_worst=finite_largest(row["phi3_p98"]),
         over_limit=int(((row["phi1_p98"] > limit) | (row["phi3_p98"] > limit)).sum()),

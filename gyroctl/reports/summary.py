@@ -60,7 +60,7 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
 
 def _law(law: LawResult) -> dict[str, Any]:
     estimates = {"mean_power_ci95": law.power, "power_cv_ci95": law.power_cv}
-    estimates |= {"mttl_ci95": law.mttl, "ratio_ci95": law.ratio}
+    estimates |= {"mttl_ci95": law.mttl, "ratio_ci95": law.ratio, "lock_probability_ci95": law.lock}
     return {
         "information": law.information,
         "mean_power_w": law.power.value,

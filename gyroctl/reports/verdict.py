@@ -83,7 +83,8 @@ def _opening(evaluation: Evaluation, winner: LawResult | None) -> str:
 
 
 def _lock(winner: LawResult, evaluation: Evaluation) -> str:
-    bounds = f"95 % interval of the probability {interval(winner.lock, 2)}"
+    beside = f"; {winner.lock.note}" if winner.lock.note else ""
+    bounds = f"95 % interval of the probability {interval(winner.lock, 2)}{beside}"
     text = f"It held lock in {winner.locked} of {winner.runs} runs ({bounds})"
     if evaluation.reference and winner.name != evaluation.reference:
         reference = evaluation.law(evaluation.reference)
@@ -145,17 +146,27 @@ def _caveats(evaluation: Evaluation) -> list[str]:
     outside = [f"{law.name} {law.outside_model} of {law.runs}" for law in laws if law.outside_model]
     sliding = [f"{law.name} {number(law.cycle_slips, 2)}" for law in laws if law.cycle_slips > max(10.0, 2.0 * usual)]
     fallen = [f"{law.name} {law.fallbacks}" for law in laws if law.fallbacks]
+    noted = [f"{law.name} ({what})" for law in laws if (what := _left_out(law))]
     unbalanced = [f"{law.name} {number(law.ledger_residual, 2)}" for law in laws if law.ledger_residual > 1e-4]
     for concerned, lead, tail in (
         (over, f"Runs over the motion limit of {plain(evaluation.motion_limit)} rad", ""),
         (outside, "Runs that leave the small-angle model (|phi| above 0.3 rad at some time)", ""),
         (sliding, "Many cycle slips per 1000 waves", f"{against}. Power won by sliding is not locked power"),
+        (noted, "What the numbers leave out", ""),
         (fallen, "Steps that fell back to a simpler law", ""),
         (unbalanced, "The energy ledger does not close (relative residual)", ""),
     ):
         if concerned:
             caveats.append(f"{lead}: {listed(concerned)}{tail}.")
     return caveats
+
+
+def _left_out(law: LawResult) -> str:
+    """Runs without a number, and what else the intervals of power, ratio, lock and time to loss do not hold."""
+    estimates = {"power": law.power, "ratio": law.ratio, "lock": law.lock, "time to loss": law.mttl}
+    concerned = ("not finite", "not finished", "scatter", "rate", "like those", "told from zero")
+    said = {what: e.note for what, e in estimates.items() if any(word in e.note for word in concerned)}
+    return "; ".join(f"{what}: {note}" for what, note in said.items())
 
 
 def _power(power: Estimate) -> str:

@@ -25,7 +25,7 @@ def cells(row: Row) -> dict[str, str]:
         "less best constant [W]": with_interval(row.difference),
         "CV": number(row.cv.value, 2),
         "locked": f"{row.locked}/{row.runs}",
-        "P(lock)": f"{row.lock.low:.3f}–{row.lock.high:.3f}",
+        "P(lock)": f"{row.lock.low:.3f}–{row.lock.high:.3f}{f' ({row.lock.note})' if row.lock.note else ''}",
         PHI: f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",
         "runs over it": str(row.over_limit),
         "slips /1000": number(row.cycle_slips, 2),
@@ -49,9 +49,15 @@ def markdown_table(headings: Sequence[str], lines: Sequence[Sequence[str]], text
 
 
 def with_interval(estimate: Estimate, digits: int = 3) -> str:
-    """Write a number with its interval in brackets."""
-    bounds = interval(estimate, digits)
-    return f"{number(estimate.value, digits)} ({bounds})" if bounds else number(estimate.value, digits)
+    """Write a number with its interval, and what that leaves out, in brackets."""
+    inside = "; ".join(part for part in (interval(estimate, digits), _missing(estimate)) if part)
+    return f"{number(estimate.value, digits)} ({inside})" if inside else number(estimate.value, digits)
+
+
+def _missing(estimate: Estimate) -> str:
+    """What of the note a table must not be without: runs that the mean leaves out, scatter that it may not hold."""
+    words = ("not finite", "scatter", "told from zero")
+    return "; ".join(part for part in estimate.note.split("; ") if any(word in part for word in words))
 
 
 def _time(milliseconds: float) -> str:

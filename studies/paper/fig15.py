@@ -54,7 +54,7 @@ def draw(setup: Setup) -> Drawing:
             look: dict[str, Any] = {"color": colour, "mfc": face}
             scattered = x + rng.uniform(-0.07, 0.07, reference.wave_input.size)
             axes[0].plot(scattered, reference.wave_input, "o", ms=2.6, mew=0.5, alpha=0.5, **look)
-            given, share = bootstrap_mean(reference.wave_input), lock_probability(reference.locked)
+            given, share = bootstrap_mean(reference.wave_input, zero_if_lost=False), lock_probability(reference.locked)
             axes[0].plot([x - 0.12, x + 0.12], [given.value] * 2, color=INK, lw=1.8)
             reach = [[share.value - share.low], [share.high - share.value]]
             axes[2].errorbar(x, share.value, reach, fmt="o", ms=6, **look)

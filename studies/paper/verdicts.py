@@ -65,7 +65,7 @@ def one_draw(values: ArrayLike, stated: float, rounding: float, unit: str, what:
     tail = 0.5 * (1.0 - CONFIDENCE)
     low, high = np.quantile(kept, (tail, 1.0 - tail))
     inside = low - rounding <= stated <= high + rounding
-    mean = bootstrap_mean(kept)
+    mean = bootstrap_mean(kept, zero_if_lost=False)  # of chosen runs: none is lost
     note = f"{kept.size} {what}, 95 % of them {low:.3g} to {high:.3g} {unit}"
     return Result(*mean[:3], unit, "agree" if inside else "differ", note)
 
@@ -75,7 +75,7 @@ def within(values: ArrayLike, bounds: tuple[float, float], unit: str, what: str)
     kept = _finite(values)
     if kept.size < FEWEST:
         return _too_few(kept, unit, what)
-    mean = bootstrap_mean(kept)
+    mean = bootstrap_mean(kept, zero_if_lost=False)  # of chosen runs: none is lost
     verdict: Verdict = "open"
     if bounds[0] <= mean.low and mean.high <= bounds[1]:
         verdict = "agree"

@@ -1,0 +1,81 @@
+"""What statistics return: numbers with their intervals, and the reason in words where an interval is missing."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+CONFIDENCE = 0.95
+FEWEST = 4
+"""Fewest realisations from which an interval of a mean is given: below it the scatter is not known."""
+
+NOT_DISTINGUISHABLE = "not distinguishable"
+
+
+class Estimate(NamedTuple):
+    """A number with its confidence interval; `note` says why a bound is missing, or what the interval leaves out."""
+
+    value: float
+    low: float
+    high: float
+    note: str = ""
+
+
+class Share(NamedTuple):
+    """A share of runs with its Wilson interval."""
+
+    value: float
+    low: float
+    high: float
+    runs: int
+
+
+class Survival(NamedTuple):
+    """Kaplan-Meier estimate of the probability that lock still holds: a step function of time [s] with its interval."""
+
+    time: NDArray[np.float64]
+    probability: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+    censored: int
+
+
+class PairedDifference(NamedTuple):
+    """Mean of `first` minus `second` on the same realisations, with p-values before and after Holm's correction."""
+
+    first: str
+    second: str
+    estimate: Estimate
+    p_value: float
+    p_holm: float
+    words: str
+
+
+def nothing(note: str) -> Estimate:
+    """No number, and why."""
+    return Estimate(np.nan, np.nan, np.nan, note)
+
+
+def finite(values: ArrayLike) -> NDArray[np.float64]:
+    """Keep what is a finite number."""
+    given = np.asarray(values, dtype=np.float64)
+    return given[np.isfinite(given)]
+
+
+def finite_mean(values: ArrayLike) -> float:
+    """Mean of the finite values, NaN without a warning when there are none."""
+    kept = finite(values)
+    return float(kept.mean()) if kept.size else float("nan")
+
+
+def finite_largest(values: ArrayLike) -> float:
+    """Largest of the finite values, NaN when there are none."""
+    kept = finite(values)
+    return float(kept.max()) if kept.size else float("nan")
+
+
+def join(*notes: str) -> str:
+    """Notes that say something, one after the other."""
+    return "; ".join(note for note in notes if note)
