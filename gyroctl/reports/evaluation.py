@@ -166,10 +166,10 @@ def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawR
     ratio = Estimate(np.nan, np.nan, np.nan, "no best_constant in this comparison")
     if reference is not None:
         ratio = paired_ratio(row["mean_power"], layout.of_law(ds, "mean_power", reference))
-    means = ("p98_over_mean", "cycle_slips", "capture_width_ratio", "saturations", *layout.MOTION, *layout.FLOWS)
-    means = (*means, "generated_w", "turns_kept", "outside_share")
+    means = ("p98_over_mean", "cycle_slips", "turns_kept", "capture_width_ratio", "saturations", "generated_w")
+    floating = ("outside_share", *layout.MOTION, *layout.FLOWS)
     supervised = ("availability", "motor_energy", "net_energy")
-    same: dict[str, Any] = {variable: finite_mean(row[variable]) for variable in (*means, *supervised)}
+    same: dict[str, Any] = {variable: finite_mean(row[variable]) for variable in (*means, *floating, *supervised)}
     same |= {variable: _total(row[variable]) for variable in ("deadline_misses", "fallbacks", "starts", "unloads")}
     return LawResult(
         name=name,

@@ -32,7 +32,7 @@ JUDGED = ("generated_w", "turns_kept", "in_step", "outside_share", "phi1_max", "
 STEPS = ("step_ms_median", "step_ms_p99", "deadline_misses", "fallbacks")
 SUPERVISED = ("availability", "motor_energy", "net_energy", "lock_begins", "payback_time", "starts", "unloads")
 OPTIONAL = (*EXTRAS, *JUDGED, *STEPS, *SUPERVISED)
-"""Variables over (law, realisation) shown where present, and as unknown in files that were written before they were recorded."""
+"""Variables over (law, realisation) shown where present, and as unknown in files that are older than they are."""
 
 EXAMPLES = ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")
 """Time series over (law, time) of one realisation, each stored as ``example_<name>``."""

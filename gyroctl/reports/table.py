@@ -32,7 +32,7 @@ def results_table(ds: xr.Dataset, evaluation: Evaluation | None = None, *, inter
     Returns
     -------
     rich.table.Table
-        Judged power [W] and the stored part of it [W], ratio to best_constant [1], power CV [1], runs locked and runs in
+        Judged power [W] and the stored part of it [W], ratio to best_constant [1], power CV [1], runs locked, runs in
         step, turns kept [1], cycle slips per 1000 waves, information.
     """
     from rich.markup import escape

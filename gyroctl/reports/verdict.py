@@ -8,7 +8,6 @@ from gyroctl.reports.evaluation import Evaluation, LawResult
 from gyroctl.reports.wording import interval, listed, number, percent, plain, seed_ranges
 from gyroctl.statistics import FEWEST, NOT_DISTINGUISHABLE, Estimate
 
-
 SMALL = 0.02
 """Part of the power below which what is stored goes without saying. [1]"""
 
