@@ -117,7 +117,7 @@ def closed_loop(
     record = Record(states, controls, controls, PERIOD, 0)
     found = evaluate(DEVICE, record, waves.moments[1], waves.dt, SEA.wp, START, np.nan)
     stored = 0.5 * DEVICE.parameters.J4 * (y[7] ** 2 - states[round(START / PERIOD), 7] ** 2) / (duration - START)
-    return {**found, "net_power": found["mean_power"] + stored}, spent[10:], discontent, kept
+    return {**found, "net_power": found["generated_w"] + stored}, spent[10:], discontent, kept
 
 
 def programs(n: int, kept: list[tuple[Problem, np.ndarray, float]]) -> list[dict[str, Any]]:

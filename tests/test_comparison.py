@@ -232,7 +232,7 @@ def test_law_with_an_array_is_told_apart_by_its_content(
 ) -> None:
     one = replace(WAVES, seeds=(1,))
     powers = [
-        float(compare(device, {"x": Scaled(np.array([s]))}, one, SETTINGS, 1, tmp_path, quiet=True).mean_power[0, 0])
+        float(compare(device, {"x": Scaled(np.array([s]))}, one, SETTINGS, 1, tmp_path, quiet=True).generated_w[0, 0])
         for s in (2.0, 3.0, 2.0)
     ]
     assert powers[1] > 1.2 * powers[0] and powers[2] == powers[0]
@@ -260,7 +260,7 @@ def test_edited_file_of_a_user_is_never_answered_from_the_store(device: gy.Plant
         file.write_text(user_law(gain))
         law = gy.law(f"{file}:Mine")
         found = compare(device, {"m": law}, one, SETTINGS, 1, tmp_path / "runs", quiet=True)
-        powers.append(float(found.mean_power[0, 0]))
+        powers.append(float(found.generated_w[0, 0]))
     assert powers[1] > 1.5 * powers[0]
 
 
@@ -371,7 +371,7 @@ def test_regular_sea_gives_the_power_of_its_orbit(device: gy.Plant, regular: Any
     """The start on the orbit and the blend from the regular wave to itself change nothing: no transient at all."""
     law = gy.law("constant")
     orbit = gy.lock_orbit(device, gy.Regular(0.2, 3.14), law.cc, law.cg)  # type: ignore[attr-defined]
-    assert float(regular.mean_power[0, 0]) == pytest.approx(orbit.power, rel=1e-4)
+    assert float(regular.generated_w[0, 0]) == pytest.approx(orbit.power, rel=1e-4)
     assert bool(regular.locked[0, 0]) and float(regular.cycle_slips[0, 0]) == 0.0
     assert float(regular.power_cv[0, 0]) < 0.05
 

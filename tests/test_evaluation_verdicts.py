@@ -33,6 +33,8 @@ def made(law: str = "good", power: float = 6.0, cv: float = 0.3, **changes: Any)
         "tuning": "all",
         "runs": 200,
         "locked": 200,
+        "in_step": 190,
+        "pair_in_step": 190,
         "power": sure(power),
         "cv": sure(cv),
         "phi1_p98": 0.3,
@@ -47,7 +49,12 @@ def runs(seeds: list[int], power: list[float], label: str = "law", hashes: tuple
         "power_cv_1s",
         "phi1_p98",
         "phi3_p98",
+        "phi1_max",
+        "phi3_max",
+        "outside_share",
         "cycle_slips",
+        "generated_w",
+        "stored_w",
         "slip_loss_w",
         "wave_input_w",
         "saturations",
@@ -60,6 +67,7 @@ def runs(seeds: list[int], power: list[float], label: str = "law", hashes: tuple
     )
     values = {name: np.zeros(len(seeds)) for name in names}
     values |= {"mean_power": np.array(power), "locked": np.ones(len(seeds))}
+    values |= {"turns_kept": np.ones(len(seeds)), "waves_counted": np.full(len(seeds), 950.0)}
     return Runs(Entrant(label, label), "simple", "sensors", np.array(seeds), hashes or tuple(map(str, seeds)), values)
 
 

@@ -204,7 +204,8 @@ def test_ensemble_is_the_closed_loop_with_a_constant_law(device: gy.Plant) -> No
     for index, (cc, cg) in enumerate(PAIRS[:2]):
         record, _ = run_law(device, gy.law("constant", cc=cc, cg=cg), waves, gy.Settings(blend=50.0))
         values = evaluate(device, record, waves.moments[1], waves.dt, SEA.wp, 50.0, 1.0)
-        for name in ("phi1_p98", "phi3_p98", "mean_power", "loss_time"):
+        np.testing.assert_array_equal(run.mean_power[index, 0], values["generated_w"])
+        for name in ("phi1_p98", "phi3_p98", "loss_time"):
             np.testing.assert_array_equal(getattr(run, name)[index, 0], values[name])
         for name in ("power_cv", "slip_loss_w", "wave_input_w"):
             assert getattr(run, name)[index, 0] == pytest.approx(values[name], rel=1e-9)
@@ -276,7 +277,7 @@ def test_energy_ledger_closes_over_2000_s(device: gy.Plant, law: Any) -> None:
     record, _ = run_law(device, law, waves, gy.Settings())
     values = evaluate(device, record, waves.moments[1], waves.dt, SEA.wp, 100.0, 1.0)
     assert values["ledger_residual"] < 1e-6
-    parts = ("mean_power", "radiated_w", "hinge_w", "slip_loss_w", "stored_w")
+    parts = ("generated_w", "radiated_w", "hinge_w", "slip_loss_w", "stored_w")
     assert sum(values[name] for name in parts) == pytest.approx(values["wave_input_w"], rel=2e-6)
     if isinstance(law, Switching):
         assert np.count_nonzero(np.diff(record.controls[:, 0])) > 8000

@@ -254,8 +254,7 @@ def run(plant, law, duration=200.0, gamma=5.0, settings=None, seed=SEED):
 def test_gives_several_times_the_best_constant_pair(plant, information):
     found, _, _ = run(plant, Nmpc(information=information))
     pair, _, _ = run(plant, gy.law("best_constant"))
-    total = found["mean_power"] + found["stored_w"]
-    assert found["locked"] == 1.0 and total > 3.0 * pair["mean_power"]
+    assert found["locked"] == 1.0 and found["mean_power"] > 3.0 * pair["mean_power"]
     assert found["ledger_residual"] < 1e-6
 
 
@@ -318,8 +317,7 @@ def test_other_solvers_serve_as_well(plant, solver):
     iterations = 10 if solver == "descent" else 1
     default = run(plant, Nmpc(information="oracle"))[0]
     found = run(plant, Nmpc(information="oracle", effort=Effort(solver, iterations)))[0]
-    total = found["mean_power"] + found["stored_w"]
-    assert found["locked"] == 1.0 and total > 0.8 * (default["mean_power"] + default["stored_w"])
+    assert found["locked"] == 1.0 and found["mean_power"] > 0.8 * default["mean_power"]
 
 
 def test_failed_plans_fall_back_and_keep_lock(plant):

@@ -59,7 +59,7 @@ if __name__ == "__main__":
     settings = gy.Settings(blend=20.0)
     laws = {"plain": plain_law.Plain(sys.argv[2]), "compiled": gy.law("constant", cc=0.052, cg=3.5e-4)}
     ds = gy.compare(plant, laws, waves, settings, workers=2, quiet=True)
-    power = ds.mean_power.sel(law=["plain", "compiled"]).values
+    power = ds.generated_w.sel(law=["plain", "compiled"]).values
     assert (power[0] == power[1]).all() and (power > 0.0).all(), power
     print(os.getpid())
 """

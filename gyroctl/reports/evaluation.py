@@ -43,14 +43,18 @@ class LawResult:
     information: str  # what the law may see: none, sensors, forecast, oracle
     runs: int
     locked: int  # runs that held lock to the end
-    power: Estimate  # mean electrical power [W]
-    power_locked: float  # mean electrical power of the runs that held lock [W]
+    in_step: int | None  # runs in step with the waves
+    power: Estimate  # mean power that is judged: generated and stored, over the time [W]
+    power_locked: float  # the same of the runs that held lock [W]
+    generated_w: float  # its electrical part [W]
     power_cv: Estimate  # coefficient of variation of power within a run [1]
     p98_over_mean: float  # 98 % quantile of power over its mean [1]
     ratio: Estimate  # mean power over that of the reference [1]
     lock: Estimate  # probability to hold lock [1]
     mttl: Estimate  # mean time to lose lock [s]
     survival: Survival  # Kaplan-Meier curve of lock
+    step: Estimate  # probability to be in step [1]
+    turns_kept: float  # ring speed over that of the waves [1]
     cycle_slips: float  # per 1000 waves
     phi1_p98: float  # 98 % of |phi1|, mean over realisations [rad]
     phi3_p98: float  # 98 % of |phi3|, mean over realisations [rad]
@@ -58,6 +62,9 @@ class LawResult:
     phi3_worst: float  # 98 % of |phi3|, worst realisation [rad]
     over_limit: int  # runs whose 98 % motion exceeds the limit
     outside_model: int  # runs that leave the range of the linear float model
+    outside_share: float  # share of the time beyond it, |phi| > 0.3 rad [1]
+    phi1_max: float  # largest |phi1| of any run [rad]
+    phi3_max: float  # largest |phi3| of any run [rad]
     wave_input_w: float  # mean power flow, as the next four [W]
     radiated_w: float  # [W]
     hinge_w: float  # [W]
@@ -82,7 +89,7 @@ class LawResult:
     def flows(self) -> dict[str, float]:
         """Where the wave input goes. [W]"""
         lost = {"slip": self.slip_loss_w, "hinge": self.hinge_w, "radiated": self.radiated_w}
-        return {"generator": self.power.value, **lost, "stored": self.stored_w}
+        return {"generator": self.generated_w, **lost, "stored": self.stored_w}
 
 
 @dataclass(frozen=True)
@@ -156,12 +163,16 @@ def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawR
     row = {variable: layout.of_law(ds, variable, name) for variable in (*layout.REQUIRED, *layout.OPTIONAL)}
     facts = ds.sel(law=name)
     locked, duration = _flags(row["locked"]), layout.duration(ds)
+    if "generated_w" not in ds.variables:  # of old, the mean power was the electrical one
+        row["generated_w"] = row["mean_power"]
+    known, unknown = "in_step" in ds.variables, Estimate(np.nan, np.nan, np.nan, "not recorded")
     ratio = Estimate(np.nan, np.nan, np.nan, "no best_constant in this comparison")
     if reference is not None:
         ratio = paired_ratio(row["mean_power"], layout.of_law(ds, "mean_power", reference))
-    means = ("p98_over_mean", "cycle_slips", "capture_width_ratio", "saturations", *layout.MOTION, *layout.FLOWS)
+    means = ("p98_over_mean", "cycle_slips", "turns_kept", "capture_width_ratio", "saturations", "generated_w")
+    floating = ("outside_share", *layout.MOTION, *layout.FLOWS)
     supervised = ("availability", "motor_energy", "net_energy")
-    same: dict[str, Any] = {variable: finite_mean(row[variable]) for variable in (*means, *supervised)}
+    same: dict[str, Any] = {variable: finite_mean(row[variable]) for variable in (*means, *floating, *supervised)}
     same |= {variable: _total(row[variable]) for variable in ("deadline_misses", "fallbacks", "starts", "unloads")}
     return LawResult(
         name=name,
@@ -169,6 +180,8 @@ def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawR
         information=str(facts["information"].values),
         runs=locked.size,
         locked=int(locked.sum()),
+        in_step=_total(row["in_step"]),
+        step=lock_probability(_flags(row["in_step"])) if known else unknown,
         power=bootstrap_mean(row["mean_power"]),
         power_locked=finite_mean(row["mean_power"][locked]),
         power_cv=bootstrap_mean(row["power_cv"], zero_if_lost=False),
@@ -180,6 +193,8 @@ def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawR
         phi3_worst=finite_largest(row["phi3_p98"]),
         over_limit=int(((row["phi1_p98"] > limit) | (row["phi3_p98"] > limit)).sum()),
         outside_model=int(_flags(row["outside_model"]).sum()),
+        phi1_max=finite_largest(row["phi1_max"]),
+        phi3_max=finite_largest(row["phi3_max"]),
         ledger_residual=finite_largest(np.abs(row["ledger_residual"])),
         step_ms_median=_median(row["step_ms_median"]),
         step_ms_p99=finite_largest(row["step_ms_p99"]),

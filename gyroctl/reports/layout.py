@@ -28,10 +28,11 @@ REQUIRED = (*POWER, *LOCK, *MOTION, *FLOWS, "ledger_residual")
 """Variables over (law, realisation) without which there is no report."""
 
 EXTRAS = ("power_cv_1s", "capture_width_ratio", "saturations", "outside_model")
+JUDGED = ("generated_w", "turns_kept", "in_step", "outside_share", "phi1_max", "phi3_max")
 STEPS = ("step_ms_median", "step_ms_p99", "deadline_misses", "fallbacks")
 SUPERVISED = ("availability", "motor_energy", "net_energy", "lock_begins", "payback_time", "starts", "unloads")
-OPTIONAL = (*EXTRAS, *STEPS, *SUPERVISED)
-"""Variables over (law, realisation) shown where present."""
+OPTIONAL = (*EXTRAS, *JUDGED, *STEPS, *SUPERVISED)
+"""Variables over (law, realisation) shown where present, and as unknown in files that are older than they are."""
 
 EXAMPLES = ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")
 """Time series over (law, time) of one realisation, each stored as ``example_<name>``."""

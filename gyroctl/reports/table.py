@@ -1,4 +1,4 @@
-"""The table that the command line prints after a comparison: one row a law."""
+"""The tables that the command line prints after a comparison: one row a law."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
 from gyroctl.reports.verdict import judge
-from gyroctl.reports.wording import interval, minutes, minutes_interval, number
+from gyroctl.reports.wording import NOTHING, interval, minutes, minutes_interval, number, percent, watts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,38 +32,77 @@ def results_table(ds: xr.Dataset, evaluation: Evaluation | None = None, *, inter
     Returns
     -------
     rich.table.Table
-        Power [W], ratio to best_constant [1], power CV [1], locked runs, mean time to lose lock [min], cycle slips per
-        1000 waves, 98 % of |phi1| and |phi3| [rad] (red beyond the limit), information.
+        Judged power [W] and the stored part of it [W], ratio to best_constant [1], power CV [1], runs locked, runs in
+        step, turns kept [1], cycle slips per 1000 waves, information.
     """
-    from rich import box
     from rich.markup import escape
-    from rich.table import Table
 
     found = evaluate(ds) if evaluation is None else evaluation
+    headings = (
+        "power\nW",
+        "stored\nW",
+        "ratio\n1",
+        "CV\n1",
+        "locked\nruns",
+        "in step\nruns",
+        "turns\n1",
+        "slips\n/1000",
+    )
     winner = judge(found).winner
-    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, show_edge=False)
-    table.add_column("law", no_wrap=True)
-    for heading in ("power\nW", "ratio\n1", "CV\n1", "locked\nruns", "MTLL\nmin", "slips\n/1000", "motion\nrad"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    table = _table(headings)
     table.add_column("sees", no_wrap=True)
     for law in found.by_power:
         table.add_row(
-            f"{'*' if law.name == winner else ' '} {escape(law.name)}",
+            _name(law, winner),
             _with(number(law.power.value), interval(law.power), intervals),
+            watts(law.stored_w),
             _with(number(law.ratio.value), interval(law.ratio) if law.name != found.reference else "", intervals),
             number(law.power_cv.value, 2),
-            f"[red]{law.locked}/{law.runs}[/red]" if law.locked == 0 else f"{law.locked}/{law.runs}",
-            minutes(law.mttl.value) if law.mttl.value == law.mttl.value else minutes_interval(law.mttl),
+            _count(law.locked, law.runs),
+            _count(law.in_step, law.runs),
+            number(law.turns_kept),
             number(law.cycle_slips, 2),
-            _motion(law, found.motion_limit),
             escape(law.information),
             style="bold" if law.name == winner else None,
         )
     return table
 
 
+def motion_table(ds: xr.Dataset, evaluation: Evaluation | None = None) -> Table:
+    """Rich table of what else a comparison says of each law, in the same order.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        Comparison in the layout of results.nc.
+    evaluation : Evaluation, optional
+        Its statistics, where they have been worked out already.
+
+    Returns
+    -------
+    rich.table.Table
+        Generated power [W], mean time to lose lock [min], 98 % of |phi1| and |phi3| (red beyond the limit) and the
+        largest of any run [rad], runs beyond the limit, share of the time beyond 0.3 rad.
+    """
+    found = evaluate(ds) if evaluation is None else evaluation
+    winner = judge(found).winner
+    table = _table(("generated\nW", "MTLL\nmin", "motion\nrad", "largest\nrad", "over limit\nruns", "> 0.3 rad\ntime"))
+    for law in found.by_power:
+        table.add_row(
+            _name(law, winner),
+            number(law.generated_w),
+            minutes(law.mttl.value) if law.mttl.value == law.mttl.value else minutes_interval(law.mttl),
+            _motion(law, found.motion_limit),
+            f"{number(law.phi1_max, 2)}/{number(law.phi3_max, 2)}",
+            f"{law.over_limit}/{law.runs}",
+            percent(100.0 * law.outside_share) or NOTHING,
+            style="bold" if law.name == winner else None,
+        )
+    return table
+
+
 def print_table(ds: xr.Dataset, evaluation: Evaluation | None = None, console: Console | None = None) -> None:
-    """Print the table, the verdict and its caveats; intervals only where the terminal is wide enough.
+    """Print the tables, the verdict and its caveats; intervals only where the terminal is wide enough.
 
     Parameters
     ----------
@@ -81,9 +120,33 @@ def print_table(ds: xr.Dataset, evaluation: Evaluation | None = None, console: C
     found = evaluate(ds) if evaluation is None else evaluation
     verdict = judge(found)
     out.print(results_table(ds, found, intervals=out.width >= WIDE))
+    out.print(motion_table(ds, found))
     out.print(Text(" ".join(verdict.sentences)))
     for caveat in verdict.caveats:
         out.print(Text(f"! {caveat}", style="yellow"))
+
+
+def _table(headings: tuple[str, ...]) -> Table:
+    from rich import box
+    from rich.table import Table
+
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, show_edge=False)
+    table.add_column("law", no_wrap=True)
+    for heading in headings:
+        table.add_column(heading, justify="right", no_wrap=True)
+    return table
+
+
+def _name(law: LawResult, winner: str | None) -> str:
+    from rich.markup import escape
+
+    return f"{'*' if law.name == winner else ' '} {escape(law.name)}"
+
+
+def _count(count: int | None, runs: int) -> str:
+    if count is None:
+        return NOTHING
+    return f"[red]{count}/{runs}[/red]" if count == 0 else f"{count}/{runs}"
 
 
 def _with(value: str, bounds: str, intervals: bool) -> str:

@@ -36,7 +36,7 @@ class EnsembleRun:
     loss_time : array
         Time of the first stall, NaN where lock was kept. [s]
     mean_power : array
-        Mean electrical power over the scored time. [W]
+        Mean electrical power over the scored time, `generated_w` of the metrics. [W]
     power_cv : array
         Its coefficient of variation. [-]
     phi1_p98, phi3_p98 : array

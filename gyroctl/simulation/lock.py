@@ -1,6 +1,8 @@
 """Lock: lost when the 10 s mean of the ring speed falls below half the peak frequency; cycle slips counted apart.
 
-The instantaneous speed says nothing: a good law lets it swing by a quarter within the cycle without losing a turn.
+The instantaneous speed says nothing: a good law lets it swing by a quarter within the cycle without losing a turn. And
+lock says little of the turns: a ring may lose every tenth of them and never stall. So a second verdict stands beside
+it, in step, by the turns that were kept and the slips.
 """
 
 from __future__ import annotations
@@ -13,6 +15,12 @@ WINDOW = 10.0
 
 THRESHOLD = 0.5
 """Part of the peak frequency below which lock is lost. [-]"""
+
+KEPT = 0.98
+"""Part of the reference's turns that a run in step keeps. [-]"""
+
+SURE = 0.95
+"""Level of the upper limit of the reference's cycle slips. [-]"""
 
 
 def loss_time(psi: ArrayLike, dt: float, wp: float, sense: int = 1) -> NDArray[np.float64]:
@@ -86,8 +94,8 @@ def cycle_slips(psi: ArrayLike, phasor: ArrayLike, dt: float, sense: int = 1) ->
     half = round(0.5 * WINDOW / dt)
     if angle.size <= 2 * half:
         return 0
-    # the envelope on the waves' own mean frequency, weighted by their power
-    carrier = np.angle(np.sum(waves[1:] * np.conj(waves[:-1]))) * np.arange(angle.size)
+    # the envelope on the waves' own mean frequency
+    carrier = _advance(waves) * np.arange(angle.size)
     total = np.concatenate([[0.0], np.cumsum(waves * np.exp(-1j * carrier))])
     centre = np.arange(angle.size)
     envelope = total[np.minimum(centre + half + 1, angle.size)] - total[np.maximum(centre - half, 0)]
@@ -98,6 +106,92 @@ def cycle_slips(psi: ArrayLike, phasor: ArrayLike, dt: float, sense: int = 1) ->
         count += jumps
         level += jumps if turn > level else -jumps
     return count
+
+
+def turns_kept(psi: ArrayLike, phasor: ArrayLike, dt: float, sense: int = 1) -> float:
+    """Mean ring speed over the mean frequency of the waves.
+
+    Parameters
+    ----------
+    psi : array_like, (n,)
+        Ring angle. [rad]
+    phasor : array_like, (n,)
+        Waves at the same instants, `wave_phasor`. [Nm]
+    dt : float
+        Spacing of the samples; it cancels, and stands here as in `cycle_slips`. [s]
+    sense : {1, -1}
+        Sense of rotation.
+
+    Returns
+    -------
+    float
+        Near 1 for a ring that turns once a wave; NaN where the run is not finite or has no two samples. The frequency
+        of the waves is the mean weighted by their power, the carrier against which the cycle slips are counted.
+    """
+    angle, waves = np.asarray(psi, float), np.asarray(phasor)
+    if angle.size < 2:
+        return float("nan")
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return float(sense * (angle[-1] - angle[0]) / (_advance(waves) * (angle.size - 1)))
+
+
+def in_step(
+    turns: ArrayLike,
+    slips: ArrayLike,
+    waves: ArrayLike,
+    reference_turns: ArrayLike = (),
+    reference_slips: ArrayLike = (),
+    reference_locked: ArrayLike = (),
+) -> NDArray[np.bool_]:
+    """Tell which runs were in step with the waves, measured by the best constant pair.
+
+    The frequency of an irregular sea is no sharp number, and in a lull the phase of the waves jumps by itself, so that
+    even a ring that never slid keeps 0.97 to 1.01 of the turns and counts a slip now and then. Hence the measure is
+    what the best constant pair, which hardly swings, does on the same waves.
+
+    Parameters
+    ----------
+    turns : array_like, (..., n)
+        `turns_kept` of the runs, the last axis over the realisations. [-]
+    slips : array_like, (..., n)
+        Their cycle slips. [1 per 1000 waves]
+    waves : array_like, (..., n) or (n,)
+        Number of waves over which they were counted. [-]
+    reference_turns, reference_slips, reference_locked : array_like, (n,)
+        The same of the best constant pair on the same realisations, and where it kept lock; empty where it did not run.
+
+    Returns
+    -------
+    array of bool, (..., n)
+        Whether a run kept at least 0.98 of the pair's turns on the same realisation, and slipped no oftener than the
+        upper 95 % limit of a Poisson count whose observation is the pair's median over the runs in which it kept lock.
+        Where the pair lost lock on a realisation, its median over the others stands in for its turns. Where it lost
+        lock in all, or did not run, 0.98 of all turns is asked for, and the limit is that of no slip, 3.0. A run that
+        is not finite is not in step.
+    """
+    kept, count = np.asarray(turns, float), np.asarray(slips, float) * np.asarray(waves, float) / 1000.0
+    held = np.asarray(reference_locked, bool) & np.isfinite(np.asarray(reference_turns, float))
+    needed: NDArray[np.float64] | float = KEPT
+    usual = 0.0  # slips [1 per 1000 waves]
+    if held.any():
+        own = np.asarray(reference_turns, float)
+        needed = KEPT * np.where(held, own, np.median(own[held]))
+        usual = float(np.median(np.asarray(reference_slips, float)[held]))
+    limit = poisson_limit(usual * np.asarray(waves, float) / 1000.0)
+    with np.errstate(invalid="ignore"):
+        return np.asarray((kept >= needed) & (count <= limit))
+
+
+def poisson_limit(count: ArrayLike) -> NDArray[np.float64]:
+    """Largest mean of a Poisson count that an observation of `count` does not exclude at 95 %, one-sided: 3.0 for 0."""
+    from scipy.special import gammaincinv
+
+    return np.asarray(gammaincinv(np.asarray(count, float) + 1.0, SURE))
+
+
+def _advance(waves: NDArray[np.complex128]) -> float:
+    """Mean advance of the phase of the waves from sample to sample, weighted by their power. [rad]"""
+    return float(np.angle(np.sum(waves[1:] * np.conj(waves[:-1]))))
 
 
 def load_share(

@@ -9,27 +9,33 @@ from numpy.typing import NDArray
 
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI
-from gyroctl.simulation.lock import THRESHOLD, WINDOW, cycle_slips, loss_time, wave_phasor
+from gyroctl.simulation.lock import THRESHOLD, WINDOW, cycle_slips, loss_time, turns_kept, wave_phasor
 
 MODEL_LIMIT = 0.3
 """Float motion beyond which the equations, linear in phi, are outside their range. [rad]"""
 
 UNITS = {
     "mean_power": "W",
+    "generated_w": "W",
+    "stored_w": "W",
     "power_cv": "1",
     "p98_over_mean": "1",
     "power_cv_1s": "1",
     "locked": "1",
     "loss_time": "s",
     "cycle_slips": "1 per 1000 waves",
+    "waves_counted": "1",
+    "turns_kept": "1",
     "phi1_p98": "rad",
     "phi3_p98": "rad",
+    "phi1_max": "rad",
+    "phi3_max": "rad",
     "outside_model": "1",
+    "outside_share": "1",
     "wave_input_w": "W",
     "radiated_w": "W",
     "hinge_w": "W",
     "slip_loss_w": "W",
-    "stored_w": "W",
     "ledger_residual": "1",
     "capture_width_ratio": "1",
     "availability": "1",
@@ -115,8 +121,12 @@ def evaluate(
     -------
     dict
         By the names of `UNITS`. Powers are means over the scored time from the integrated ledger; the ledger's
-        residual is over the whole run, relative to the wave input. Power is net: what the generator took as a motor is
-        paid for.
+        residual is over the whole run, relative to the wave input.
+
+        `mean_power` is the power that is judged: the generated energy and the change of what flywheel and float store,
+        over the scored time; `generated_w` and `stored_w` are its two parts. So nothing is won by draining a store in
+        the end. The generated part is net: what the generator took as a motor is paid for. CV and 98 % are those of
+        the electrical power. `locked` is NaN where the scored time is shorter than the 10 s by which lock is judged.
     """
     n = len(plant.labels)
     period, states = record.period, record.states
@@ -134,7 +144,8 @@ def evaluate(
     whole = dict(zip(LEDGER, states[-1, n:], strict=True))
     stored = plant.stored_energy(states[[0, first, -1], :n].T)
     spent = sum(whole[name] for name in LEDGER[1:]) + stored[2] - stored[0]
-    mean = energy["generator"] / scored
+    generated, gained = energy["generator"] / scored, float(stored[2] - stored[1]) / scored
+    judged = generated + gained
 
     speed, cg = states[first:, OMEGA_RATE], record.cg_rms[first:]
     begin, end = cg * speed[:-1] ** 2, cg * speed[1:] ** 2  # cg jumps at the samples: both ends of each interval
@@ -150,29 +161,40 @@ def evaluate(
     sampled = np.interp(np.arange(held, states.shape[0]) * period, np.arange(moment.size) * moment_dt, phasor)
     waves = (states.shape[0] - 1 - held) * period * wp / (2.0 * np.pi)
     return {
-        "mean_power": mean,
-        "power_cv": float(np.sqrt(max(second - mean**2, 0.0)) / mean) if mean > 0 else np.nan,
-        "p98_over_mean": float(np.quantile(power, 0.98) / mean) if mean > 0 else np.nan,
-        "power_cv_1s": float(np.std(mean_1s) / mean) if mean > 0 else np.nan,
-        "locked": float(np.isnan(lost)),
+        "mean_power": judged,
+        "generated_w": generated,
+        "stored_w": gained,
+        "power_cv": float(np.sqrt(max(second - generated**2, 0.0)) / generated) if generated > 0 else np.nan,
+        "p98_over_mean": float(np.quantile(power, 0.98) / generated) if generated > 0 else np.nan,
+        "power_cv_1s": float(np.std(mean_1s) / generated) if generated > 0 else np.nan,
+        "locked": float(np.isnan(lost)) if can_judge(scored) else np.nan,
         "loss_time": lost,
         "cycle_slips": 1000.0 * cycle_slips(psi[held:], sampled, period, sense) / waves,
+        "waves_counted": waves,
+        "turns_kept": turns_kept(psi[held:], sampled, period, sense),
         "phi1_p98": float(np.quantile(phi1, 0.98)),
         "phi3_p98": float(np.quantile(phi3, 0.98)),
+        "phi1_max": float(phi1.max()),
+        "phi3_max": float(phi3.max()),
         "outside_model": float(max(phi1.max(), phi3.max()) > MODEL_LIMIT),
+        "outside_share": float(np.mean(np.maximum(phi1, phi3) > MODEL_LIMIT)),
         "wave_input_w": energy["wave_input"] / scored,
         "radiated_w": energy["radiated"] / scored,
         "hinge_w": energy["hinge"] / scored,
         "slip_loss_w": energy["slip"] / scored,
-        "stored_w": float(stored[2] - stored[1]) / scored,
         "ledger_residual": float(abs(whole["wave_input"] - spent) / abs(whole["wave_input"])),
-        "capture_width_ratio": mean / available,
+        "capture_width_ratio": judged / available,
         "availability": float(np.mean(in_production[max(first, round(WINDOW / period)) :])),
         "motor_energy": float(np.sum(np.maximum(-np.diff(net[first:]), 0.0))),
         "net_energy": energy["generator"],
         "lock_begins": begins,
         "payback_time": repaid * period if repaid < net.size else np.nan,
     }
+
+
+def can_judge(scored: float) -> bool:
+    """Whether a scored time [s] is as long as the mean by which lock is judged."""
+    return scored >= WINDOW - 1e-6
 
 
 def production(

@@ -78,14 +78,14 @@ class Cut:
         return _begin(record, self.intervals)
 
     def worth(self, record: Record) -> dict[str, float]:
-        """Metrics of a run, and its `harvest_w`: mean power and change of the flywheel's energy. [W]
+        """Metrics of a run, and its `harvest_w`: generated power and change of the flywheel's energy. [W]
 
         The float's energy is not counted: little of it can be had. It is `stored_w` less `flywheel_w`.
         """
         values = _metrics(self.plant, record, self.waves)
         speed = record.states[:, OMEGA_RATE]
         gained = 0.5 * self.plant.parameters.J4 * (speed[-1] ** 2 - speed[0] ** 2) / self.duration
-        values |= {"flywheel_w": float(gained), "harvest_w": float(values["mean_power"] + gained)}
+        values |= {"flywheel_w": float(gained), "harvest_w": float(values["generated_w"] + gained)}
         return {**values, "flywheel_max": float(speed.max())}
 
 

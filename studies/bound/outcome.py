@@ -13,7 +13,7 @@ from gyroctl.studies.bound.cap import absorbed
 from gyroctl.studies.bound.cut import Cut
 from gyroctl.studies.bound.search import MOTION, Found
 
-POWERS = ("harvest_w", "mean_power", "flywheel_w", "stored_w")
+POWERS = ("harvest_w", "mean_power", "generated_w", "flywheel_w", "stored_w")
 SHOWN = (*POWERS, "power_cv", "phi1_p98", "phi3_p98", "slip_loss_w", "wave_input_w", "cycle_slips", "flywheel_max")
 """Metrics of a run that are written."""
 

@@ -29,8 +29,8 @@ def draw_seas(tables: Mapping[float, Sequence[Row]], asked: Mapping[str, Any]) -
         len(tables),
         (5.2 * len(tables), 5.6),
         "All laws in all seas",
-        f"{note(asked)}; hollow: motion beyond {MOTION:g} rad or lock in less than {100 * LOCKED:g} % of the runs; "
-        "shaded: what the bars ask for",
+        f"{note(asked)}; hollow: motion beyond {MOTION:g} rad or lock in less than {100 * LOCKED:g} % of the runs, "
+        "or not in step; shaded: what the bars ask for",
     )
     for axis, (gamma, table) in zip(axes, tables.items(), strict=True):
         shown = [row for row in table if math.isfinite(row.cv.value)]
@@ -145,7 +145,7 @@ def _high(estimate: Estimate) -> float:
 
 
 def _kept(row: Row) -> bool:
-    return not missed_by_limit(row).keys() & {"motion", "lock"}
+    return not missed_by_limit(row).keys() & {"motion", "lock", "step"}
 
 
 def _errors(axis: Axes, x: Any, estimates: Sequence[Estimate], style: LawStyle, name: str) -> None:

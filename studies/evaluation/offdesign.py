@@ -37,7 +37,7 @@ TUNING_SEEDS = range(100000, 100064)
 """On which the best constant pair of each sea is found, as every law is tuned on such seeds."""
 
 
-HEADINGS = ("law", "power [W]", "of best constant", "less best constant [W]", "verdict", *MEASURED, "slips /1000")
+HEADINGS = ("law", "power [W]", "of best constant", "less best constant [W]", "verdict", *MEASURED)
 
 
 class OffSea(NamedTuple):

@@ -14,14 +14,23 @@ from gyroctl.studies.evaluation.perturbed_devices import NOMINAL, truths
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.rows import Row, rows
 from gyroctl.studies.evaluation.targets import missed_by_limit
-from gyroctl.studies.evaluation.writing import LOCK, PHI, cells, markdown_table, row_table, with_interval
+from gyroctl.studies.evaluation.writing import (
+    LOCK,
+    OUTSIDE,
+    PARTS,
+    PHI,
+    cells,
+    markdown_table,
+    row_table,
+    with_interval,
+)
 from gyroctl.waves import SeaState
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 OWN = "of its nominal power"
-HEADINGS = ("case", *LOCK, "power [W]", OWN, "of best constant", "CV", PHI, "slips /1000", "limits")
+HEADINGS = ("case", *LOCK, "power [W]", OWN, "of best constant", *PARTS, "CV", PHI, "runs over it", *OUTSIDE, "limits")
 
 
 def robustness_table(ask: Request, gamma: float = 5.0) -> tuple[dict[str, Any], str, Figure]:

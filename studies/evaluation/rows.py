@@ -6,8 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyroctl.reports.layout import MOTION_LIMIT
+from gyroctl.simulation.lock import in_step
 from gyroctl.statistics import (
     Estimate,
     bootstrap_mean,
@@ -34,7 +36,13 @@ class Row:
     runs: int
     locked: int  # runs that held lock
     lock: Estimate  # probability to hold lock, with Wilson's interval [1]
-    power: Estimate  # mean power [W]
+    in_step: int  # runs in step with the waves, by the best constant pair of the case
+    pair_in_step: int  # how many of as many runs of the best constant pair were
+    step: Estimate  # probability to be in step, with Wilson's interval [1]
+    turns_kept: float  # mean ring speed over that of the waves [1]
+    power: Estimate  # mean power that is judged: generated and stored [W]
+    generated_w: float  # its electrical part [W]
+    stored_w: float  # change of what flywheel and float store [W]
     cv: Estimate  # coefficient of variation of power within a run [1]
     cv_1s: Estimate  # that of its means over 1 s [1]
     ratio: Estimate  # mean power over that of the best constant pair of the sea [1]
@@ -53,6 +61,9 @@ class Row:
     ledger_residual: float  # largest of the energy ledger [1]
     over_limit: int  # runs whose 98 % motion is beyond its limit
     outside_model: int  # runs with any motion beyond the range of the model
+    outside_share: float  # share of the time beyond it [1]
+    phi1_max: float  # largest motion of any run [rad]
+    phi3_max: float  # largest motion of any run [rad]
     step_ms_median: float  # time of a step [ms]
     step_ms_p99: float  # 99 % of the time of a step in the worst run [ms]
     fallbacks: int  # sum over the runs
@@ -76,8 +87,10 @@ def row(runs: Runs, reference: Runs) -> Row:
     difference, p_value = paired_difference(own, other)
     value = runs.values
     locked, motion = value["locked"] > 0.5, np.maximum(value["phi1_p98"], value["phi3_p98"])
-    means = ("phi1_p98", "phi3_p98", "cycle_slips", "slip_loss_w", "wave_input_w", "saturations")
-    same: dict[str, Any] = {name: finite_mean(value[name]) for name in means}
+    step = steps(runs, reference)
+    means = ("phi1_p98", "phi3_p98", "outside_share", "cycle_slips", "turns_kept", "saturations")
+    flows = ("generated_w", "stored_w", "slip_loss_w", "wave_input_w")
+    same: dict[str, Any] = {name: finite_mean(value[name]) for name in (*means, *flows)}
     same |= {name: int(np.nansum(value[name])) for name in ("outside_model", "fallbacks", "deadline_misses")}
     return Row(
         law=runs.entrant.label,
@@ -87,6 +100,9 @@ def row(runs: Runs, reference: Runs) -> Row:
         runs=locked.size,
         locked=int(locked.sum()),
         lock=lock_probability(value["locked"]),
+        in_step=int(step.sum()),
+        pair_in_step=round(float(np.mean(steps(reference, reference))) * locked.size),
+        step=lock_probability(step),
         power=bootstrap_mean(value["mean_power"]),
         cv=bootstrap_mean(value["power_cv"], zero_if_lost=False),
         cv_1s=bootstrap_mean(value["power_cv_1s"], zero_if_lost=False),
@@ -97,9 +113,32 @@ def row(runs: Runs, reference: Runs) -> Row:
         power_locked=finite_mean(value["mean_power"][locked]),
         phi1_worst=finite_largest(value["phi1_p98"]),
         phi3_worst=finite_largest(value["phi3_p98"]),
+        phi1_max=finite_largest(value["phi1_max"]),
+        phi3_max=finite_largest(value["phi3_max"]),
         ledger_residual=finite_largest(np.abs(value["ledger_residual"])),
         over_limit=int(np.sum(~(motion <= MOTION_LIMIT))),
         step_ms_median=float(np.median(value["step_ms_median"])),
         step_ms_p99=finite_largest(value["step_ms_p99"]),
         **same,
+    )
+
+
+def steps(runs: Runs, reference: Runs) -> NDArray[np.bool_]:
+    """Which of the runs were in step, (n,), by the reference on the same realisations, see `simulation.lock.in_step`.
+
+    Laws are run in groups that do not all hold the reference, so that the comparison's own verdict is not enough.
+    """
+    locked = reference.values["locked"] > 0.5
+    turns = dict(zip(reference.seeds[locked].tolist(), reference.values["turns_kept"][locked].tolist(), strict=True))
+    slips, any_locked = reference.values["cycle_slips"][locked], bool(locked.any())
+    typical = float(np.median(list(turns.values()))) if any_locked else np.nan
+    usual = float(np.median(slips)) if any_locked else np.nan
+    value, n = runs.values, runs.seeds.size
+    return in_step(
+        value["turns_kept"],
+        value["cycle_slips"],
+        value["waves_counted"],
+        [turns.get(seed, typical) for seed in runs.seeds.tolist()],
+        np.full(n, usual),
+        np.full(n, any_locked),
     )

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from gyroctl.reports.wording import interval, number
+from gyroctl.reports.wording import interval, number, percent, watts
 from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation.rows import Row
 
-LOCK = ("locked", "P(lock)")
+LOCK = ("locked", "P(lock)", "in step", "turns kept", "slips /1000")
 PHI = "φ1, φ3 98 % [rad]"
-MEASURED = ("CV", *LOCK, PHI)
+OUTSIDE = ("largest [rad]", "beyond 0.3 rad")
+PARTS = ("generated, stored [W]",)
+MEASURED = (*PARTS, "CV", *LOCK, PHI, "runs over it", *OUTSIDE)
 COST = ("slip loss [W]", "saturated", "step [ms]", "fallbacks", "late")
 """Headings of columns, see `cells`."""
 
@@ -23,11 +25,16 @@ def cells(row: Row) -> dict[str, str]:
         "power [W]": with_interval(row.power),
         "of best constant": with_interval(row.ratio),
         "less best constant [W]": with_interval(row.difference),
+        "generated, stored [W]": f"{number(row.generated_w)}, {watts(row.stored_w)}",
         "CV": number(row.cv.value, 2),
         "locked": f"{row.locked}/{row.runs}",
         "P(lock)": f"{row.lock.low:.3f}–{row.lock.high:.3f}{f' ({row.lock.note})' if row.lock.note else ''}",
+        "in step": f"{row.in_step}/{row.runs}",
+        "turns kept": number(row.turns_kept),
         PHI: f"{number(row.phi1_p98, 2)}, {number(row.phi3_p98, 2)}",
         "runs over it": str(row.over_limit),
+        "largest [rad]": f"{number(row.phi1_max, 2)}, {number(row.phi3_max, 2)}",
+        "beyond 0.3 rad": percent(100.0 * row.outside_share),
         "slips /1000": number(row.cycle_slips, 2),
         "slip loss [W]": number(row.slip_loss_w, 2),
         "saturated": number(row.saturations, 2),

@@ -102,7 +102,7 @@ def _run(
         "locked_after_s": lasting - begin if np.any(slow) else 0.0,
         "payback_s": found["payback_time"],
         "motor_j": found["motor_energy"],
-        "net_power_w": found["mean_power"],
+        "net_power_w": found["generated_w"],
         "availability": found["availability"],
         "phi1_p98_rad": float(np.quantile(phi1[after:], 0.98)),
         "phi1_max_rad": float(phi1.max()),
