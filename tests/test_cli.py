@@ -15,7 +15,8 @@ import pytest
 
 import gyroctl as gy
 from gyroctl.cli import main
-from gyroctl.comparison.experiment import all_tuning_seeds, build_experiment, read_experiment
+from gyroctl.comparison.experiment import build_experiment, read_experiment
+from gyroctl.harness.seed_ledger import all_tuning_seeds
 
 SHORT = """
 [run]

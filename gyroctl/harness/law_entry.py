@@ -102,15 +102,26 @@ def _compiled_entry(law: Shape, state: Shape) -> Any:
 
 
 class PythonLaw:
-    """A law called as plain Python, with the shape of its answers checked at each call."""
+    """A law called as plain Python, with the shape of its answers checked at each call.
 
-    def __init__(self, law: Law, name: str, timer: Callable[[], float] | None = None) -> None:
-        self.law, self.name, self.timer = law, name, timer
+    `opening` is told the time before each sample: it opens the window of a law that is told the waves ahead.
+    """
+
+    def __init__(
+        self,
+        law: Law,
+        name: str,
+        timer: Callable[[], float] | None = None,
+        opening: Callable[[float], None] | None = None,
+    ) -> None:
+        self.law, self.name, self.timer, self.opening = law, name, timer, opening
         self.state = law.init()
         self.seconds: list[float] = []
 
     def __call__(self, t: float, y: NDArray[np.float64], p: object, s: object, u: NDArray[np.float64]) -> None:
         """Take one sample."""
+        if self.opening:
+            self.opening(float(t))
         begin = self.timer() if self.timer else 0.0
         try:
             answer = self.law.step(float(t), Measurement(*y.tolist()), self.state)

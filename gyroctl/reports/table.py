@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
 from gyroctl.reports.verdict import judge
-from gyroctl.reports.wording import interval, minutes, minutes_interval, number
+from gyroctl.reports.wording import interval, minutes, minutes_interval, number, sees
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +33,8 @@ def results_table(ds: xr.Dataset, evaluation: Evaluation | None = None, *, inter
     -------
     rich.table.Table
         Power [W], ratio to best_constant [1], power CV [1], locked runs, mean time to lose lock [min], cycle slips per
-        1000 waves, 98 % of |phi1| and |phi3| [rad] (red beyond the limit), information.
+        1000 waves, 98 % of |phi1| and |phi3| [rad] (red beyond the limit), what it sees
+        and how far ahead [s].
     """
     from rich import box
     from rich.markup import escape
@@ -56,7 +57,7 @@ def results_table(ds: xr.Dataset, evaluation: Evaluation | None = None, *, inter
             minutes(law.mttl.value) if law.mttl.value == law.mttl.value else minutes_interval(law.mttl),
             number(law.cycle_slips, 2),
             _motion(law, found.motion_limit),
-            escape(law.information),
+            escape(sees(law.information, law.preview)),
             style="bold" if law.name == winner else None,
         )
     return table
