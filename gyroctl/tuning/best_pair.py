@@ -45,11 +45,15 @@ FINER_CG = (0.65, 0.77, 0.89, 1.0, 1.12, 1.25, 1.38)
 NEAR_CC, NEAR_CG = (1.0, 0.93, 1.07), (1.05, 1.1, 0.96, 1.16)
 """The fine grid and the neighbours, as factors on the best pair so far. [-]"""
 
+KNOWN = ((0.07, 2.88e-4), (0.0582, 4.87e-4), (0.0468, 9.11e-4))
+"""Good pairs of the default device at gamma 1, 5 and 50, from earlier searches: none shall be better than what a search
+finds there. Tried where the grid comes near to them. [Nms]"""
+
 PARTS, FURTHER = (0.4, 0.7, 1.0), 6
 """Of a limit below the first grid; gains that are tried beyond an edge of that grid."""
 
-FEWEST, ROUND = 4, 6
-"""Realisations that a grid must at least have; neighbours that are tried at a time."""
+FEWEST, ROUND, ROUNDS = 4, 6, 16
+"""Realisations that a grid must at least have; neighbours that are tried at a time, and how often."""
 
 
 class BestPair(NamedTuple):
@@ -113,6 +117,7 @@ def best_pair(
         For a budget that is too small.
     """
     goal, settings = goal or Goal(), searching(plant, settings or Settings())
+    limits = settings.actuators
     seen: list[tuple[Pair, Means, str]] = []
     spent = 0.0
 
@@ -146,13 +151,21 @@ def best_pair(
     finer = _around(cc, cg, FINER_CC, FINER_CG, settings)
     second = run(finer, _count(budget, 1, len(finer), FULL, len(seeds)), FULL, COARSE, "search")
     each = len(seeds) * FULL
-    batch = _edge(finer, [order(means) for means in second])[: max(1, int(SHARES[2] * budget / each))]
+    known = [(a, b) for a, b in KNOWN if a <= limits.cc_max and b <= limits.cg_max and _close((a, b), (cc, cg))]
+    edge = [pair for pair in _edge(finer, [order(means) for means in second]) if pair not in known]
+    batch = [*known, *edge][: max(1, int(SHARES[2] * budget / each))]
     confirmed: dict[Pair, Means] = {}
-    while batch:  # from the best pair so far to its neighbours, until none is better or the budget is spent
+    for _ in range(
+        ROUNDS
+    ):  # from the best pair so far to its neighbours, then from the next best one, until the budget is spent
         confirmed |= zip(batch, run(batch, len(seeds), FULL, settings.dt, "confirm"), strict=True)
-        best = max(confirmed, key=lambda pair: order(confirmed[pair]))
-        near = [pair for pair in _around(*best, NEAR_CC, NEAR_CG, settings) if pair not in confirmed]
-        batch = near[: min(ROUND, int((budget - spent) / each))]
+        ranked = sorted(confirmed, key=lambda pair: order(confirmed[pair]), reverse=True)
+        around = (_around(*pair, NEAR_CC, NEAR_CG, settings) for pair in ranked)
+        near = next((new for pairs in around if (new := [pair for pair in pairs if pair not in confirmed])), [])
+        batch = near[: max(0, min(ROUND, int((budget - spent) / each)))]
+        if not batch:
+            break
+    best = ranked[0]
     return BestPair(*best, confirmed[best], goal.met(confirmed[best]), spent, tuple(seen))
 
 
@@ -209,6 +222,10 @@ def _edge(pairs: Sequence[Pair], orders: Sequence[tuple[bool, float]]) -> list[P
                 steps.append([])
             steps[step].append((orders[column[at][1]], pairs[column[at][1]]))
     return [pair for step in steps for _, pair in sorted(step, reverse=True)]
+
+
+def _close(pair: Pair, other: Pair) -> bool:
+    return all(abs(math.log(a / b)) < math.log(2.0) for a, b in zip(pair, other, strict=True))
 
 
 def _around(

@@ -90,8 +90,8 @@ def _page(name: str, ask: Request, text: str, failed: dict[str, str]) -> str:
     own = "".join(f"; {law}: {seed_ranges(seeds)}" for law, seeds in ask.plan.own.items())
     head = (
         f"# {TITLES[name]}\n\nRealisations {seed_ranges(ask.plan.common)}{own}. {states_in_words(ask.plan.all)}. "
-        f"Runs of {ask.duration:g} s. Intervals in brackets are 95 %: bootstrap over realisations, Wilson for lock. Means are over all runs, lost ones "
-        "included; ratios and differences over the realisations that both have.\n\n"
+        f"Runs of {ask.duration:g} s. Intervals in brackets are 95 %: bootstrap over realisations, Wilson for lock. "
+        "Means are over all runs, lost ones included; ratios and differences over the realisations that both have.\n\n"
         f"![{TITLES[name]}]({name}.png)\n\n"
     )
     tail = "".join(f"\n- {what}: {why}" for what, why in failed.items())
