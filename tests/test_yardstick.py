@@ -97,9 +97,7 @@ def test_another_sea_device_or_limit_is_searched_anew(device: gy.Plant, searches
 
 
 @pytest.mark.parametrize("change", SAME)
-def test_what_a_constant_pair_does_not_feel_needs_no_search(
-    device: gy.Plant, searches: list[Any], change: str
-) -> None:
+def test_what_a_constant_pair_does_not_feel_needs_no_search(device: gy.Plant, searches: list[Any], change: str) -> None:
     assert find_yardstick(device, SEA, **SAME[change]).searched
     assert not searches
 
