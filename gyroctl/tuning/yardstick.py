@@ -18,6 +18,7 @@ from gyroctl.cache import cache_folder
 from gyroctl.errors import InputError
 from gyroctl.harness.registry import tuned_sets
 from gyroctl.harness.run import Settings
+from gyroctl.harness.start import locked_start
 from gyroctl.harness.yardstick import PAIR, Yardstick, shipped_pairs
 from gyroctl.plant import Plant, equations
 from gyroctl.plant.compiled import source_stamp
@@ -132,8 +133,9 @@ def find_yardstick(
         return kept
     if not search:
         return unsearched(sea, "no search was wanted")
-    say("Searching the best constant pair of this sea and device, once")
     try:
+        locked_start(plant, sea)
+        say("Searching the best constant pair of this sea and device, once")
         found = _searched(wanted, workers or os.cpu_count() or 1, quiet)
     except InputError as error:
         if error.field == "budget":
