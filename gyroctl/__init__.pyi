@@ -7,8 +7,10 @@ from .harness.protocol import Law, LawError, Measurement
 from .harness.registry import law
 from .harness.run import Settings, simulate
 from .harness.sensing import Channel, Sensors
+from .harness.yardstick import Yardstick
 from .linearisation import PeriodicOrbit, lock_orbit
 from .plant import Parameters, Plant, Radiation
+from .tuning.yardstick import find_yardstick
 from .waves import (
     Bichromatic,
     ElevationRecord,
@@ -42,7 +44,9 @@ __all__ = [
     "Settings",
     "TabulatedSpectrum",
     "WaveRealisation",
+    "Yardstick",
     "compare",
+    "find_yardstick",
     "law",
     "lock_orbit",
     "read_record",

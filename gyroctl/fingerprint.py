@@ -20,6 +20,9 @@ SHIPPED = "tuned"
 """Numbers that ship beside a law act through its parameters alone, and with those they are hashed: a tuning that has
 shipped its first set finds the steps of the second one again."""
 
+LEDGER = "seeds.toml"
+"""The ledger of seeds says who may run on what and computes nothing: to mark a seed spent makes no run stale."""
+
 LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "casadi", "osqp", "cmaes")
 """What computes a run, and what draws the samples of a search."""
 
@@ -44,7 +47,9 @@ def listing(rooms: Mapping[str, Path]) -> str:
     for room, root in rooms.items():
         for path in [root] if root.is_file() else root.rglob("*"):
             inside = path.relative_to(root).parts
-            passing = any(part.startswith((".", "__pycache__")) or part == SHIPPED for part in (room, *inside))
+            passing = any(
+                part.startswith((".", "__pycache__")) or part in (SHIPPED, LEDGER) for part in (room, *inside)
+            )
             if path.is_file() and not passing:
                 lines.append(f"{'/'.join((room, *inside))} {hashlib.sha256(path.read_bytes()).hexdigest()}\n")
     return "".join(sorted(lines))

@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 from command_line import LAWS_OF_USERS, Run
 
-from gyroctl.comparison.experiment import all_tuning_seeds, build_experiment
+from gyroctl.comparison.experiment import build_experiment
+from gyroctl.harness.seed_ledger import all_tuning_seeds
 
 
 def check_refusal(code: int, out: str, err: str, words: list[str]) -> None:

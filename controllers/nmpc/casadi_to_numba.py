@@ -7,19 +7,13 @@ user's machine. An SX function is a straight line of scalar operations, which nu
 
 from __future__ import annotations
 
-import atexit
 import hashlib
-import os
 import sys
-import tempfile
 from collections.abc import Sequence
-from functools import lru_cache
 from importlib.util import module_from_spec, spec_from_file_location
-from pathlib import Path
 from typing import Any
 
-import platformdirs
-
+from gyroctl.cache import cache_folder
 from gyroctl.writing import write_text
 
 SIGNS = {"ADD": "+", "SUB": "-", "MUL": "*", "DIV": "/", "POW": "**", "CONSTPOW": "**"}
@@ -65,7 +59,7 @@ def compiled(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> Any:
     """
     text = source(name, inputs, outputs)
     stem = f"{name}_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
-    file = folder() / f"{stem}.py"
+    file = cache_folder() / f"{stem}.py"
     if not file.is_file():  # whole: another process may do the same at the same time
         write_text(file, text)
     spec = spec_from_file_location(stem, file)
@@ -74,26 +68,6 @@ def compiled(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> Any:
     sys.modules[stem] = module  # numba finds a cached function again by the name of its module
     spec.loader.exec_module(module)
     return getattr(module, name)
-
-
-def folder() -> Path:
-    """Where translated functions are kept: $GYROCTL_CACHE, or the user's cache folder, or else a temporary one."""
-    wanted = os.environ.get("GYROCTL_CACHE") or platformdirs.user_cache_dir()
-    try:
-        place = Path(wanted) / "gyroctl"
-        place.mkdir(parents=True, exist_ok=True)
-        tempfile.TemporaryFile(dir=place).close()
-    except OSError:
-        return _aside()
-    return place
-
-
-@lru_cache(maxsize=1)
-def _aside() -> Path:
-    """Folder of this process alone, where the user's cache cannot be written to."""
-    place = tempfile.TemporaryDirectory(prefix="gyroctl-")
-    atexit.register(place.cleanup)
-    return Path(place.name)
 
 
 def source(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> str:

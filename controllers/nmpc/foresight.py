@@ -16,13 +16,14 @@ from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
 from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, observe, predict, probe
-from gyroctl.waves.estimation.probe import Probe
+from gyroctl.waves.estimation.probe import Probe, error_of
+from gyroctl.waves.window import Window
 
 State = TypeVar("State")
 
 
 class Waves(Protocol):
-    """A realisation as `gyroctl.waves.WaveRealisation`."""
+    """A realisation as `gyroctl.waves.WaveRealisation`, or a window on one."""
 
     @property
     def moments(self) -> NDArray[np.float64]: ...  # noqa: D102
@@ -42,6 +43,7 @@ class Foresight(NamedTuple):
 
     predictor: Predictor
     probe: Probe | None  # none where the sensors are all there is
+    window: Window | None  # through which the probe sees; none where it was told the whole realisation
     intervals: int  # of the horizon
     period: float  # [s]
 
@@ -69,7 +71,7 @@ class Foresight(NamedTuple):
             How far ahead the probe tells, infinite for the whole horizon; without it there is no probe. [s]
         noise : float
             Error of the probe, as a part of the moments' deviation. [-]
-        waves : realisation, optional
+        waves : realisation or window on one, optional
             What the probe sees.
 
         Raises
@@ -80,7 +82,7 @@ class Foresight(NamedTuple):
         intervals, period = round(horizon / estimator.period), estimator.period
         if lead is None:
             predictor = Predictor.design(plant, period, horizon=horizon, estimator=estimator)
-            return cls(predictor, None, intervals, period)
+            return cls(predictor, None, None, intervals, period)
         if waves is None:
             raise InputError(
                 "nmpc.seen",
@@ -96,9 +98,13 @@ class Foresight(NamedTuple):
                 "Give a shorter horizon or longer waves",
             )
         predictor = Predictor.design(plant, period, horizon=horizon)
-        return cls(
-            predictor, Probe.design(predictor, waves.moments, waves.dt, lead, noise, waves.seed), intervals, period
-        )
+        window = waves if isinstance(waves, Window) else None
+        if window is None:
+            whole = Probe.design(predictor, waves.moments, waves.dt, lead, noise, waves.seed)
+            return cls(predictor, whole, None, intervals, period)
+        blank = Probe.design(predictor, np.zeros(window.moments.shape), window.dt, lead, noise)
+        error = error_of(window.deviation, noise, blank.told.shape, window.seed)
+        return cls(predictor, blank._replace(told=error), window, intervals, period)
 
     def init(self) -> PredictorState:
         """Return the memory before the first sample."""
@@ -113,8 +119,15 @@ class Foresight(NamedTuple):
             observe(self.predictor, memory, estimate.me_hat[0], estimate.me_hat[1])
             predict(self.predictor, memory, ahead)
         else:
-            probe.foresee(self.predictor, self.probe, memory, math.floor(t / self.period + 0.5), ahead)
+            probe.foresee(self.predictor, self._told(self.probe), memory, math.floor(t / self.period + 0.5), ahead)
         return between(memory.now, ahead), memory
+
+    def _told(self, known: Probe) -> Probe:
+        """Return the probe with what it tells by now: through a window its own error alone is known beforehand."""
+        if self.window is None:
+            return known
+        every = round(self.predictor.step / self.window.dt)
+        return known._replace(told=self.window.moments[:, ::every] + known.told)
 
 
 @entry_point

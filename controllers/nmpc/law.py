@@ -108,7 +108,7 @@ class Nmpc:
     horizon: float = 4.0  # how far a plan looks [s]
     period: float = 0.1  # control interval [s]
     effort: Effort = Effort()  # how a plan is made
-    preview: Preview = Preview()  # what a probe tells, for "forecast"
+    probe: Preview = Preview()  # what a probe tells, for "forecast"
     command: PowerCommand = PowerCommand()  # the generator's power
     aims: Aims = Aims()  # what a plan weighs
     cc_max: float = 0.3  # limits of a plan [Nms]
@@ -137,12 +137,18 @@ class Nmpc:
         return {f.name: getattr(self, f.name) for f in fields(self)}
 
     @property
+    def preview(self) -> float:
+        """How far ahead it is told the moments. [s]"""
+        lead = round(self.probe.lead / self.period) * self.period
+        return {"sensors": 0.0, "forecast": lead, "oracle": math.inf}[self.information]
+
+    @property
     def intervals(self) -> int:
         """Control intervals of the horizon."""
         return round(self.horizon / self.period)
 
     def informed(self, waves: Waves) -> Nmpc:
-        """Return the law with the realisation that it may look into."""
+        """Return the law with the realisation, or the window on it, that it may look into."""
         knowing = replace(self, seen=waves)
         knowing._foresight  # noqa: B018 - refuses waves that are too short, before the run
         return knowing
@@ -284,5 +290,5 @@ class Nmpc:
 
     @cached_property
     def _foresight(self) -> Foresight:
-        lead = {"sensors": None, "forecast": self.preview.lead, "oracle": math.inf}[self.information]
-        return Foresight.design(self.plant, self._estimator, self.horizon, lead, self.preview.noise, self.seen)
+        lead = {"sensors": None, "forecast": self.probe.lead, "oracle": math.inf}[self.information]
+        return Foresight.design(self.plant, self._estimator, self.horizon, lead, self.probe.noise, self.seen)

@@ -11,7 +11,7 @@ from gyroctl.nested import named
 
 Information = Literal["oracle", "forecast", "sensors"]
 
-SETTINGS = ("information", "horizon", "period", "effort", "preview", "command", "aims", "cc_max", "cg_max", "deadline")
+SETTINGS = ("information", "horizon", "period", "effort", "probe", "command", "aims", "cc_max", "cg_max", "deadline")
 """Fields of the law that are checked, groups among them."""
 
 POSITIVE = ["horizon", "iterations", "replan", "every", "period", "cc_max", "cg_max", "deadline", "flywheel", "power"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -20,19 +21,36 @@ def compare(
     out: Annotated[Path, typer.Option(help="Folder for results.nc, summary.json and report.html.")] = Path("results"),
     workers: Workers = 0,
     quick: Annotated[bool, typer.Option("--quick", help="Four realisations of 600 s.")] = False,
+    search: Annotated[
+        bool, typer.Option(help="Search the best constant pair of this sea and device where none is known yet.")
+    ] = True,
 ) -> None:
     """Compare laws on identical wave realisations."""
-    from gyroctl.comparison.compare import Realisations
+    from gyroctl.comparison.compare import Realisations, check_length, check_seeds
     from gyroctl.comparison.compare import compare as run
-    from gyroctl.comparison.experiment import all_tuning_seeds, read_experiment
+    from gyroctl.comparison.experiment import read_experiment
+    from gyroctl.tuning.yardstick import find_yardstick
 
     _folder(out)
     setup = read_experiment(experiment, quick)
     waves, asked = Realisations(setup.sea, setup.run.seeds, setup.run.duration), setup.record()
-    tuned, limit, runs = all_tuning_seeds(), setup.run.motion_limit, out / "runs"
-    allowed = setup.run.time_limit or None
+    tuned, limit, runs = setup.tuning_seeds, setup.run.motion_limit, out / "runs"
+    check_seeds(waves.seeds, tuned)
+    check_length(waves.duration, setup.settings.score_from)
+    say, on = partial(typer.echo, err=True), workers or None
+    pair = find_yardstick(setup.plant, setup.sea, setup.settings, limit, workers=on, search=search, say=say)
     ds = run(
-        setup.plant, setup.laws, waves, setup.settings, workers or None, runs, tuned, asked, limit, time_limit=allowed
+        setup.plant,
+        setup.laws,
+        waves,
+        setup.settings,
+        on,
+        results=runs,
+        tuning_seeds=tuned,
+        experiment=asked,
+        motion_limit=limit,
+        yardstick=pair,
+        time_limit=setup.run.time_limit or None,
     )
     write(ds, out)
     for name in ds.law.values:

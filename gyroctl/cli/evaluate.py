@@ -31,7 +31,7 @@ def evaluate(
         bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a table judges nothing.")
     ] = False,
 ) -> None:
-    """Judge laws on unseen realisations: three seas, off the design, price of information, robustness."""
+    """Judge laws on spent or reserve realisations: three seas, off the design, price of information, robustness."""
     from gyroctl.studies.evaluation import evaluate_tables, request
 
     chosen, say = seeds or (), partial(typer.echo, err=True)

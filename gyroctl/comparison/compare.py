@@ -17,6 +17,9 @@ from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings
+from gyroctl.harness.seed_ledger import ledger, refused_for
+from gyroctl.harness.sight import sight
+from gyroctl.harness.yardstick import BASELINE, Yardstick, with_yardstick
 from gyroctl.plant import Plant
 from gyroctl.simulation.lock import WINDOW, in_step
 from gyroctl.simulation.metrics import UNITS, can_judge
@@ -26,9 +29,8 @@ from gyroctl.waves import WaveRealisation
 if TYPE_CHECKING:
     import xarray
 
-__all__ = ["BASELINE", "Realisations", "check_fair", "compare"]
+__all__ = ["Realisations", "check_fair", "compare"]
 
-BASELINE = "best_constant"
 """Name of the law that the others are measured against, where it takes part."""
 
 Rows = Mapping[str, Sequence[Outcome]]
@@ -56,11 +58,12 @@ def compare(
     settings: Settings | None = None,
     workers: int | None = None,
     results: Path | None = None,
-    tuning_seeds: Sequence[int] = (),
+    tuning_seeds: Sequence[int] | None = None,
     experiment: Mapping[str, Any] | None = None,
     motion_limit: float = 0.35,
     quiet: bool = False,
     time_limit: float | None = None,
+    yardstick: Yardstick | None = None,
 ) -> xarray.Dataset:
     """Compare laws on identical realisations.
 
@@ -78,8 +81,9 @@ def compare(
         Threads (compiled laws) or processes (others); by default all cores. It changes no bit of the result.
     results : Path, optional
         Folder of stored results; finished runs found there are not computed again.
-    tuning_seeds : sequence of int
-        Seeds on which the laws were tuned. None may be evaluated on.
+    tuning_seeds : sequence of int, optional
+        Seeds that may not judge these laws; by default those that the ledger keeps for tuning and trying, and those of
+        the tuned sets of every registered law and beside the file of each of these.
     experiment : mapping, optional
         The experiment as it was asked for, kept in the result.
     motion_limit : float
@@ -89,6 +93,10 @@ def compare(
     time_limit : float, optional
         Time that one run of a law which is not of this package may take; by default as long as what it simulates, and
         a minute at least. [s]
+    yardstick : Yardstick, optional
+        From `gyroctl.find_yardstick`, for this sea, plant and actuators. It takes part as ``best_constant``, under
+        which name no other law may stand. Without it a pair that ships may, and the verdict says that none was
+        searched.
 
     Returns
     -------
@@ -101,15 +109,17 @@ def compare(
     Raises
     ------
     InputError
-        For no law, seeds that repeat or overlap the tuning seeds, waves that differ, runs too short to judge lock, and
-        whatever a run refuses.
+        For no law, another law under the name of the yardstick, seeds that repeat or overlap the tuning seeds, waves
+        that differ, runs too short to judge lock, and whatever a run refuses.
     """
     settings = settings or Settings()
     if not isinstance(waves, Realisations):
         waves = _from_realisations(waves)
     if not laws:
         raise InputError("laws", {}, "there is nothing to compare", "Give at least one law")
-    _check_seeds(waves.seeds, tuning_seeds)
+    laws, yardstick = with_yardstick(laws, yardstick)
+    refused = refused_for(laws.values()) if tuning_seeds is None else sorted(int(seed) for seed in tuning_seeds)
+    check_seeds(waves.seeds, refused)
     check_length(waves.duration, settings.score_from)
     limit = max(60.0, waves.duration) if time_limit is None else time_limit
     items = work_items(plant, laws, waves, settings, limit)
@@ -120,7 +130,9 @@ def compare(
         experiment=json.dumps(experiment or _default_experiment(plant, waves, settings)),
         gyroctl_version=VERSION,
         created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        tuning_seeds=json.dumps(sorted(int(seed) for seed in tuning_seeds)),
+        tuning_seeds=json.dumps(refused),
+        seed_states=json.dumps(ledger().states(waves.seeds)),
+        yardstick=yardstick.record() if yardstick else "",
         parameters=json.dumps({name: describe(law) for name, law in laws.items()}),
         duration=waves.duration,
         blend=settings.score_from,
@@ -169,14 +181,15 @@ def _from_realisations(waves: Sequence[WaveRealisation]) -> Realisations:
     return Realisations(first.sea, tuple(w.seed for w in waves), first.duration, first.dt)
 
 
-def _check_seeds(seeds: Sequence[int], tuning_seeds: Sequence[int]) -> None:
+def check_seeds(seeds: Sequence[int], tuning_seeds: Sequence[int]) -> None:
+    """Refuse no seeds, seeds that repeat, and seeds that may not judge."""
     if not seeds:
         raise InputError("run.seeds", list(seeds), "there are no realisations", "Give at least one seed")
     if len(set(seeds)) < len(seeds):
         raise InputError("run.seeds", list(seeds), "a seed repeats", "Give each seed once")
     overlap = sorted(set(seeds) & set(tuning_seeds))
     if overlap:
-        problem = "these seeds were used for tuning and cannot judge the result"
+        problem = "these seeds were used for tuning or for trials and cannot judge the result"
         raise InputError("run.seeds", overlap, problem, "Choose others, for example 1 to 64")
 
 
@@ -209,7 +222,8 @@ def _dataset(laws: Mapping[str, Law], waves: Realisations, rows: Rows) -> xarray
         "law": ("law", names),
         "realisation": ("realisation", np.array(waves.seeds)),
         "sha256": ("realisation", [outcome.sha256 for outcome in rows[names[0]]]),
-        "information": ("law", [law.information for law in laws.values()]),
+        "information": ("law", [sight(law).level for law in laws.values()]),
+        "preview": ("law", [sight(law).preview for law in laws.values()], {"units": "s", "long_name": "preview"}),
         "label": ("law", [name.replace("_", " ") for name in names]),
         "time": ("time", known["time"], {"units": "s", "long_name": "time"}),
     }

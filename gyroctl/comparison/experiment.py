@@ -6,19 +6,20 @@ import dataclasses
 import inspect
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from gyroctl.comparison.compare import BASELINE, check_length
+from gyroctl.comparison.compare import check_length
 from gyroctl.devices import VARIANTS, zhang2017
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.protocol import Law
-from gyroctl.harness.registry import law, registered, tuned_seeds
+from gyroctl.harness.registry import law, registered
 from gyroctl.harness.run import Settings
+from gyroctl.harness.seed_ledger import refused_for
 from gyroctl.harness.sensing import Channel, Sensors
 from gyroctl.harness.start import STARTS
+from gyroctl.harness.yardstick import BASELINE
 from gyroctl.plant import Parameters, Plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
@@ -94,6 +95,12 @@ class Experiment:
     sensors: Sensors
     actuators: Actuators
     source: Mapping[str, Any] = field(default_factory=dict)
+    kinds: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def tuning_seeds(self) -> tuple[int, ...]:
+        """Seeds on which these laws may not be judged, those of tuned sets beside a user's law among them."""
+        return refused_for(self.laws.values(), self.kinds.values())
 
     @property
     def settings(self) -> Settings:
@@ -148,31 +155,17 @@ def build_experiment(tables: Mapping[str, Any], quick: bool = False, folder: Pat
     if run.start == "locked":
         check_length(run.duration, run.blend)
     check_known("actuators", table["actuators"], names_of(Actuators))
+    kinds = _kinds(table["laws"], folder)
     return Experiment(
         sea=sea,
         run=run,
         plant=_plant(table["plant"], folder),
-        laws=_laws(table["laws"], sea, folder),
+        laws=_laws(table["laws"], kinds, sea),
         sensors=_sensors(table["sensors"]),
         actuators=Actuators(**table["actuators"]),
         source=tables,
+        kinds=kinds,
     )
-
-
-def all_tuning_seeds() -> tuple[int, ...]:
-    """Seeds on which any registered law was tuned.
-
-    The tuned sets beside a law tell; packages of laws that were tuned in another way tell by a function `tuning_seeds`.
-    """
-    seeds: set[int] = set()
-    for name, point in registered().items():
-        seeds |= tuned_seeds(name)
-        package = inspect.getmodule(point.load())
-        for module in (package, import_module(point.module)):
-            tell = getattr(module, "tuning_seeds", None)
-            if callable(tell):
-                seeds |= set(tell())
-    return tuple(sorted(seeds))
 
 
 def _run(table: dict[str, Any]) -> RunTable:
@@ -225,18 +218,30 @@ def _plant(table: dict[str, Any], folder: Path) -> Plant:
     return zhang2017(variant, **table)
 
 
-def _laws(table: dict[str, Any], sea: Sea, folder: Path) -> dict[str, Law]:
+def _kinds(table: dict[str, Any], folder: Path) -> dict[str, str]:
+    """What each law is built from: a registered name, or "file.py:Name" with its path; all registered ones by default.
+
+    Every law is also told relative to the best constant pair, so that this always takes part.
+    """
     if not table:
-        return {name: _law(name, name, {}, sea) for name in registered()}
-    built = {}
+        return {name: name for name in registered()}
+    kinds = {}
     for name, entry in table.items():
-        parameters = checked_table(f"laws.{name}", entry)
-        kind = parameters.pop("law", name)
-        if ".py:" in str(kind) and not Path(str(kind).rpartition(":")[0]).is_absolute():
-            kind = str(folder / str(kind))
-        built[name] = _law(name, str(kind), parameters, sea)
-    if BASELINE not in built:  # every law is also told relative to the best constant pair
-        built[BASELINE] = _law(BASELINE, BASELINE, {}, sea)
+        kind = str(checked_table(f"laws.{name}", entry).get("law", name))
+        if ".py:" in kind and not Path(kind.rpartition(":")[0]).is_absolute():
+            kind = str(folder / kind)
+        kinds[name] = kind
+    if table.get(BASELINE):
+        problem = "the yardstick is searched for the sea and the device and takes no entries"
+        raise InputError(f"laws.{BASELINE}", table[BASELINE], problem, "Give a pair of your own another name")
+    return {**kinds, BASELINE: kinds.get(BASELINE, BASELINE)}
+
+
+def _laws(table: dict[str, Any], kinds: Mapping[str, str], sea: Sea) -> dict[str, Law]:
+    built = {}
+    for name, kind in kinds.items():
+        parameters = {key: value for key, value in table.get(name, {}).items() if key != "law"}
+        built[name] = _law(name, kind, parameters, sea)
     return built
 
 

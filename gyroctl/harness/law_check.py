@@ -35,8 +35,9 @@ from gyroctl.harness.law_trials import (
 )
 from gyroctl.harness.protocol import Law, LawError, Measurement, Previewing, innermost
 from gyroctl.harness.registry import defined, law
-from gyroctl.harness.run import Settings, informed, lead_in, run_law
+from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.sensing import measure
+from gyroctl.harness.sight import informed, sight
 from gyroctl.nested import leaves
 from gyroctl.plant import Plant
 from gyroctl.plant.measurement import CHANNELS
@@ -77,18 +78,21 @@ def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
     period = _period(built, settings)
     checks.append(period)
     waves = lead_in(realise(plant, SeaState(), SEED, SHORT), settings)
-    shape = _shape(informed(built, waves))
+    knowing, shutter = informed(built, waves)
+    if shutter is not None:
+        shutter.open(waves.duration)  # what is run again outside the loop finds its window open
+    shape = _shape(knowing)
     checks.append(shape)
     if not (period.passed and shape.passed):
         return checks
-    each = pace(informed(built, waves))
+    each = pace(knowing)
     if each * SHORT / built.period > LONGEST:
         return [*checks, too_slow(each, built.period)]
     try:
         record, timing = run_law(plant, built, waves, settings, name)
     except (LawError, InputError) as error:
         return [*checks, Check("runs", False, str(error), "Correct its step")]
-    subject = Subject(informed(built, waves), waves, record, timing, _seen(record, settings, waves.seed, built.period))
+    subject = Subject(knowing, waves, record, timing, _seen(record, settings, waves.seed, built.period))
     checks += [_bounds(record, settings), _pure(subject), _repeats(subject), _compiled(subject)]
     checks += [shocks(subject), dropout(plant, built, name)]
     whole = each * 2 * runs * LONG / built.period  # what the check of the step would take [s]
@@ -135,7 +139,10 @@ def _seen(record: Record, settings: Settings, seed: int, period: float) -> tuple
 def _information(built: Law) -> Check:
     previews = isinstance(innermost(built), Previewing)
     if previews == (built.information in ("forecast", "oracle")):
-        return Check("information", True, built.information)
+        seen = sight(built)
+        judged = "" if seen.level == built.information else f", judged as {seen.level}: its preview covers its plan"
+        ahead = f", {seen.preview:g} s ahead" if previews and math.isfinite(seen.preview) else ""
+        return Check("information", True, f"{built.information}{ahead}{judged}")
     if previews:
         return Check(
             "information",

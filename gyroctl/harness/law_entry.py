@@ -128,18 +128,27 @@ class PythonLaw:
         Clock that times each call. [s]
     limit : float
         Time that all calls together may take. [s]
+    opening : callable, optional
+        Told the time before each sample: it opens the window of a law that is told the waves ahead.
     """
 
     def __init__(
-        self, law: Law, name: str, timer: Callable[[], float] = time.perf_counter, limit: float = math.inf
+        self,
+        law: Law,
+        name: str,
+        timer: Callable[[], float] = time.perf_counter,
+        limit: float = math.inf,
+        opening: Callable[[float], None] | None = None,
     ) -> None:
-        self.law, self.name, self.timer, self.limit = law, name, timer, limit
+        self.law, self.name, self.timer, self.limit, self.opening = law, name, timer, limit, opening
         self.state = law.init()
         self.seconds: list[float] = []
         self.spent = 0.0
 
     def __call__(self, t: float, y: NDArray[np.float64], p: object, s: object, u: NDArray[np.float64]) -> None:
         """Take one sample."""
+        if self.opening:
+            self.opening(float(t))
         begin = self.timer()
         answer = self._answer(float(t), Measurement(*y.tolist()))
         self.seconds.append(self.timer() - begin)

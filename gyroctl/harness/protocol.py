@@ -52,7 +52,10 @@ class Previewing(Protocol):
     """A law that may look ahead, with the information "forecast" or "oracle"."""
 
     def informed(self, waves: Any) -> Law:
-        """Return the law with the realisation that it may look into, as it acts."""
+        """Return the law with what it may look into: for "oracle" the realisation itself.
+
+        For "forecast" a window on it (`gyroctl.waves.window.Window`), open as far as the member ``preview`` says.
+        """
         ...
 
 

@@ -16,9 +16,10 @@ from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law, why_it_stopped
 from gyroctl.harness.loop import Kernel, closed_loop, compiled_calls, compiled_loop
-from gyroctl.harness.protocol import Counting, Law, Motoring, Previewing
+from gyroctl.harness.protocol import Counting, Law, Motoring
 from gyroctl.harness.registry import describe
 from gyroctl.harness.sensing import Sensors
+from gyroctl.harness.sight import informed, sight
 from gyroctl.harness.start import STARTS, locked_start, rest_start
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import rows
@@ -147,7 +148,7 @@ def run_law(
     commands, controls, moved = np.zeros((samples, 2)), np.zeros((samples, 2)), actuators.room(samples)
     held, saturations = np.array(controls_before), np.zeros(1, np.int64)
     kernel = Kernel(plant.coefficients, np.ascontiguousarray(waves.moments.T).ravel(), waves.dt, settings.dt)
-    law = informed(law, waves)
+    law, shutter = informed(law, waves)
     machine = compile_law(law) if compiled else None
     arguments = (
         every,
@@ -171,7 +172,8 @@ def run_law(
         timing = _time_compiled(machine)
         last = nested.like(law.init(), state.tolist())
     else:
-        python, nothing = PythonLaw(law, name, limit=time_limit), np.zeros(1)
+        opening = shutter.open if shutter else None
+        python, nothing = PythonLaw(law, name, limit=time_limit, opening=opening), np.zeros(1)
         closed_loop(python, nothing, nothing, *arguments)
         spent = np.array(python.seconds) * 1e3
         timing = LawTiming(float(np.median(spent)), float(np.quantile(spent, 0.99)))
@@ -222,7 +224,8 @@ def simulate(
     }
     attributes: dict[str, Any] = {
         "law": name,
-        "information": law.information,
+        "information": sight(law).level,
+        "preview": sight(law).preview,
         "parameters": describe(law),
         "seed": waves.seed,
         "sha256": acting.sha256,
@@ -236,12 +239,6 @@ def simulate(
         "start": settings.start,
     }
     return trajectory(plant, record, signals, attributes)
-
-
-def informed(law: Law, waves: WaveRealisation) -> Law:
-    """Give a law that may look ahead the realisation as it acts; others see their sensors only."""
-    sees = law.information not in ("none", "sensors")
-    return law.informed(waves) if sees and isinstance(law, Previewing) else law
 
 
 def lead_in(waves: WaveRealisation, settings: Settings) -> WaveRealisation:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +42,7 @@ class LawResult:
     name: str  # in the experiment
     label: str  # in words
     information: str  # what the law may see: none, sensors, forecast, oracle
+    preview: float  # how far ahead it is told the waves, infinite for all of them [s]
     runs: int
     locked: int  # runs that held lock to the end
     in_step: int | None  # runs in step with the waves
@@ -104,6 +106,8 @@ class Evaluation:
     tuning_seeds: tuple[int, ...]
     duration: float  # of every run [s]
     motion_limit: float  # of the 98 % motion [rad]
+    yardstick: Mapping[str, Any] | None = None  # how the reference was found, None where the file does not say
+    seed_states: Mapping[str, Sequence[int]] = field(default_factory=dict)  # seeds by their state in the ledger
 
     def law(self, name: str) -> LawResult:
         """Find the result of the law `name`."""
@@ -156,6 +160,8 @@ def evaluate(source: xr.Dataset) -> Evaluation:
         tuning_seeds=tuple(int(seed) for seed in tuning_seeds) if isinstance(tuning_seeds, list) else (),
         duration=layout.duration(ds),
         motion_limit=limit,
+        yardstick=layout.read_json(ds, "yardstick", None),
+        seed_states=layout.read_json(ds, "seed_states", {}),
     )
 
 
@@ -178,6 +184,7 @@ def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawR
         name=name,
         label=str(facts["label"].values) if "label" in ds.variables else name,
         information=str(facts["information"].values),
+        preview=float(facts["preview"].values) if "preview" in facts.variables else float("nan"),
         runs=locked.size,
         locked=int(locked.sum()),
         in_step=_total(row["in_step"]),

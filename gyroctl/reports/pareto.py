@@ -10,7 +10,7 @@ from gyroctl.reports import layout
 from gyroctl.reports.evaluation import Evaluation, LawResult
 from gyroctl.reports.labels import Box, Side, place
 from gyroctl.reports.theme import LOCK_SCALE, REFERENCE_GREY, error_bars, finished, law_styles
-from gyroctl.reports.wording import interval
+from gyroctl.reports.wording import interval, sees
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -53,7 +53,7 @@ def pareto(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
             textposition=side.plotly,
             name=law.name,
             cliponaxis=False,
-            hovertemplate=f"<b>{law.name}</b> ({law.information})"
+            hovertemplate=f"<b>{law.name}</b> ({sees(law.information, law.preview)})"
             f"<br>power %{{y:.3g}} W ({interval(law.power)})<br>CV %{{x:.3g}} ({interval(law.power_cv)})"
             f"<br>lock {law.locked}/{law.runs} ({interval(law.lock, 2)})<extra></extra>",
         )

@@ -26,10 +26,10 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
     Returns
     -------
     dict
-        Keys ``experiment``, ``realisations``, ``laws``, and beside the contract ``tuning_seeds``, ``duration_s``,
-        ``motion_limit_rad``, ``power_differences``, ``created``, ``gyroctl_version``. Units are in the
-        names: ``_w`` [W], ``_s`` [s], ``_ms`` [ms]; motion [rad]; cycle slips per 1000 waves; ratios, CV
-        and probabilities [1]. Intervals are at 95 %.
+        Keys ``experiment``, ``realisations``, ``laws``, and beside the contract ``yardstick``, ``tuning_seeds``,
+        ``seed_states``, ``duration_s``, ``motion_limit_rad``, ``power_differences``, ``created``, ``gyroctl_version``.
+        ``preview_s`` is None for all of the waves. Units are in the names: ``_w`` [W], ``_s`` [s], ``_ms`` [ms];
+        motion [rad]; cycle slips per 1000 waves; ratios, CV and probabilities [1]. Intervals are at 95 %.
 
     Raises
     ------
@@ -48,7 +48,9 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
             ],
             "laws": {law.name: _law(law) for law in found.laws},
             "power_differences": [_difference(difference) for difference in found.power_differences],
+            "yardstick": dict(found.yardstick) if found.yardstick else None,
             "tuning_seeds": list(found.tuning_seeds),
+            "seed_states": {state: list(seeds) for state, seeds in found.seed_states.items()},
             "duration_s": found.duration,
             "motion_limit_rad": found.motion_limit,
             "created": str(ds.attrs["created"]),
@@ -63,6 +65,7 @@ def _law(law: LawResult) -> dict[str, Any]:
     estimates |= {"mttl_ci95": law.mttl, "ratio_ci95": law.ratio, "lock_probability_ci95": law.lock}
     return {
         "information": law.information,
+        "preview_s": law.preview,
         "mean_power_w": law.power.value,
         "mean_power_ci95": _interval(law.power),
         "mean_power_locked_w": law.power_locked,

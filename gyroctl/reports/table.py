@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
 from gyroctl.reports.verdict import judge
-from gyroctl.reports.wording import NOTHING, interval, minutes, minutes_interval, number, percent, watts
+from gyroctl.reports.wording import NOTHING, interval, minutes, minutes_interval, number, percent, sees, watts
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -33,7 +33,8 @@ def results_table(ds: xr.Dataset, evaluation: Evaluation | None = None, *, inter
     -------
     rich.table.Table
         Judged power [W] and the stored part of it [W], ratio to best_constant [1], power CV [1], runs locked, runs in
-        step, turns kept [1], cycle slips per 1000 waves, information.
+        step, turns kept [1], cycle slips per 1000 waves, what it sees
+        and how far ahead [s].
     """
     from rich.markup import escape
 
@@ -62,7 +63,7 @@ def results_table(ds: xr.Dataset, evaluation: Evaluation | None = None, *, inter
             _count(law.in_step, law.runs),
             number(law.turns_kept),
             number(law.cycle_slips, 2),
-            escape(law.information),
+            escape(sees(law.information, law.preview)),
             style="bold" if law.name == winner else None,
         )
     return table

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from gyroctl.reports.evaluation import Evaluation, LawResult
@@ -53,13 +54,16 @@ def judge(evaluation: Evaluation) -> Verdict:
         sentences += [_lock(winner, evaluation), *_parts(winner), *_runner_up(winner, fit[1:], evaluation)]
     sentences += _excluded(winner, reasons, evaluation)
     sentences += _smoothest(winner, fit)
+    sentences += [*_without_preview(winner, fit), *_unsearched(evaluation)]
     return Verdict(winner.name if winner else None, tuple(sentences), tuple(_caveats(evaluation)))
 
 
 def _reasons(law: LawResult, evaluation: Evaluation) -> list[str]:
     reasons = []
     if law.information == "oracle":
-        reasons.append("knows the future waves (oracle)")
+        told = f"is told the waves {plain(law.preview)} s ahead, as far as it plans"
+        ahead = told if math.isfinite(law.preview) else "knows the future waves"
+        reasons.append(f"{ahead} (oracle)")
     needed, who = _needed(evaluation, [(other, other.locked) for other in evaluation.laws])
     if law.locked == 0:
         reasons.append(f"lost lock in every run ({law.runs})")
@@ -189,6 +193,26 @@ def _smoothest(winner: LawResult | None, fit: list[LawResult]) -> list[str]:
     return [f"The smoothest of these laws is {smoothest.name}, CV {cv} at {power} W."]
 
 
+def _without_preview(winner: LawResult | None, fit: list[LawResult]) -> list[str]:
+    """What a winner that is told waves to come is worth beside laws that go by their sensors."""
+    if winner is None or winner.information not in ("forecast", "oracle"):
+        return []
+    ahead = f"{winner.name} is told the waves {plain(winner.preview)} s ahead"
+    own = next((law for law in fit if law.information in ("none", "sensors")), None)
+    if own is None:
+        return [f"{ahead}; no law without a preview keeps these limits."]
+    return [f"{ahead}; of the laws without a preview {own.name} gives the most power, {number(own.power.value)} W."]
+
+
+def _unsearched(evaluation: Evaluation) -> list[str]:
+    """Warn of a yardstick that is not the best one."""
+    name, how = evaluation.reference, evaluation.yardstick
+    if name is None or (how and how.get("searched")):
+        return []
+    why = f": {how['words']}" if how else ", as far as the file says"
+    return [f"{name} was not searched for this sea and device{why}. A pair found for them may give more power."]
+
+
 def _caveats(evaluation: Evaluation) -> list[str]:
     caveats = []
     if len(evaluation.seeds) < FEWEST:
@@ -200,6 +224,7 @@ def _caveats(evaluation: Evaluation) -> list[str]:
             f"Seeds {seed_ranges(evaluation.seed_overlap)} were used for tuning as well as for evaluation: "
             "the results of tuned laws are too good."
         )
+    caveats += _known_seeds(evaluation)
     # In lulls the phase of the waves itself jumps, so even a locked ring counts slips: judge against the reference.
     usual = evaluation.law(evaluation.reference).cycle_slips if evaluation.reference else 0.0
     against = f" ({evaluation.reference} {number(usual, 2)})" if evaluation.reference else ""
@@ -249,6 +274,20 @@ def _behind(law: LawResult) -> str:
 
 def _probability(estimate: Estimate) -> str:
     return f"95 % interval of the probability {interval(estimate, 2)}"
+
+
+def _known_seeds(evaluation: Evaluation) -> list[str]:
+    """What the ledger of seeds says of those that judge here."""
+    spent, reserve = (tuple(evaluation.seed_states.get(state, ())) for state in ("spent", "reserve"))
+    caveats = []
+    if spent:
+        caveats.append(
+            f"Seeds {seed_ranges(spent)} are spent: laws were changed after results on them were known. "
+            "They show what a law does, and do not judge it afresh."
+        )
+    if reserve:
+        caveats.append(f"Seeds {seed_ranges(reserve)} were in reserve: mark them spent in the ledger by a commit.")
+    return caveats
 
 
 def _power(power: Estimate) -> str:

@@ -76,6 +76,12 @@ def seed_ranges(seeds: tuple[int, ...]) -> str:
     return ", ".join(parts) if parts else "none"
 
 
+def sees(information: str, preview: float) -> str:
+    """Say what a law sees, and how far ahead where it is told some seconds of the waves: ``forecast 2 s``."""
+    ahead = information in ("forecast", "oracle") and math.isfinite(preview)
+    return f"{information} {plain(preview)} s" if ahead else information
+
+
 def plain(value: float) -> str:
     """Write a given value (a setting, not a result) as short as can be: ``600``, ``0.35``."""
     return f"{value:g}"

@@ -6,6 +6,7 @@ the fine step, and then from neighbour to neighbour. Sixteen runs stand side by 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -13,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gyroctl.errors import InputError
+from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.constant_pairs import scan
 from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
@@ -27,7 +29,7 @@ Means = dict[str, float]
 
 CC = (0.03, 0.04, 0.052, 0.07, 0.09, 0.115)
 CG = tuple(float(f"{value:.4g}") for value in np.geomspace(4e-5, 3e-3, 12))
-"""First grid, and all that may be chosen. [Nms]"""
+"""First grid. [Nms]"""
 
 COARSE, WINDOW, FULL = 0.025, 1000.0, 2000.0
 """Step of the grids, length of the runs of the first one and of the others. [s]"""
@@ -43,8 +45,15 @@ FINER_CG = (0.65, 0.77, 0.89, 1.0, 1.12, 1.25, 1.38)
 NEAR_CC, NEAR_CG = (1.0, 0.93, 1.07), (1.05, 1.1, 0.96, 1.16)
 """The fine grid and the neighbours, as factors on the best pair so far. [-]"""
 
-FEWEST, ROUND = 4, 6
-"""Realisations that a grid must at least have; neighbours that are tried at a time."""
+KNOWN = ((0.07, 2.88e-4), (0.0582, 4.87e-4), (0.0468, 9.11e-4))
+"""Good pairs of the default device at gamma 1, 5 and 50, from earlier searches: none shall be better than what a search
+finds there. Tried where the grid comes near to them. [Nms]"""
+
+PARTS, FURTHER = (0.4, 0.7, 1.0), 6
+"""Of a limit below the first grid; gains that are tried beyond an edge of that grid."""
+
+FEWEST, ROUND, ROUNDS = 4, 6, 16
+"""Realisations that a grid must at least have; neighbours that are tried at a time, and how often."""
 
 
 class BestPair(NamedTuple):
@@ -118,7 +127,8 @@ def best_pair(
 
     def run(pairs: Sequence[Pair], count: int, duration: float, dt: float, stage: str) -> list[Means]:
         nonlocal spent
-        found = scan(plant, sea, pairs, seeds[:count], duration, settings.blend, dt, workers, title, quiet)
+        acting = [as_it_acts(pair, settings.actuators) for pair in pairs]
+        found = scan(plant, sea, acting, seeds[:count], duration, settings.blend, dt, workers, title, quiet)
         tables = {name: getattr(found, name).astype(float) for name in MEANS}
         means = {name: np.nan_to_num(table, nan=10.0).mean(axis=1) for name, table in tables.items()}
         rows = [{name: float(value[i]) for name, value in means.items()} for i in range(len(pairs))]
@@ -128,22 +138,34 @@ def best_pair(
         spent += len(pairs) * count * duration
         return rows
 
-    grid = [(cc, cg) for cc in CC if cc <= limits.cc_max for cg in CG if cg <= limits.cg_max]
-    unit = 1.0
-    first = run(grid, _count(budget, 0, len(grid), WINDOW, len(seeds)), WINDOW, COARSE, "search")
-    held = [means["mean_power"] for means in first if means["locked"] >= 0.9]
+    grid = first_grid(settings)
+    unit, few = 1.0, _count(budget, 0, len(grid), WINDOW, len(seeds))
+    first = dict(zip(grid, run(grid, few, WINDOW, COARSE, "search"), strict=True))
+    cc, cg = max(first, key=lambda pair: order(first[pair]))
+    beyond = _beyond(cg, grid, settings)
+    if beyond:
+        first |= zip(beyond, run(beyond, few, WINDOW, COARSE, "search"), strict=True)
+    held = [means["mean_power"] for means in first.values() if means["locked"] >= 0.9]
     unit = max(held, default=1.0) or 1.0  # a unit of the sea itself: a score in watts would forgive losses in high seas
-    cc, cg = grid[max(range(len(grid)), key=lambda i: order(first[i]))]
+    cc, cg = max(first, key=lambda pair: order(first[pair]))
     finer = _around(cc, cg, FINER_CC, FINER_CG, settings)
     second = run(finer, _count(budget, 1, len(finer), FULL, len(seeds)), FULL, COARSE, "search")
     each = len(seeds) * FULL
-    batch = _edge(finer, [order(means) for means in second])[: max(1, int(SHARES[2] * budget / each))]
+    known = [(a, b) for a, b in KNOWN if a <= limits.cc_max and b <= limits.cg_max and _close((a, b), (cc, cg))]
+    edge = [pair for pair in _edge(finer, [order(means) for means in second]) if pair not in known]
+    batch = [*known, *edge][: max(1, int(SHARES[2] * budget / each))]
     confirmed: dict[Pair, Means] = {}
-    while batch:  # from the best pair so far to its neighbours, until none is better or the budget is spent
+    for _ in range(
+        ROUNDS
+    ):  # from the best pair so far to its neighbours, then from the next best one, until the budget is spent
         confirmed |= zip(batch, run(batch, len(seeds), FULL, settings.dt, "confirm"), strict=True)
-        best = max(confirmed, key=lambda pair: order(confirmed[pair]))
-        near = [pair for pair in _around(*best, NEAR_CC, NEAR_CG, settings) if pair not in confirmed]
-        batch = near[: min(ROUND, int((budget - spent) / each))]
+        ranked = sorted(confirmed, key=lambda pair: order(confirmed[pair]), reverse=True)
+        around = (_around(*pair, NEAR_CC, NEAR_CG, settings) for pair in ranked)
+        near = next((new for pairs in around if (new := [pair for pair in pairs if pair not in confirmed])), [])
+        batch = near[: max(0, min(ROUND, int((budget - spent) / each)))]
+        if not batch:
+            break
+    best = ranked[0]
     return BestPair(*best, confirmed[best], goal.met(confirmed[best]), spent, tuple(seen))
 
 
@@ -151,7 +173,39 @@ def searching(plant: Plant, settings: Settings) -> Settings:
     """Settings of a search: no coupling with which its coarse step would be unstable (about 0.14 Nms)."""
     stable = 0.99 * UNSTABLE / (COARSE * float(slip_rate(plant.coefficients, 1.0)))
     limits = settings.actuators
+    room = stable / limits.cc_gain - 0.5 * limits.cc_quantum  # a resolution may round upwards
+    stable = max(room, 1e-3 * stable)
     return replace(settings, actuators=replace(limits, cc_max=min(limits.cc_max, stable)))
+
+
+def as_it_acts(pair: Pair, actuators: Actuators) -> Pair:
+    """What the actuators make of a constant command: resolution, gain, limit."""
+    cc, cg = pair
+    if actuators.cc_quantum > 0.0:
+        cc = min(math.floor(cc / actuators.cc_quantum + 0.5) * actuators.cc_quantum, actuators.cc_max)
+    if actuators.cg_quantum > 0.0:
+        cg = min(math.floor(cg / actuators.cg_quantum + 0.5) * actuators.cg_quantum, actuators.cg_max)
+    return cc * actuators.cc_gain, cg
+
+
+def first_grid(settings: Settings) -> list[Pair]:
+    """Pairs of the first grid that the actuators can give; where they can give none of them, parts of their limits."""
+    limits = settings.actuators
+    ccs = [cc for cc in CC if cc <= limits.cc_max] or [part * limits.cc_max for part in PARTS]
+    cgs = [cg for cg in CG if cg <= limits.cg_max] or [part * limits.cg_max for part in PARTS]
+    return [(cc, cg) for cc in ccs for cg in cgs]
+
+
+def _beyond(cg: float, grid: Sequence[Pair], settings: Settings) -> list[Pair]:
+    """Pairs beyond the edge of a grid whose best gain `cg` lies on that edge."""
+    ccs, cgs = list(dict.fromkeys(a for a, _ in grid)), [b for _, b in grid]
+    if cg == max(cgs) and 1.1 * cg < settings.actuators.cg_max:
+        gains = np.geomspace(cg, settings.actuators.cg_max, FURTHER + 1)[1:]
+    elif cg == min(cgs):
+        gains = np.geomspace(0.1 * cg, cg, FURTHER + 1)[:-1]
+    else:
+        return []
+    return [(cc, float(f"{gain:.4g}")) for cc in ccs for gain in gains if gain <= settings.actuators.cg_max]
 
 
 def _edge(pairs: Sequence[Pair], orders: Sequence[tuple[bool, float]]) -> list[Pair]:
@@ -168,6 +222,10 @@ def _edge(pairs: Sequence[Pair], orders: Sequence[tuple[bool, float]]) -> list[P
                 steps.append([])
             steps[step].append((orders[column[at][1]], pairs[column[at][1]]))
     return [pair for step in steps for _, pair in sorted(step, reverse=True)]
+
+
+def _close(pair: Pair, other: Pair) -> bool:
+    return all(abs(math.log(a / b)) < math.log(2.0) for a, b in zip(pair, other, strict=True))
 
 
 def _around(

@@ -31,7 +31,7 @@ class Circumstances:
     settings : Settings
         Steps of the confirming runs, sensors, actuators.
     evaluation : frozenset of int
-        Seeds beside `EVALUATION` that must not be tuned on.
+        Seeds of an experiment that must not be tuned on, beside those that the ledger keeps for judging.
     """
 
     plant: Plant

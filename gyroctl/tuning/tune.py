@@ -21,6 +21,7 @@ from gyroctl.errors import InputError
 from gyroctl.fingerprint import fingerprint
 from gyroctl.harness.law_fingerprint import law_source
 from gyroctl.harness.registry import describe, law
+from gyroctl.harness.seed_ledger import ledger
 from gyroctl.simulation.progress import Progress
 from gyroctl.tuning.bench import Bench
 from gyroctl.tuning.best_pair import best_pair
@@ -29,12 +30,10 @@ from gyroctl.tuning.log import TuningLog
 from gyroctl.tuning.record import Circumstances, plant_hash, provenance, record
 from gyroctl.tuning.stages import Plan, Seen, Stages, search, shortlist, weighed
 from gyroctl.tuning.task import Task, TuningSea
+from gyroctl.tuning.yardstick import Search
 
 BUDGET = 4.0e6
 """Simulated time for each set of each law. [s]"""
-
-EVALUATION = range(0, 10000)
-"""Seeds that are kept for judging laws: no law may be tuned on them."""
 
 FEWEST, MOST = 2, 8
 """Points that are confirmed."""
@@ -139,12 +138,12 @@ def tune(
 
 
 def check_seeds(task: Task, on: Circumstances) -> None:
-    """Refuse tuning on seeds that judge laws."""
-    span = task.seeds.span
-    overlap = sorted(set(span) & (set(EVALUATION) | on.evaluation))
+    """Refuse tuning on seeds that judge laws, by the ledger or by the experiment at hand."""
+    span, book = task.seeds.span, ledger()
+    overlap = sorted({*book.closed_to_tuning(span), *(set(span) & on.evaluation)})
     if overlap:
         problem = f"seeds {overlap[0]} to {overlap[-1]} judge laws and must not tune them"
-        mend = f"Give seeds.first = {EVALUATION[-1] + 1} or more, and none of the experiment"
+        mend = f"Give seeds.first = {book.judging[-1] + 1} or more, and none of the experiment"
         raise InputError("seeds", f"{span[0]} to {span[-1]}", problem, mend)
 
 
@@ -189,7 +188,8 @@ def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: in
         found = best_pair(on.plant, task.seas[name].sea, budget, span, goals, on.settings, workers, title, quiet)
         archive += [Seen({"cc": cc, "cg": cg}, {name: means}, stage) for (cc, cg), means, stage in found.seen]
         best = Seen({"cc": found.cc, "cg": found.cg}, {name: found.means}, "confirm")
-        circumstances = {**provenance(task, on), "budget_s": budget, "spent_s": found.spent}
+        key = Search(on.plant, task.seas[name].sea, on.settings, goals, budget, span).key
+        circumstances = {**provenance(task, on), "budget_s": budget, "spent_s": found.spent, "key": key}
         sets[name] = record(best, {name: goals}, {name: task.seas[name]}, task, circumstances)
     return Tuned(sets, tuple(archive))
 

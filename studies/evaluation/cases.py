@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, fields, is_dataclass
@@ -13,11 +14,15 @@ from numpy.typing import NDArray
 from gyroctl.comparison.compare import Realisations, compare
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law, LawError
+from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings
+from gyroctl.harness.sight import sight
+from gyroctl.harness.yardstick import Yardstick
 from gyroctl.plant import Plant
 from gyroctl.reports.layout import REFERENCE
-from gyroctl.studies.evaluation.entrants import Entrant, kind
+from gyroctl.studies.evaluation.entrants import Entrant, kind, pair
 from gyroctl.studies.evaluation.request import RUNS, Request
+from gyroctl.tuning.yardstick import find_yardstick
 from gyroctl.waves import Sea
 
 
@@ -37,10 +42,11 @@ class Runs:
 
     entrant: Entrant
     kind: str  # what the law is
-    information: str  # what it sees
+    information: str  # level at which it is judged, by what it sees
     seeds: NDArray[np.int64]  # the realisations, (n,)
     hashes: tuple[str, ...]  # content of their waves
     values: Mapping[str, NDArray[np.float64]]  # (n,) by the names of `simulation.metrics.UNITS` and the counters
+    preview: float = math.nan  # how far ahead it is told the waves, infinite for all of them [s]
 
     def on(self, seeds: Sequence[int], name: str) -> NDArray[np.float64]:
         """Values of a metric on some of the realisations, in their order."""
@@ -106,6 +112,12 @@ def common_seeds(first: Runs, second: Runs) -> tuple[int, ...]:
     return tuple(int(seed) for seed in first.seeds if seed in set(second.seeds.tolist()))
 
 
+def best_pair_of(case: Case, ask: Request) -> Entrant:
+    """Best constant pair of a case as its reference: as it ships, or searched once."""
+    found = find_yardstick(case.truth, case.sea, case.settings, workers=ask.workers, quiet=ask.quiet, say=ask.say)
+    return pair(found.cc, found.cg)
+
+
 def check_waves(runs: Iterable[Runs]) -> None:
     """Refuse laws that met other waves under the same seed."""
     met: dict[int, str] = {}
@@ -145,7 +157,17 @@ def _run_group(
         return {}, failed
     waves = Realisations(case.sea, seeds, ask.duration)
     try:
-        ds = compare(case.truth, laws, waves, case.settings, ask.workers, ask.out / RUNS, ask.tuned_on, quiet=ask.quiet)
+        ds = compare(
+            case.truth,
+            laws,
+            waves,
+            case.settings,
+            ask.workers,
+            results=ask.out / RUNS,
+            tuning_seeds=ask.tuned_on,
+            quiet=ask.quiet,
+            yardstick=_yardstick(laws),
+        )
     except (InputError, LawError, BrokenProcessPool) as error:
         if len(laws) == 1:
             return {}, {**failed, next(iter(laws)): str(error)}
@@ -162,9 +184,18 @@ def _run_group(
     def gathered(entrant: Entrant) -> Runs:
         built, row = laws[entrant.label], ds.sel(law=entrant.label)
         values = {name: np.asarray(row[name].values, np.float64) for name in names}
-        return Runs(entrant, kind(built), built.information, np.asarray(seeds, np.int64), hashes, values)
+        seen = sight(built)
+        return Runs(entrant, kind(built), seen.level, np.asarray(seeds, np.int64), hashes, values, seen.preview)
 
     return {entrant.label: gathered(entrant) for entrant in group if entrant.label in laws}, failed
+
+
+def _yardstick(laws: Mapping[str, Law]) -> Yardstick | None:
+    """Pair that a table has chosen as its reference, and says how."""
+    if REFERENCE not in laws:
+        return None
+    chosen = describe(laws[REFERENCE])
+    return Yardstick(chosen["cc"], chosen["cg"], searched=False, words="see the table")
 
 
 def _build(case: Case, group: Sequence[Entrant]) -> tuple[dict[str, Law], dict[str, str]]:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law, innermost
 from gyroctl.harness.registry import law, registered, tuned_sets
+from gyroctl.harness.sight import sight
 from gyroctl.reports.layout import REFERENCE
 
 Kind = Literal["constant", "simple", "planning"]
@@ -82,9 +83,10 @@ def with_sets(entrants: Iterable[Entrant], sea: str) -> list[Entrant]:
 def kind(built: Law) -> Kind:
     """Whether a law is constant, simple (rules or tables on the sensors) or plans ahead."""
     built = innermost(built)
-    if built.information == "none":
+    level = sight(built).level
+    if level == "none":
         return "constant"
-    planning = ".nmpc" in type(built).__module__ or built.information in ("forecast", "oracle")
+    planning = ".nmpc" in type(built).__module__ or level in ("forecast", "oracle")
     return "planning" if planning else "simple"
 
 

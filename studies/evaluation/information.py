@@ -9,7 +9,7 @@ from gyroctl.devices import zhang2017
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.reports.wording import number
 from gyroctl.statistics import holm, in_words, paired_difference
-from gyroctl.studies.evaluation.cases import Case, Outcome, common_seeds, run_case
+from gyroctl.studies.evaluation.cases import Case, Outcome, best_pair_of, common_seeds, run_case
 from gyroctl.studies.evaluation.entrants import Entrant, parse, reference
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.rows import rows
@@ -40,7 +40,9 @@ def information_table(ask: Request, gamma: float = 5.0) -> tuple[dict[str, Any],
 
     ask.say("information")
     wanted = levels(ask.planner)
-    outcome = run_case(Case("information", zhang2017(), SeaState(gamma=gamma), ask.settings), wanted.values(), ask)
+    case = Case("information", zhang2017(), SeaState(gamma=gamma), ask.settings)
+    wanted["none"] = best_pair_of(case, ask)
+    outcome = run_case(case, wanted.values(), ask)
     by_law = rows(outcome)
     found = {name: by_law[entrant.label] for name, entrant in wanted.items() if entrant.label in by_law}
     steps = prices(outcome, {name: row.law for name, row in found.items()})

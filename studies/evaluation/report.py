@@ -13,6 +13,7 @@ from gyroctl.studies.evaluation.offdesign import offdesign_table
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.robustness import robustness_table
 from gyroctl.studies.evaluation.seas import seas_table
+from gyroctl.studies.evaluation.seeds import states_in_words
 from gyroctl.studies.style import save
 from gyroctl.version import VERSION
 from gyroctl.writing import write_json, write_text
@@ -88,9 +89,9 @@ def _one(name: str, ask: Request) -> dict[str, Any]:
 def _page(name: str, ask: Request, text: str, failed: dict[str, str]) -> str:
     own = "".join(f"; {law}: {seed_ranges(seeds)}" for law, seeds in ask.plan.own.items())
     head = (
-        f"# {TITLES[name]}\n\nRealisations {seed_ranges(ask.plan.common)}{own}; runs of {ask.duration:g} s. Intervals "
-        "in brackets are 95 %: bootstrap over realisations, Wilson for lock. Means are over all runs, lost ones "
-        "included; ratios and differences over the realisations that both have. Power is what was generated and the "
+        f"# {TITLES[name]}\n\nRealisations {seed_ranges(ask.plan.common)}{own}. {states_in_words(ask.plan.all)}. "
+        f"Runs of {ask.duration:g} s. Intervals in brackets are 95 %: bootstrap over realisations, Wilson for lock. "
+        "Means are over all runs, lost ones included; ratios and differences over the realisations that both have. Power is what was generated and the "
         "change of what flywheel and float store. In step: at least 0.98 of the turns of the best constant pair on "
         "the same realisation, and cycle slips within its 95 % upper limit. Beyond 0.3 rad, given as a share of the "
         "time, the model no longer holds.\n\n"

@@ -9,6 +9,8 @@ from typing import Any
 
 from gyroctl.errors import InputError
 from gyroctl.harness.run import Settings
+from gyroctl.harness.seed_ledger import ledger, refused_for
+from gyroctl.reports.layout import REFERENCE
 from gyroctl.studies.evaluation.entrants import Entrant, default_entrants, parse
 from gyroctl.studies.evaluation.seeds import SeedPlan, seed_plan
 
@@ -40,6 +42,7 @@ class Request:
             "duration_s": self.duration,
             "seeds": list(self.plan.common),
             "own_seeds": {name: list(s) for name, s in self.plan.own.items()},
+            "seed_states": ledger().states(self.plan.all),
         }
 
 
@@ -62,24 +65,21 @@ def request(
     InputError
         For laws, seeds or a duration that cannot be used, all before the first run.
     """
-    from gyroctl.comparison.experiment import all_tuning_seeds
-
-    tuned_on = all_tuning_seeds()
-    entrants = tuple(parse(laws) if laws else default_entrants())
+    entrants = tuple(entrant for entrant in (parse(laws) if laws else default_entrants()) if entrant.label != REFERENCE)
+    built, names = [entrant.build() for entrant in entrants], [entrant.name for entrant in entrants]
+    tuned_on = refused_for(built, names)
     plan = seed_plan(seeds, allow_tuning_seeds, tuned_on)
-    names = {entrant.label for entrant in entrants} | {entrant.name for entrant in entrants} | {planner}
+    known = {entrant.label for entrant in entrants} | {*names, planner}
     for given in plan.own:
         name = given.partition("@")[0]  # "nmpc@gamma 5": in that case alone
-        if name not in names and not any(name.startswith(f"{known}[") for known in names):
-            raise InputError("seeds", name, "no law of that name takes part", f"Name one of {', '.join(sorted(names))}")
+        if name not in known and not any(name.startswith(f"{one}[") for one in known):
+            raise InputError("seeds", name, "no law of that name takes part", f"Name one of {', '.join(sorted(known))}")
     if out.exists() and not out.is_dir():
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
     settings = Settings()
     if not duration > settings.score_from:
         problem = f"is not longer than the blend of {settings.blend:g} s"
         raise InputError("duration", duration, problem, "Give a longer one, for example 2000")
-    for entrant in entrants:
-        entrant.build()
     refused, named = () if allow_tuning_seeds else tuned_on, bool(laws)
     return Request(
         out, entrants, plan, duration, workers or None, refused, budget, settings, named, planner, quiet, say

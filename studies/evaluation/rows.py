@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import Any
 
@@ -31,7 +32,7 @@ class Row:
 
     law: str
     kind: str
-    information: str
+    information: str  # level at which it is judged
     tuning: str  # set of parameters
     runs: int
     locked: int  # runs that held lock
@@ -68,6 +69,7 @@ class Row:
     step_ms_p99: float  # 99 % of the time of a step in the worst run [ms]
     fallbacks: int  # sum over the runs
     deadline_misses: int  # sum over the runs
+    preview: float = math.nan  # how far ahead it is told the waves, infinite for all of them [s]
 
     @property
     def motion(self) -> float:
@@ -96,6 +98,7 @@ def row(runs: Runs, reference: Runs) -> Row:
         law=runs.entrant.label,
         kind=runs.kind,
         information=runs.information,
+        preview=runs.preview,
         tuning=runs.entrant.tuning,
         runs=locked.size,
         locked=int(locked.sum()),

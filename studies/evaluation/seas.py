@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 from gyroctl.devices import zhang2017
 from gyroctl.reports.wording import number
-from gyroctl.studies.evaluation.cases import Case, run_case
-from gyroctl.studies.evaluation.entrants import Entrant, parse, reference, with_sets
+from gyroctl.studies.evaluation.cases import Case, best_pair_of, run_case
+from gyroctl.studies.evaluation.entrants import Entrant, parse, with_sets
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.rows import Row, rows
 from gyroctl.studies.evaluation.targets import (
@@ -51,7 +51,7 @@ def seas_table(ask: Request, gammas: Sequence[float] = GAMMAS) -> tuple[dict[str
     for gamma in gammas:
         ask.say(f"seas: gamma {gamma:g}")
         case = Case(f"gamma {gamma:g}", zhang2017(), SeaState(gamma=gamma), ask.settings)
-        outcome = run_case(case, [reference(gamma), *with_sets(_entrants(ask), f"gamma{gamma:g}")], ask)
+        outcome = run_case(case, [best_pair_of(case, ask), *with_sets(_entrants(ask), f"gamma{gamma:g}")], ask)
         tables[gamma] = sorted(rows(outcome).values(), key=lambda row: -row.power.value)
         failed |= outcome.failures
     verdicts, served = answers(tables), one_set_laws(tables)

@@ -6,9 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from gyroctl.errors import InputError
-
-KEPT_FOR_TUNING = range(100000, 100256)
-"""Seeds on which laws are tuned and tried: none of them may judge a law."""
+from gyroctl.harness.seed_ledger import MEANING, ledger
+from gyroctl.reports.wording import seed_ranges
 
 MEND = "Give for example 1:64, or nmpc=1:16 for one law"
 
@@ -56,11 +55,20 @@ def seed_plan(texts: Iterable[str], allow_tuning: bool = False, tuned_on: Sequen
         else:
             common = seeds
     plan = SeedPlan(common, own)
-    used = sorted(set(plan.all) & (set(KEPT_FOR_TUNING) | set(tuned_on)))
+    used = sorted(set(plan.all) & (ledger().tried() | set(tuned_on)))
     if used and not allow_tuning:
         mend = "Choose others, for example 1:64, or try things out with --allow-tuning-seeds"
         raise InputError("seeds", f"{used[0]} to {used[-1]}", "are kept for tuning and cannot judge a law", mend)
     return plan
+
+
+def states_in_words(seeds: Sequence[int]) -> str:
+    """What the ledger says of seeds: ``1 to 64: spent, laws were changed after results on them were known``."""
+    parts = []
+    for state, some in ledger().states(seeds).items():
+        meaning = MEANING.get(state, "in no entry of the ledger")
+        parts.append(f"{seed_ranges(tuple(some))}: {state}, {meaning}")
+    return "; ".join(parts)
 
 
 def _seeds(text: str, numbers: str) -> tuple[int, ...]:

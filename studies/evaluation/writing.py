@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from gyroctl.reports.wording import interval, number, percent, watts
+from gyroctl.reports.wording import interval, number, percent, sees, watts
 from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation.rows import Row
 
@@ -21,7 +21,7 @@ def cells(row: Row) -> dict[str, str]:
     """Write a row, each number under the heading of its column."""
     return {
         "law": row.law,
-        "sees": row.information,
+        "sees": sees(row.information, row.preview),
         "power [W]": with_interval(row.power),
         "of best constant": with_interval(row.ratio),
         "less best constant [W]": with_interval(row.difference),

@@ -70,11 +70,18 @@ class Probe(NamedTuple):
             raise InputError("probe.noise", noise, "must be zero or positive", "Give a part of the moments' deviation")
         told = np.ascontiguousarray(moments[:, ::every], np.float64)
         if noise > 0.0:
-            source = np.random.SeedSequence(seed_number(seed), spawn_key=(PROBE_DOMAIN,))
-            error = np.random.Generator(np.random.PCG64(source)).standard_normal(told.shape)
-            told = told + noise * np.std(told, axis=1, keepdims=True) * error
+            told = told + error_of(np.std(told, axis=1), noise, told.shape, seed)
         steps = predictor.horizon if math.isinf(lead) else round(lead / predictor.step)
         return cls(told, min(steps, predictor.horizon))
+
+
+def error_of(deviation: Array, noise: float, shape: tuple[int, ...], seed: int) -> Array:
+    """Error of a probe, of a `shape` (2, n): `noise` times the `deviation` (2,) of the moments, from the seed. [Nm]"""
+    if noise == 0.0:
+        return np.zeros(shape)
+    source = np.random.SeedSequence(seed_number(seed), spawn_key=(PROBE_DOMAIN,))
+    error = np.random.Generator(np.random.PCG64(source)).standard_normal(shape)
+    return np.asarray(noise * deviation[:, None] * error, np.float64)
 
 
 @stamped(SOURCES)

@@ -1,0 +1,193 @@
+"""The yardstick of any sea and device: searched once, with twice the budget of a law, and kept by its content.
+
+The pairs of the default device ship with the keys of their searches, so that nothing is searched for them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, fields, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gyroctl.cache import cache_folder
+from gyroctl.errors import InputError
+from gyroctl.harness.registry import tuned_sets
+from gyroctl.harness.run import Settings
+from gyroctl.harness.start import locked_start
+from gyroctl.harness.yardstick import PAIR, Yardstick, shipped_pairs
+from gyroctl.plant import Plant, equations
+from gyroctl.plant.compiled import source_stamp
+from gyroctl.tuning.best_pair import best_pair
+from gyroctl.tuning.goal import Goal
+from gyroctl.waves import ElevationRecord, Regular, Sea, SeaState
+from gyroctl.writing import plain, write_json
+
+BUDGET = 8.0e6
+"""Simulated time of a search: twice what every law has for a set of its parameters, lest the yardstick be short. [s]"""
+
+SEEDS = range(100000, 100064)
+"""Tuning seeds of the search."""
+
+LOCKED = 0.98
+"""Least part of the realisations that a pair must hold: one loss in 64, where laws are allowed none."""
+
+FOLDER = "yardsticks"
+
+
+class Search(NamedTuple):
+    """All that the pair depends on."""
+
+    plant: Plant
+    sea: Sea
+    settings: Settings
+    goal: Goal
+    budget: float = BUDGET
+    seeds: Sequence[int] = SEEDS
+
+    def content(self) -> dict[str, Any]:
+        """As JSON can hold it. A constant pair looks at no sensor and never changes: those, lags and delays are out."""
+        sea = {item.name: getattr(self.sea, item.name) for item in fields(self.sea) if item.compare}
+        limits = self.settings.actuators
+        acting = {name: getattr(limits, name) for name in ("cc_max", "cg_max", "cc_quantum", "cg_quantum", "cc_gain")}
+        content = {
+            "equations": source_stamp([equations.__file__]),
+            "coefficients": self.plant.coefficients,
+            "parameters": asdict(self.plant.parameters),
+            "excitation": self.plant.excitation.sha256,
+            "sea": {"kind": type(self.sea).__name__, **sea},
+            "actuators": acting,
+            "steps": {"dt": self.settings.dt, "blend": self.settings.blend},
+            "goal": {name: value for name, value in asdict(self.goal).items() if math.isfinite(value)},
+            "budget_s": self.budget,
+            "seeds": [self.seeds[0], self.seeds[-1]],
+        }
+        found: dict[str, Any] = json.loads(json.dumps(plain(content)))
+        return found
+
+    @property
+    def key(self) -> str:
+        """SHA-256 of the content."""
+        return hashlib.sha256(json.dumps(self.content(), sort_keys=True).encode()).hexdigest()
+
+
+def find_yardstick(
+    plant: Plant,
+    sea: Sea,
+    settings: Settings | None = None,
+    motion_limit: float = 0.35,
+    budget: float = BUDGET,
+    workers: int | None = None,
+    quiet: bool = False,
+    search: bool = True,
+    say: Callable[[str], None] = lambda _: None,
+) -> Yardstick:
+    """Best constant pair of a sea and a device: as it ships, as it was found before, or searched now.
+
+    Where no pair keeps the limit of motion, as in high seas, the pair is the best without that limit: one that avoids
+    motion would be a weak yardstick.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    sea : Sea
+        The waves.
+    settings : Settings, optional
+        Actuators of the comparison; its steps are not those of the search.
+    motion_limit : float
+        Limit of the 98 % motion. [rad]
+    budget : float
+        Simulated time of the search. [s]
+    workers : int, optional
+        Threads, all cores by default; they change no bit of the result.
+    quiet : bool
+        Show no progress.
+    search : bool
+        Whether to search where no pair is known yet.
+    say : callable
+        Told when a search begins.
+
+    Returns
+    -------
+    Yardstick
+        Not searched for an elevation record, which is itself what judges, where no lock begins, and where no search is
+        wanted: the pair that ships for the nearest sea, with the reason.
+
+    Raises
+    ------
+    InputError
+        For a budget that is too small.
+    """
+    if isinstance(sea, ElevationRecord):
+        return unsearched(sea, "an elevation record is one realisation, on which a pair must not be tuned")
+    acting = Settings(actuators=(settings or Settings()).actuators)
+    seeds = SEEDS[:1] if isinstance(sea, Regular) else SEEDS  # of a regular wave every seed is the same
+    wanted = Search(plant, sea, acting, Goal(locked=LOCKED, motion=motion_limit), budget, seeds)
+    kept = _shipped(wanted.key) or _read(wanted)
+    if kept is not None:
+        return kept
+    if not search:
+        return unsearched(sea, "no search was wanted")
+    try:
+        locked_start(plant, sea)
+        say("Searching the best constant pair of this sea and device, once")
+        found = _searched(wanted, workers or os.cpu_count() or 1, quiet)
+    except InputError as error:
+        if error.field == "budget":
+            raise
+        return unsearched(sea, f"the search failed: {error.problem}")
+    write_json(_file(wanted), {**asdict(found), "content": wanted.content()})
+    return found
+
+
+def unsearched(sea: Sea, why: str) -> Yardstick:
+    """Pair that ships for the sea that is nearest, and why none was searched."""
+    pairs, gamma = shipped_pairs(), sea.gamma if isinstance(sea, SeaState) else 5.0
+    gammas = {name: entry["found"]["seas"][name]["sea"]["gamma"] for name, entry in tuned_sets(PAIR).items()}
+    nearest = min(gammas, key=lambda name: abs(math.log(gammas[name] / gamma)))
+    return Yardstick(*pairs[nearest], searched=False, words=why)
+
+
+def _searched(wanted: Search, workers: int, quiet: bool) -> Yardstick:
+    plant, sea, settings, goal, budget, seeds = wanted
+
+    def search(goal: Goal) -> Any:
+        return best_pair(plant, sea, budget, seeds, goal, settings, workers, "best constant pair", quiet)
+
+    best, notes = search(goal), []
+    if not best.met and max(best.means["phi1_p98"], best.means["phi3_p98"]) > goal.motion:
+        best = search(replace(goal, motion=math.inf))
+        notes.append("no pair keeps the motion limit, this is the best without it")
+    if not best.met:
+        notes.append(f"none holds lock in {100 * goal.locked:g} % of the tuning realisations, this one comes nearest")
+    words = "; ".join([f"searched on seeds {seeds[0]} to {seeds[-1]} with {best.spent:.3g} s", *notes])
+    return Yardstick(best.cc, best.cg, True, words, wanted.key)
+
+
+def _shipped(key: str) -> Yardstick | None:
+    for name, entry in tuned_sets(PAIR).items():
+        found = entry["found"]
+        if found.get("key") == key:
+            span = found["seeds"]
+            words = f"searched on seeds {span['first']} to {span['last']} with {found['spent_s']:.3g} s"
+            return Yardstick(*shipped_pairs()[name], searched=True, words=words, key=key)
+    return None
+
+
+def _file(wanted: Search) -> Path:
+    return cache_folder() / FOLDER / f"{wanted.key}.json"
+
+
+def _read(wanted: Search) -> Yardstick | None:
+    """Pair that was found before; a file that is no such thing, or of other content, is searched again."""
+    try:
+        stored: Mapping[str, Any] = json.loads(_file(wanted).read_text(encoding="utf-8"))
+        same = stored["content"] == wanted.content()
+        return Yardstick(**{item.name: stored[item.name] for item in fields(Yardstick)}) if same else None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None
