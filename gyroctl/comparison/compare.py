@@ -31,8 +31,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Realisations", "check_fair", "compare"]
 
-"""Name of the law that the others are measured against, where it takes part."""
-
 Rows = Mapping[str, Sequence[Outcome]]
 """Outcomes of each law, in the order of the seeds."""
 

@@ -91,7 +91,8 @@ def _page(name: str, ask: Request, text: str, failed: dict[str, str]) -> str:
     head = (
         f"# {TITLES[name]}\n\nRealisations {seed_ranges(ask.plan.common)}{own}. {states_in_words(ask.plan.all)}. "
         f"Runs of {ask.duration:g} s. Intervals in brackets are 95 %: bootstrap over realisations, Wilson for lock. "
-        "Means are over all runs, lost ones included; ratios and differences over the realisations that both have. Power is what was generated and the "
+        "Means are over all runs, lost ones included; ratios and differences over the realisations that both "
+        "have. Power is what was generated and the "
         "change of what flywheel and float store. In step: at least 0.98 of the turns of the best constant pair on "
         "the same realisation, and cycle slips within its 95 % upper limit. Beyond 0.3 rad, given as a share of the "
         "time, the model no longer holds.\n\n"
