@@ -303,13 +303,12 @@ def test_ledger_shows_the_excess_work_of_the_printed_reaction(device: gy.Plant) 
 
 def test_stamp_covers_every_source_compiled_into_the_kernel() -> None:
     """The compiled functions carry the stamp of the texts that flow into them."""
-    folder = Path(kernel.__file__).parent
     names = {Path(source).name for source in kernel.SOURCES}
     assert names == {"compiled.py", "trigonometry.py", "equations.py", "kernel.py"}
     for function in (kernel.hold_into, kernel.run_lanes):
         name = function.py_func.__qualname__
-        assert source_stamp([str(folder / name) for name in names]) not in name  # order is part of it
-        assert source_stamp(kernel.SOURCES) in name
+        assert source_stamp(kernel.SOURCES[::-1])[:16] not in name  # order is part of it
+        assert source_stamp(kernel.SOURCES)[:16] in name
 
 
 def test_stamp_changes_with_any_byte(tmp_path: Path) -> None:
