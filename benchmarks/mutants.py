@@ -207,12 +207,11 @@ def main() -> int:
     parser.add_argument("--limit", type=float, default=LIMIT, help="seconds for the tests of a mutant")
     parser.add_argument("--out", type=Path, default=ROOT / "results" / "mutants.json", help="earlier chunks are kept")
     options = parser.parse_args()
-    mutants = read_mutants()
-    problems = stale(mutants)
-    print("\n".join(problems) if problems else f"{len(mutants)} mutants fit the sources")
+    wanted = chosen(read_mutants(), options.only)
+    problems = stale(wanted)
+    print("\n".join(problems) if problems else f"{len(wanted)} mutants fit the sources")
     if options.check or problems:
         return int(bool(problems))
-    wanted = chosen(mutants, options.only)
     with tempfile.TemporaryDirectory(prefix="mutants") as folder:
         tree = Tree(Path(folder), sys.executable)
         tests = sorted({test for mutant in wanted for test in mutant.tests})
