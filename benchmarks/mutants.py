@@ -18,9 +18,9 @@ from __future__ import annotations
 import argparse
 import ast
 import json
+import multiprocessing
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 import time
@@ -28,6 +28,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = Path(__file__).with_suffix("")
@@ -35,6 +36,10 @@ FOLDER = Path(__file__).with_suffix("")
 COPIED = ("gyroctl", "controllers", "studies", "tests", "docs", "benchmarks", "pyproject.toml", "README.md")
 COMPILED = ("gyroctl/plant/", "gyroctl/harness/sensing", "gyroctl/harness/actuation", "gyroctl/harness/loop")
 """Files that are compiled into functions which other files keep on disk."""
+
+PRELOADED = ["pytest", "hypothesis", "numba", "scipy.stats", "scipy.integrate", "scipy.optimize", "scipy.linalg"]
+PRELOADED += ["control", "casadi", "xarray", "sympy", "typer.testing", "rich.table", "rich.progress", "plotly"]
+"""Libraries that every process of tests would load again: loaded once where processes can be forked."""
 
 LIMIT = 240.0
 """Seconds after which tests that still run count as failed: a fault that never ends is seen."""
@@ -112,14 +117,34 @@ def located(test: str, root: Path = ROOT) -> str:
     return next((f"{path.relative_to(root).as_posix()}::{test}" for path in files), "")
 
 
+def run_tests(root: Path, cache: Path, tests: Sequence[str], output: Path) -> None:
+    """Run pytest in this process, a fresh one, on the copy below `root`; the exit code is that of pytest."""
+    os.chdir(root)
+    os.environ |= {"PYTHONPATH": str(root), "NUMBA_CACHE_DIR": str(cache), "PYTHONDONTWRITEBYTECODE": "1"}
+    sys.dont_write_bytecode = True
+    sys.path.insert(0, str(root))
+    with output.open("w") as file:
+        os.dup2(file.fileno(), 1)
+        os.dup2(file.fileno(), 2)
+    import numba
+    import pytest
+
+    numba.config.CACHE_DIR = str(cache)  # numba may have been loaded before
+    sys.exit(int(pytest.main(["-x", "-q", "-p", "no:cacheprovider", "--no-header", "--hypothesis-seed=0", *tests])))
+
+
 class Tree:
     """A copy of the checkout with caches of its own."""
 
-    def __init__(self, folder: Path, python: str) -> None:
-        self.root, self.warm, self.python = folder / "tree", folder / "warm", python
+    def __init__(self, folder: Path) -> None:
+        self.root, self.warm = folder / "tree", folder / "warm"
         self.cache = folder / "cache"
         self.warm.mkdir()
         self.root.mkdir()
+        kind = "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
+        self.processes: Any = multiprocessing.get_context(kind)
+        if kind == "forkserver":
+            self.processes.set_forkserver_preload(PRELOADED)
         for name in COPIED:
             source, target = ROOT / name, self.root / name
             if source.is_dir():
@@ -129,20 +154,19 @@ class Tree:
                 shutil.copy2(source, target)
 
     def run(self, tests: Sequence[str], cache: Path, limit: float) -> tuple[str, str]:
-        """Run tests until one fails: "passed", "failed" or "too long", and the last lines of what they print."""
-        environment = {**os.environ, "PYTHONPATH": str(self.root), "NUMBA_CACHE_DIR": str(cache)}
-        environment |= {"PYTHONDONTWRITEBYTECODE": "1"}
+        """Run tests until one fails: "passed", "failed" or "too long", and the last line of what they print."""
+        output = self.root.parent / "output.txt"
         named = [located(test) for test in tests]
-        command = [self.python, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header", *named]
-        try:
-            done = subprocess.run(
-                command, cwd=self.root, env=environment, capture_output=True, text=True, timeout=limit
-            )
-        except subprocess.TimeoutExpired:
+        process = self.processes.Process(target=run_tests, args=(self.root, cache, named, output))
+        process.start()
+        process.join(limit)
+        if process.exitcode is None:
+            process.kill()
+            process.join()
             return "too long", f"{limit:g} s"
-        lines = done.stdout.strip().splitlines() or done.stderr.strip().splitlines()
+        lines = output.read_text(encoding="utf-8", errors="replace").strip().splitlines()
         telling = [line for line in lines if line.startswith(("FAILED", "ERROR"))]
-        return ("passed" if done.returncode == 0 else "failed"), (telling or lines or ["no output"])[-1][:200]
+        return ("passed" if process.exitcode == 0 else "failed"), (telling or lines or ["no output"])[-1][:160]
 
     def sound(self, tests: Sequence[str]) -> str:
         """Run the tests on the sound tree, which fills the cache; what fails, or nothing."""
@@ -164,6 +188,7 @@ class Tree:
             status, said = self.run(mutant.tests, self.cache, limit)
         finally:
             path.write_text(text, encoding="utf-8")
+            shutil.rmtree(self.root / ".hypothesis", ignore_errors=True)  # what it found is no test of the next fault
             os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # machine code of the sound tree stays valid
         word = {"passed": "survived", "failed": "killed", "too long": "killed"}[status]
         return Found(mutant.room, mutant.name, word, said, time.perf_counter() - begin, mutant.survives)
@@ -213,7 +238,7 @@ def main() -> int:
     if options.check or problems:
         return int(bool(problems))
     with tempfile.TemporaryDirectory(prefix="mutants") as folder:
-        tree = Tree(Path(folder), sys.executable)
+        tree = Tree(Path(folder))
         tests = sorted({test for mutant in wanted for test in mutant.tests})
         print(f"the sound tree: {len(tests)} tests or files of them", flush=True)
         broken = tree.sound(tests)

@@ -42,8 +42,7 @@ def test_either_joint_beyond_the_limit_costs_the_win(joint: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("phi1", "phi3", "expected"),
-    [(0.34, 0.34, 0), (0.36, 0.34, 8), (0.34, 0.36, 8), (0.36, 0.36, 8)],
+    ("phi1", "phi3", "expected"), [(0.34, 0.34, 0), (0.36, 0.34, 8), (0.34, 0.36, 8), (0.36, 0.36, 8)]
 )
 def test_runs_over_the_limit_are_counted_by_either_joint(phi1: float, phi3: float, expected: int) -> None:
     evaluation = evaluate(comparison(phi1_p98={"coupling": phi1}, phi3_p98={"coupling": phi3}))
@@ -96,7 +95,9 @@ def test_caveats_tell_of_an_open_ledger_of_sliding_and_of_seeds_of_tuning() -> N
     assert "ledger does not close" in caveats and "coupling 0.002" in caveats
     assert "cycle slips" in caveats and "load_angle 40" in caveats
     assert "Seeds 3 were used for tuning" in caveats
-    assert judge(evaluate(comparison())).caveats == () or "tuning" not in " ".join(judge(evaluate(comparison())).caveats)
+    assert judge(evaluate(comparison())).caveats == () or "tuning" not in " ".join(
+        judge(evaluate(comparison())).caveats
+    )
 
 
 def test_every_number_of_the_summary_is_that_of_its_name() -> None:
