@@ -46,7 +46,7 @@ def test_start_from_rest_has_the_bits_of_python(device: gy.Plant, wraps: str) ->
 
 
 def test_squares_by_a_power_are_why_a_law_writes_products() -> None:
-    """Python's `x**2` is the library's power, machine code's is a product: they differ now and then, a product never."""
+    """Python's `x**2` is the library's power, machine code's a product: they differ now and then, products never."""
     x = np.random.default_rng(0).uniform(0.0, 2.0, 20_000).tolist()
     product = np.array([value * value for value in x])
     assert np.array_equal(product, np.array(x) ** 2), "numpy multiplies as machine code does"

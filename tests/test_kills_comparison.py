@@ -63,7 +63,7 @@ def test_other_waves_at_any_place_are_refused(at: int, foreign: str) -> None:
 
 @pytest.mark.parametrize("seeds", [(1, 2, 1), (1, 2, 100200)], ids=["repeated", "kept for tuning, the last"])
 def test_seeds_that_repeat_or_were_tuned_on_are_refused(device: gy.Plant, seeds: tuple[int, ...]) -> None:
-    with pytest.raises(gy.InputError, match="run.seeds"):
+    with pytest.raises(gy.InputError, match=r"run\.seeds"):
         compare(device, LAWS, replace(WAVES, seeds=seeds), SETTINGS, tuning_seeds=[100200], quiet=True)
 
 

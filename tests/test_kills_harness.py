@@ -1,4 +1,4 @@
-"""The harness by hand: who is told the waves, what a law is shown when, what its commands become, one seed one noise."""
+"""The harness by hand: who is told the waves, what a law is shown when, what becomes of its commands."""
 
 from __future__ import annotations
 

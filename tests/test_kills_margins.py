@@ -29,7 +29,7 @@ def loop(device: gy.Plant) -> LoopOrbit:
 
 @pytest.mark.parametrize("channel", ["cg", "phi3_rate"])
 def test_guarantees_of_the_disk_are_its_corners(loop: LoopOrbit, channel: str) -> None:
-    """The disk is (2 + alpha d)/(2 - alpha d), |d| < 1: where it meets the real axis and the unit circle, by walking."""
+    """The disk is (2 + alpha d)/(2 - alpha d), |d| < 1: walked round to the real axis and to the unit circle."""
     found = channel_margins(loop, channel)
     assert 0.3 < found.disk < 2.0, "so large that arc sine and arc tangent differ"
     d = np.exp(1j * np.linspace(0.0, math.pi, 200_001))

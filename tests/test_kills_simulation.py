@@ -1,4 +1,4 @@
-"""Metrics of a run that starts from rest or is driven, by hand: production, what the motor took, when it is paid for."""
+"""Metrics by hand: production, what the motor took and when it is paid for, motion of both joints, wave power."""
 
 from __future__ import annotations
 

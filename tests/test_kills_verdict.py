@@ -1,4 +1,4 @@
-"""Verdict, evaluation and summary from comparisons made by hand: who may win, what is counted, which column is which."""
+"""Verdict, evaluation, summary of comparisons made by hand: who may win, what is counted, which column is which."""
 
 from __future__ import annotations
 
