@@ -113,4 +113,5 @@ def swung(easing: Easing, period: float, y: Any, swing: float) -> Any:
 def eased(easing: Easing, swing: float, V: float, speed: float) -> float:
     """Factor on a load, where the float's rates have the root mean square V and the waves the frequency `speed`."""
     limit = min(easing.motion, easing.relative * V / speed)
-    return 1.0 / (1.0 + (swing / (limit * limit)) ** 2)
+    part = swing / (limit * limit)
+    return 1.0 / (1.0 + part * part)  # no power: Python's differs from compiled code's in the last bit, now and then

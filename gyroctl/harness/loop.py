@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gyroctl.harness import actuation, sensing
 from gyroctl.harness.actuation import ActuatorArrays, actuate
 from gyroctl.harness.sensing import SensorArrays, measure
+from gyroctl.plant import measurement
 from gyroctl.plant.compiled import entry_point, put, source_stamp
 from gyroctl.plant.course import Course, control_at, set_out
 from gyroctl.plant.equations import Coefficients
@@ -131,7 +132,10 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
     return closed_loop
 
 
-closed_loop = _closed_loop(source_stamp((*SOURCES, sensing.__file__, actuation.__file__, __file__)))
+PARTS = (*SOURCES, measurement.__file__, sensing.__file__, actuation.__file__, __file__)
+"""All that is compiled into the loop."""
+
+closed_loop = _closed_loop(source_stamp(PARTS))
 """The loop as plain Python."""
 
 compiled_loop = entry_point(closed_loop)

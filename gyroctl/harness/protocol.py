@@ -18,7 +18,7 @@ class Law(Protocol):
 
     Best written as a NamedTuple of floats whose `step` uses only arithmetic, `math` and `min`/`max`, with a NamedTuple
     of floats as its state: it is then compiled. Any other object with these members runs as plain Python, with the
-    same results.
+    same results: to the last bit where whole powers are written as products, which machine code makes of them.
 
     Attributes
     ----------

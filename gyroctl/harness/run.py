@@ -111,7 +111,8 @@ def run_law(
     name : str
         For messages.
     compiled : bool
-        Compile the law where that is possible; the results are the same to the last bit.
+        Compile the law where that is possible; the results are the same to the last bit, for laws that write whole
+        powers as products.
     start : (n,) array, optional
         State at t = 0; by default as the settings say.
     time_limit : float
