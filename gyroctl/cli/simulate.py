@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,10 +12,6 @@ from gyroctl.cli.options import Gamma, Hs, Parameters, PeakFrequency, Variant, c
 
 if TYPE_CHECKING:
     import xarray
-
-    from gyroctl.harness.run import Settings
-    from gyroctl.plant import Plant
-    from gyroctl.waves import WaveRealisation
 
 
 def simulate(
@@ -35,6 +32,8 @@ def simulate(
     """Run one law on one realisation and write the trajectory."""
     import gyroctl as gy
     from gyroctl.harness.run import lead_in
+    from gyroctl.simulation.metrics import evaluate
+    from gyroctl.simulation.trajectory import record_of
     from gyroctl.writing import written_whole
 
     built = gy.law(law, **parse(settings or []))
@@ -49,27 +48,21 @@ def simulate(
     ds = gy.simulate(plant, built, acting, setup, law)
     with written_whole(out) as part:
         ds.to_netcdf(part, engine="h5netcdf")
-    typer.echo(f"{law}: {_closing(ds, plant, acting, setup)}. Trajectory: {out}")
+    rest, scored = start == "rest", (setup.score_from, float("nan"))
+    record = record_of(plant, ds)
+    found = evaluate(plant, record, acting.moments[1], acting.dt, wp, *scored, from_rest=rest)
+    typer.echo(f"{law}: {_closing(ds, found, wp, rest)}. Trajectory: {out}")
 
 
-def _closing(ds: xarray.Dataset, plant: Plant, waves: WaveRealisation, setup: Settings) -> str:
+def _closing(ds: xarray.Dataset, found: Mapping[str, float], wp: float, rest: bool) -> str:
     """What the run was worth, in a line: judged power with both parts, lock, turns, slips, motion."""
-    import numpy as np
-
-    from gyroctl.plant.equations import LEDGER
     from gyroctl.simulation.lock import WINDOW
-    from gyroctl.simulation.metrics import Record, evaluate, production
+    from gyroctl.simulation.metrics import production
 
-    rest, wp = setup.start == "rest", waves.sea.wp
-    energies = [ds[f"energy_{name}"].values for name in LEDGER]
-    states = np.stack([*(ds[label].values for label in plant.labels), *energies], axis=1)
-    controls = np.stack([ds[name].values[:-1] for name in ("cc", "cg")], axis=1)
-    period = float(ds.time[1] - ds.time[0])
-    record = Record(states, controls, controls, period, 0)
-    found = evaluate(plant, record, waves.moments[1], waves.dt, wp, setup.score_from, np.nan, from_rest=rest)
     if found["locked"] != found["locked"]:
         lock = f"lock not judged: fewer than {WINDOW:g} s are scored"
     elif rest:
+        period = float(ds.time[1] - ds.time[0])
         locked = production(ds.psi.values, ds.energy_generator.values, period, wp)
         began = f"locked from {float(locked.argmax()) * period:.0f} s on" if locked.any() else "never locked"
         lock = f"{began}, {100.0 * float(locked.mean()):.0f} % of the time in locked production"

@@ -33,8 +33,8 @@ def judge(evaluation: Evaluation) -> Verdict:
     half as many as the reference and not in so few that chance at 5 % does not explain it. Without a reference the
     best of the causal laws stands in its place. Power is what is judged, generated and stored; but a flywheel that was
     slowed before the scoring began takes more from the waves while it comes up again, so a law whose lead over the
-    reference is for the greater part stored does not qualify. Laws that give more power but do not qualify are named
-    with the reason.
+    reference is for the greater part stored does not qualify, nor one whose lead is not distinguishable from none. Laws
+    that give more power but do not qualify are named with the reason.
 
     Parameters
     ----------
@@ -79,6 +79,8 @@ def _reasons(law: LawResult, evaluation: Evaluation) -> list[str]:
         if lead > 0.0 and generated < 0.5 * lead:
             part = f"{number(generated, 2)} of {number(lead, 2)} W"
             reasons.append(f"owes its lead over {reference.name} to what it stored, not to what it generated ({part})")
+        elif lead > 0.0 and evaluation.difference(law.name, reference.name).words == NOT_DISTINGUISHABLE:
+            reasons.append(f"leads {reference.name} by no more than chance explains ({number(lead, 2)} W)")
     return reasons
 
 

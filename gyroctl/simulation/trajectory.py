@@ -76,3 +76,22 @@ def trajectory(plant: Plant, record: Record, signals: dict[str, Any], attributes
         for key, value in attributes.items()
     }
     return xr.Dataset(data, {"time": ("time", time, {"units": "s", "long_name": "time"})}, plain)
+
+
+def record_of(plant: Plant, ds: xarray.Dataset) -> Record:
+    """Return the record of a run that was labelled by `trajectory`, for its metrics.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device of the run.
+    ds : xarray.Dataset
+        The labelled run.
+    """
+    names = [*plant.labels, *(f"energy_{label}" for label in LEDGER)]
+    states = np.stack([ds[name].values for name in names], axis=1)
+    commands, controls = (
+        np.stack([ds[f"{name}{asked}"].values[:-1] for name in ("cc", "cg")], axis=1) for asked in ("_command", "")
+    )
+    period = float(ds.time[1] - ds.time[0])
+    return Record(states, commands, controls, period, int(ds.attrs.get("saturations", 0)))
