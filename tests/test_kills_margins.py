@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 import gyroctl as gy
-from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop
 from gyroctl.linearisation.periodic import output
+from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop
 from gyroctl.loop_margins.margins import OpenedLoop, channel_margins, delayed_transition, open_loop
 from gyroctl.orbits.flow import Forcing
 from gyroctl.orbits.guess import harmonic_balance
