@@ -10,6 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 import gyroctl as gy
+from gyroctl.linearisation.periodic import output
 from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop
 from gyroctl.loop_margins.margins import OpenedLoop, channel_margins, delayed_transition, open_loop
 from gyroctl.orbits.flow import Forcing
@@ -86,6 +87,17 @@ def test_advice_tells_growing_from_running_away(device: gy.Plant) -> None:
     assert saddle.multipliers[0].real > 1.0 and saddle.advice == RUNS_AWAY
     swings = gy.lock_orbit(device.replace(d1=0.0), WAVE, 0.02, CG)
     assert swings.status == "unstable" and abs(swings.multipliers[0].imag) > 0.01 and swings.advice == GROWS
+
+
+def test_outputs_that_are_no_states_are_those_of_their_names(device: gy.Plant) -> None:
+    x = np.random.default_rng(3).standard_normal(len(device.labels))
+    psi, w, W, v1, v3 = (
+        x[device.labels.index(name)] for name in ("psi", "psi_rate", "omega_rate", "phi1_rate", "phi3_rate")
+    )
+    turned = np.exp(1j * psi) * (v1 + 1j * v3)  # the float's rates in the frame of the ring
+    expected = {"u1": turned.real, "u3": turned.imag, "slip": W - device.parameters.N * w, "power": 3e-4 * W**2}
+    for name, value in expected.items():
+        assert output(device, name, x, (0.05, 3e-4)) == pytest.approx(value), name
 
 
 def test_heading_of_the_wave_is_that_of_its_moments(device: gy.Plant) -> None:
