@@ -8,6 +8,7 @@ import pytest
 from gyroctl.hydrodynamics import shipped
 from gyroctl.hydrodynamics.dispersion import group_velocity, wavenumber
 from gyroctl.hydrodynamics.haskind import haskind_damping
+from gyroctl.hydrodynamics.passivity import certify
 from gyroctl.hydrodynamics.table import Hydrodynamics
 
 OMEGA = np.array([0.3, 1.0, 2.5, 5.0])
@@ -20,6 +21,17 @@ def test_wavenumber_and_group_velocity_obey_the_dispersion_relation(depth: float
     step = 1e-6
     slope = 2.0 * step / (wavenumber(OMEGA + step, depth) - wavenumber(OMEGA - step, depth))
     np.testing.assert_allclose(group_velocity(OMEGA, depth), slope, rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("p", "q"),
+    [([1.0, 0.0], [0.0, 1.0]), ([1.0, 1.0, 4.0], [1.0, 4.0, 4.0]), ([1.0, 0.0], [1.0, 0.0])],
+    ids=["s^2 + 1", "(s + 1)(s^2 + 4)", "s (s + 1)"],
+)
+def test_pole_on_the_axis_is_not_stable(p: list[float], q: list[float]) -> None:
+    """A wave that never dies away is no radiation."""
+    found = certify(p, q)
+    assert not found.stable and not found.passive
 
 
 def test_damping_of_the_shipped_table_is_what_its_excitation_radiates() -> None:
