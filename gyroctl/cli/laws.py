@@ -7,7 +7,9 @@ from typing import Annotated
 
 import typer
 
-app = typer.Typer(help="List the registered laws; check a law.", invoke_without_command=True)
+from gyroctl.cli.options import MARKUP
+
+app = typer.Typer(help="List the registered laws; check a law.", invoke_without_command=True, rich_markup_mode=MARKUP)
 
 
 @app.callback()

@@ -6,9 +6,12 @@ import json
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
+
+MARKUP: Literal["markdown"] = "markdown"
+"""Of help texts. Brackets in them are units, [m]: the default markup takes them for its own and drops them."""
 
 Gamma = Annotated[float, typer.Option(help="Peak enhancement of the JONSWAP spectrum.")]
 Hs = Annotated[float, typer.Option(help="Significant wave height [m].")]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.harness.law_entry import NotCompiled, compiled
+from gyroctl.harness.law_entry import NotCompiled, compiled, line_of
 from gyroctl.harness.law_trials import RUNS, SEED, SHORT, Check, Subject, cost, dropout, shocks, step_size
 from gyroctl.harness.protocol import Law, LawError, Measurement, Previewing, innermost
 from gyroctl.harness.registry import defined, law
@@ -152,6 +152,8 @@ def _shape(built: Law) -> Check:
                 found = f"state of type {type(new).__name__}, init() gives {type(state).__name__}"
                 return Check(name, False, found, "Return the kind of state that init() gives")
             state = new
+    except AttributeError as error:  # a name that is not there, and no answer of another form
+        return Check(name, False, f"{type(error).__name__}: {error}", f"Correct its step, {line_of(error)}")
     except Exception as error:  # whatever a user's code can do
         return Check(name, False, f"{type(error).__name__}: {error}", form)
     return Check(name, True, f"(cc, cg) and a state of {_length(state)} numbers")

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from gyroctl import nested
 from gyroctl.harness.protocol import Law, LawError, Measurement
 from gyroctl.nested import NotFlat, Shape
+from gyroctl.plant import measurement
 
 _SIGNATURE = void(float64, float64[::1], float64[::1], float64[::1], float64[::1])
 
@@ -117,7 +118,7 @@ class PythonLaw:
         except Exception as error:
             raise LawError(
                 f"law {self.name!r} failed at t = {t:.1f} s: {type(error).__name__}: {error}. Correct its step, "
-                f"{_line_of(error)}"
+                f"{line_of(error)}"
             ) from error
         if self.timer:
             self.seconds.append(self.timer() - begin)
@@ -131,7 +132,8 @@ class PythonLaw:
             ) from None
 
 
-def _line_of(error: BaseException) -> str:
-    """Where an exception arose: file and line of its innermost frame."""
-    last = traceback.extract_tb(error.__traceback__)[-1]
+def line_of(error: BaseException) -> str:
+    """Where an exception arose: file and line of its innermost frame, that of the law where it misread a measurement."""
+    frames = traceback.extract_tb(error.__traceback__)
+    last = next((frame for frame in reversed(frames) if frame.filename != measurement.__file__), frames[-1])
     return f"{last.filename}:{last.lineno}"

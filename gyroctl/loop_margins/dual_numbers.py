@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import builtins
 import math
+import re
 from collections.abc import Callable
 from types import FunctionType, MethodType, SimpleNamespace
 from typing import Any
@@ -216,6 +217,11 @@ def _home(function: FunctionType) -> str:
     return str(function.__module__).rpartition(".")[0] or str(function.__module__)
 
 
+def without_addresses(text: str) -> str:
+    """Text of an error without the addresses of objects, which differ from run to run and tell nobody anything."""
+    return re.sub(r"<?([\w.]+)?( object)? at 0x[0-9a-fA-F]+>?", lambda found: found.group(1) or "an object", text)
+
+
 def step_jacobian(
     law: Any, t: float, y: Any, state: Any
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -229,7 +235,7 @@ def step_jacobian(
         Time. [s]
     y : tuple of floats
         Measurement (a NamedTuple).
-    state : tuple of floats
+    state : float or nested tuple of floats
         State of the law.
 
     Returns
@@ -244,10 +250,11 @@ def step_jacobian(
     Raises
     ------
     NotDifferentiable
-        Where the step does not pass gradients on, or the state is no flat tuple of numbers.
+        Where the step does not pass gradients on, or the state holds something else than numbers.
     """
-    if not isinstance(state, tuple) or not all(isinstance(value, int | float) for value in leaves(state)):
-        raise NotDifferentiable("the law's state is no tuple of numbers")
+    if not all(isinstance(value, int | float) for value in leaves(state)):
+        kinds = sorted({type(value).__name__ for value in leaves(state) if not isinstance(value, int | float)})
+        raise NotDifferentiable(f"the law's state holds {' and '.join(kinds)}, give it as a NamedTuple of floats")
     ny, ns = len(y), len(leaves(state))
     unit = np.eye(ny + ns)
     measured = type(y)(*(Dual(float(value), unit[i]) for i, value in enumerate(y)))
@@ -258,6 +265,6 @@ def step_jacobian(
         flat = [cc, cg, *leaves(new)]
         values = np.array([float(_value(value)) for value in flat])
     except (TypeError, ValueError, AttributeError) as error:
-        raise NotDifferentiable(str(error)) from error
+        raise NotDifferentiable(without_addresses(str(error))) from error
     gradient = np.array([v.gradient if isinstance(v, Dual) else np.zeros(ny + ns) for v in flat])
     return values, gradient[:, :ny], gradient[:, ny:]
