@@ -9,12 +9,20 @@ from collections.abc import Sequence
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import Any
+
+from gyroctl.version import VERSION
 
 LIBRARIES = ("numpy", "scipy", "numba", "casadi")
 """What computes a run."""
 
 ROOT = Path(__file__).resolve().parents[1]
 """Folder above the package: that of the checkout, where there is one."""
+
+
+def provenance() -> dict[str, Any]:
+    """All of it but the command, by the names it has in datasets and JSON files; a part that is not known is empty."""
+    return {"gyroctl_version": VERSION, "commit": commit(), "versions": versions(), "platform": machine()}
 
 
 def versions() -> dict[str, str]:

@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import sys
-
 from typing import Annotated
 
 import typer
 
 from gyroctl.cli import bound, compare, evaluate, hydro, laws, margins, reproduce, simulate, tune
-
 from gyroctl.cli.options import MARKUP
 
-app = typer.Typer(
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=MARKUP,
-)
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=MARKUP)
 COMPARING = (compare.compare, compare.report, simulate.simulate, tune.tune, evaluate.evaluate)
 STUDYING = (reproduce.reproduce, margins.margins, margins.lockmap, bound.bound)
 for command in (*COMPARING, *STUDYING):

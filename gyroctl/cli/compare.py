@@ -25,13 +25,14 @@ def compare(
     from gyroctl.comparison.compare import Realisations
     from gyroctl.comparison.compare import compare as run
     from gyroctl.comparison.experiment import all_tuning_seeds, read_experiment
+    from gyroctl.provenance import command_line
 
     _folder(out)
     setup = read_experiment(experiment, quick)
     waves, asked = Realisations(setup.sea, setup.run.seeds, setup.run.duration), setup.record()
     tuned, limit, runs = all_tuning_seeds(), setup.run.motion_limit, out / "runs"
     ds = run(setup.plant, setup.laws, waves, setup.settings, workers or None, runs, tuned, asked, limit)
-    write(ds, out)
+    write(ds.assign_attrs(command=command_line()), out)
 
 
 def report(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated
 
@@ -27,8 +28,10 @@ def simulate(
 ) -> None:
     """Run one law on one realisation and write the trajectory."""
     import gyroctl as gy
+    from gyroctl.provenance import command_line
     from gyroctl.simulation.lock import loss_time
     from gyroctl.simulation.metrics import production
+    from gyroctl.simulation.progress import Progress
     from gyroctl.writing import written_whole
 
     built = gy.law(law, **parse(settings or []))
@@ -39,9 +42,8 @@ def simulate(
     setup = gy.Settings(dt=dt, blend=blend, actuators=gy.Actuators(cg_min=-motor), start=start)
     plant = gy.zhang2017(variant)
     waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)
-    ds = gy.simulate(plant, built, waves, setup, law)
-    with written_whole(out) as part:
-        ds.to_netcdf(part, engine="h5netcdf")
+    with Progress("run", round(duration / built.period)) as progress:
+        ds = gy.simulate(plant, built, waves, setup, law, progress=progress.advance)
     period = float(ds.time[1] - ds.time[0])
     lost = float(loss_time(ds.psi.values, period, wp))
     lock = "kept lock" if lost != lost else f"lost lock after {lost:.0f} s"
@@ -51,4 +53,11 @@ def simulate(
         lock = f"{began}, {100.0 * float(locked.mean()):.0f} % of the time in locked production"
     scored = ds.sel(time=slice(setup.score_from, None))
     mean = float(scored.energy_generator[-1] - scored.energy_generator[0]) / float(scored.time[-1] - scored.time[0])
+    if not math.isfinite(mean):
+        moving = ds.psi_rate.values
+        last = period * float((moving == moving).argmin())
+        problem = f"the run is no longer finite from t = {last:.1f} s on, so that it has no mean power"
+        raise gy.InputError("law", law, problem, "Try smaller waves (--hs), a shorter step (--dt) or another law")
+    with written_whole(out) as part:
+        ds.assign_attrs(command=command_line()).to_netcdf(part, engine="h5netcdf")
     typer.echo(f"{law}: {mean:.2f} W mean power, {lock}. Trajectory: {out}")

@@ -18,8 +18,8 @@ from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
+from gyroctl.provenance import provenance
 from gyroctl.simulation.metrics import UNITS
-from gyroctl.version import VERSION
 from gyroctl.waves import WaveRealisation
 
 if TYPE_CHECKING:
@@ -105,7 +105,7 @@ def compare(
     check_fair(rows)
     return _dataset(laws, waves, rows).assign_attrs(
         experiment=json.dumps(experiment or _default_experiment(plant, waves, settings)),
-        gyroctl_version=VERSION,
+        **_attributes(provenance()),
         created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         tuning_seeds=json.dumps(sorted(int(seed) for seed in tuning_seeds)),
         parameters=json.dumps({name: describe(law) for name, law in laws.items()}),
@@ -191,6 +191,10 @@ def _dataset(laws: Mapping[str, Law], waves: Realisations, rows: Rows) -> xarray
         "time": ("time", examples[0]["time"], {"units": "s", "long_name": "time"}),
     }
     return xr.Dataset(data, coords)
+
+
+def _attributes(values: Mapping[str, Any]) -> dict[str, str]:
+    return {name: value if isinstance(value, str) else json.dumps(value) for name, value in values.items()}
 
 
 def _default_experiment(plant: Plant, waves: Realisations, settings: Settings) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,7 @@ from gyroctl.harness.start import STARTS, locked_start, rest_start
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import rows
 from gyroctl.plant.measurement import CHANNELS
+from gyroctl.provenance import provenance
 from gyroctl.simulation.ensemble import check_step
 from gyroctl.simulation.metrics import Record
 from gyroctl.simulation.trajectory import trajectory
@@ -93,6 +94,7 @@ def run_law(
     name: str = "law",
     compiled: bool = True,
     start: NDArray[np.float64] | None = None,
+    progress: Callable[[], None] | None = None,
 ) -> tuple[Record, LawTiming]:
     """Run a law on a realisation.
 
@@ -112,6 +114,8 @@ def run_law(
         Compile the law where that is possible; the results are the same to the last bit.
     start : (n,) array, optional
         State at t = 0; by default as the settings say.
+    progress : callable, optional
+        Called at each sample of a law that runs as plain Python; a compiled one is done before it could tell.
 
     Raises
     ------
@@ -163,7 +167,7 @@ def run_law(
     else:
         python = PythonLaw(law, name, time.perf_counter)
         nothing = np.zeros(1)
-        bad = closed_loop(python, nothing, nothing, *arguments)
+        bad = closed_loop(_told(python, progress), nothing, nothing, *arguments)
         spent = np.array(python.seconds) * 1e3
         timing = LawTiming(float(np.median(spent)), float(np.quantile(spent, 0.99)))
         last = python.state
@@ -184,6 +188,7 @@ def simulate(
     settings: Settings | None = None,
     name: str = "law",
     compiled: bool = True,
+    progress: Callable[[], None] | None = None,
 ) -> xarray.Dataset:
     """Run a law on a realisation and label the result.
 
@@ -201,6 +206,8 @@ def simulate(
         Kept in the result.
     compiled : bool
         Compile the law where possible.
+    progress : callable, optional
+        Called at each sample of a law that runs as plain Python.
 
     Returns
     -------
@@ -209,7 +216,7 @@ def simulate(
     """
     settings = settings or Settings()
     acting = lead_in(waves, settings)
-    record, timing = run_law(plant, law, acting, settings, name, compiled)
+    record, timing = run_law(plant, law, acting, settings, name, compiled, progress=progress)
     time_out = np.arange(record.states.shape[0]) * record.period
     signals = {
         "elevation": np.interp(time_out, waves.time, acting.elevation),
@@ -230,8 +237,21 @@ def simulate(
         "saturations": record.saturations,
         "step_ms_median": timing.median,
         "start": settings.start,
+        **provenance(),
     }
     return trajectory(plant, record, signals, attributes)
+
+
+def _told(entry: Callable[..., None], progress: Callable[[], None] | None) -> Callable[..., None]:
+    """Entry of a law that also tells that it was called."""
+    if progress is None:
+        return entry
+
+    def told(*arguments: Any) -> None:
+        entry(*arguments)
+        progress()
+
+    return told
 
 
 def informed(law: Law, waves: WaveRealisation) -> Law:

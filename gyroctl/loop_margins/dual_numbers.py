@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import builtins
 import math
-import re
 from collections.abc import Callable
 from types import FunctionType, MethodType, SimpleNamespace
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.errors import without_addresses
 from gyroctl.nested import leaves, like
 
 
@@ -215,11 +215,6 @@ def _rebind(function: FunctionType, done: dict[int, FunctionType]) -> FunctionTy
 def _home(function: FunctionType) -> str:
     """Package of a function: what laws of one folder share is rebound too, what they use of others is not."""
     return str(function.__module__).rpartition(".")[0] or str(function.__module__)
-
-
-def without_addresses(text: str) -> str:
-    """Text of an error without the addresses of objects, which differ from run to run and tell nobody anything."""
-    return re.sub(r"<?([\w.]+)?( object)? at 0x[0-9a-fA-F]+>?", lambda found: found.group(1) or "an object", text)
 
 
 def step_jacobian(

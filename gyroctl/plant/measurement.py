@@ -26,7 +26,9 @@ class Measurement(NamedTuple):
         """Answer a name that there is not with those that there are."""
         near = get_close_matches(name, self._fields, 1)
         meant = f", did you mean {near[0]}?" if near else "."
-        raise AttributeError(f"a measurement has no {name}{meant} It has {', '.join(self._fields)}", name=name, obj=self)
+        raise AttributeError(
+            f"a measurement has no {name}{meant} It has {', '.join(self._fields)}", name=name, obj=self
+        )
 
 
 CHANNELS = Measurement._fields
