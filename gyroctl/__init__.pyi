@@ -9,6 +9,7 @@ from .harness.run import Settings, simulate
 from .harness.sensing import Channel, Sensors
 from .linearisation import PeriodicOrbit, lock_orbit
 from .plant import Parameters, Plant, Radiation
+from .studies.margins import margins
 from .waves import (
     Bichromatic,
     ElevationRecord,
@@ -45,6 +46,7 @@ __all__ = [
     "compare",
     "law",
     "lock_orbit",
+    "margins",
     "read_record",
     "read_spectrum",
     "realise",

@@ -34,7 +34,7 @@ def laws(context: typer.Context) -> None:
 @app.command("check")
 def check(
     name: Annotated[str, typer.Argument(help="FILE.py for all laws in it, FILE.py:NAME, or a registered name.")],
-    runs: Annotated[int, typer.Option(min=2, help="Realisations for the check of the integration step.")] = 8,
+    runs: Annotated[int, typer.Option(min=2, max=1000, help="Realisations for the check of the integration step.")] = 8,
 ) -> None:
     """Check whether a law keeps the protocol; exit code 2 where it does not."""
     from rich.box import SIMPLE_HEAD

@@ -32,8 +32,10 @@ def simulate(
     from gyroctl.simulation.lock import loss_time
     from gyroctl.simulation.metrics import production
     from gyroctl.simulation.progress import Progress
+    from gyroctl.waves.checks import within
     from gyroctl.writing import written_whole
 
+    within("motor", motor, 0.0, 10.0, "Give the size of the gain in Nms, for example 0.02")
     built = gy.law(law, **parse(settings or []))
     check_file(out)
     if start == "locked" and not duration > blend:

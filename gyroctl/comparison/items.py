@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.errors import InputError
 from gyroctl.fingerprint import fingerprint
 from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.harness.protocol import Law
@@ -95,6 +96,7 @@ def work_items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, setti
     available = wave_power(synthesis, plant.depth) * width
     common = [plant.coefficients, asdict(plant.parameters), waves.duration, asdict(settings), repr(available)]
     hashes = {seed: synthesis.sha256(seed, settings.score_from) for seed in waves.seeds}
+    check_different(list(hashes.values()))
     content = {name: law_fingerprint(law) for name, law in laws.items()}
     items = []
     for (name, law), seed in product(laws.items(), waves.seeds):
@@ -104,6 +106,13 @@ def work_items(plant: Plant, laws: Mapping[str, Law], waves: Realisations, setti
         key = hashlib.sha256(text.encode()).hexdigest() if content[name] else ""
         items.append(Item(plant, name, law, waves, seed, settings, available, example, key))
     return items
+
+
+def check_different(hashes: Sequence[str]) -> None:
+    """Refuse waves that are the same for several seeds."""
+    if len(set(hashes)) < len(hashes):
+        problem = "several seeds give the same waves, as in a regular sea or one from a record"
+        raise InputError("run.seeds", len(hashes), problem, "Give one seed; more of them are no independent runs")
 
 
 def perform(item: Item) -> Outcome:

@@ -133,7 +133,7 @@ class PythonLaw:
 
 
 def line_of(error: BaseException) -> str:
-    """Where an exception arose: file and line of its innermost frame, that of the law where it misread a measurement."""
+    """Where an exception arose: file and line of its innermost frame, that of the law where it misread its input."""
     frames = traceback.extract_tb(error.__traceback__)
     last = next((frame for frame in reversed(frames) if frame.filename != measurement.__file__), frames[-1])
     return f"{last.filename}:{last.lineno}"

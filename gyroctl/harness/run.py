@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl import nested
-from gyroctl.errors import InputError
+from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.arguments import check_plant, law_of
 from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law
 from gyroctl.harness.loop import Kernel, closed_loop, compiled_calls, compiled_loop
 from gyroctl.harness.protocol import Counting, Law, LawError, Motoring, Previewing
 from gyroctl.harness.registry import describe
+from gyroctl.harness.run_size import DT, run_size
 from gyroctl.harness.sensing import Sensors
 from gyroctl.harness.start import STARTS, locked_start, rest_start
 from gyroctl.plant import Plant
@@ -28,6 +30,7 @@ from gyroctl.simulation.ensemble import check_step
 from gyroctl.simulation.metrics import Record
 from gyroctl.simulation.trajectory import trajectory
 from gyroctl.waves import WaveRealisation
+from gyroctl.waves.checks import DURATION_MAX, within
 
 if TYPE_CHECKING:
     import xarray
@@ -54,7 +57,7 @@ class Settings:
     Raises
     ------
     InputError
-        For an unknown start.
+        For an unknown start, or a value out of its bounds.
     """
 
     dt: float = 0.01
@@ -66,6 +69,10 @@ class Settings:
     def __post_init__(self) -> None:
         if self.start not in STARTS:
             raise InputError("run.start", self.start, "unknown start", f"Choose one of {', '.join(STARTS)}")
+        within("run.dt", self.dt, *DT, "Give the longest step in seconds, for example 0.01")
+        within("run.blend", self.blend, 0.0, DURATION_MAX, "Give its length in seconds, 0 for none, for example 100")
+        check_kind("sensors", self.sensors, Sensors, "sensors", "Give gyroctl.Sensors(), or leave it out")
+        check_kind("actuators", self.actuators, Actuators, "actuators", "Give gyroctl.Actuators(), or leave it out")
 
     @property
     def score_from(self) -> float:
@@ -125,6 +132,7 @@ def run_law(
         Where the law returns something else than two finite numbers and a state.
     """
     actuators = settings.actuators
+    run_size(waves.duration, settings.dt, actuators.period)
     every = round(law.period / actuators.period)
     if every < 1 or not math.isclose(every * actuators.period, law.period, rel_tol=1e-9):
         raise InputError(
@@ -183,7 +191,7 @@ def run_law(
 
 def simulate(
     plant: Plant,
-    law: Law,
+    law: Law | str,
     waves: WaveRealisation,
     settings: Settings | None = None,
     name: str = "law",
@@ -196,8 +204,8 @@ def simulate(
     ----------
     plant : Plant
         The device.
-    law : Law
-        The law, e.g. ``gy.law("constant", cc=0.052, cg=3.5e-4)``.
+    law : Law or str
+        The law, e.g. ``gy.law("constant", cc=0.052, cg=3.5e-4)``, or the name of a registered one.
     waves : WaveRealisation
         The sea, from `realise`; the start is blended in here unless that was done already.
     settings : Settings, optional
@@ -213,8 +221,21 @@ def simulate(
     -------
     xarray.Dataset
         See `gyroctl.simulation.trajectory`.
+
+    Raises
+    ------
+    InputError
+        For an argument that is not what it should be, and whatever a run refuses.
+    LawError
+        Where the law breaks the protocol.
     """
-    settings = settings or Settings()
+    check_plant(plant)
+    settings = checked_settings(settings)
+    if isinstance(law, str):
+        law, name = law_of(law), law if name == "law" else name
+    law_of(law)
+    mend = "Give gyroctl.realise(plant, sea, seed)"
+    check_kind("waves", waves, WaveRealisation, "a realisation", mend)
     acting = lead_in(waves, settings)
     record, timing = run_law(plant, law, acting, settings, name, compiled, progress=progress)
     time_out = np.arange(record.states.shape[0]) * record.period
@@ -240,6 +261,13 @@ def simulate(
         **provenance(),
     }
     return trajectory(plant, record, signals, attributes)
+
+
+def checked_settings(settings: Settings | None) -> Settings:
+    """Return the settings, the default ones where there are none."""
+    settings = Settings() if settings is None else settings
+    check_kind("settings", settings, Settings, "settings", "Give gyroctl.Settings(...), or leave it out")
+    return settings
 
 
 def _told(entry: Callable[..., None], progress: Callable[[], None] | None) -> Callable[..., None]:

@@ -14,6 +14,13 @@ SEED_MAX = 2**63 - 1
 """Largest seed: results keep them as 64-bit numbers."""
 
 
+HEIGHT_MAX, FREQUENCY_MAX = 100.0, 100.0
+"""Heights [m] and frequencies [rad/s] beyond which no wave is meant; what a device can ride is far less."""
+
+DURATION_MAX = 1e5
+"""Longest run: a day. [s]"""
+
+
 def finite(field: str, value: object, mend: str) -> float:
     """Return `value` as a float.
 
@@ -41,6 +48,19 @@ def positive(field: str, value: object, mend: str) -> float:
     if number <= 0.0:
         raise InputError(field, value, "must be positive", mend)
     return number
+
+
+def at_most(field: str, value: float, high: float, unit: str) -> float:
+    """Return a number that is no slip of the unit.
+
+    Raises
+    ------
+    InputError
+        `value` is above `high`.
+    """
+    if value > high:
+        raise InputError(field, value, f"must be at most {high:g}", f"Give it in {unit}" if unit else "Give less")
+    return value
 
 
 def within(field: str, value: object, low: float, high: float, mend: str) -> float:

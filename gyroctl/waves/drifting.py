@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import finite, positive, store
+from gyroctl.waves.checks import DURATION_MAX, FREQUENCY_MAX, at_most, finite, positive, store
 from gyroctl.waves.spectrum import SeaState
 from gyroctl.waves.superposition import Superposition
 
@@ -62,6 +62,8 @@ class DriftingSea:
         if over < least or over <= 0.0:
             mend = f"Give at least {max(least, 1.0):.4g} s"
             raise InputError("sea.over", self.over, "is too short for waves that only drift", mend)
+        at_most("sea.wp_end", end, FREQUENCY_MAX, "rad/s")
+        at_most("sea.over", over, 10.0 * DURATION_MAX, "s")
         store(self, hs=first.hs, wp=first.wp, wp_end=end, gamma=first.gamma, over=over, heading=first.heading)
 
     @property

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.errors import InputError
+from gyroctl.provenance import provenance
 from gyroctl.reports.wording import seed_ranges
 from gyroctl.studies.evaluation.information import information_table
 from gyroctl.studies.evaluation.offdesign import offdesign_table
@@ -14,7 +15,6 @@ from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.robustness import robustness_table
 from gyroctl.studies.evaluation.seas import seas_table
 from gyroctl.studies.style import save
-from gyroctl.version import VERSION
 from gyroctl.writing import write_json, write_text
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def _one(name: str, ask: Request) -> dict[str, Any]:
     content = {
         "table": name,
         "title": TITLES[name],
-        "gyroctl_version": VERSION,
+        **provenance(),
         "request": ask.record(),
         **found,
         "seconds": round(time.monotonic() - begin, 1),
