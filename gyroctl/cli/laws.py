@@ -43,12 +43,15 @@ def check(
     from rich.table import Table
 
     from gyroctl.devices import zhang2017
-    from gyroctl.harness.law_check import check_law, laws_of
+    from gyroctl.harness.law_check import LINES, check_law, laws_of
+    from gyroctl.simulation.progress import Progress
 
     plant, failed = zhang2017(), 0
     for each in laws_of(Path(name)) if name.endswith(".py") else [name]:
         table = Table("check", "", "found", title=each, title_justify="left", box=SIMPLE_HEAD)
-        for line in check_law(each, plant, runs):
+        with Progress(f"check of {each.rpartition(':')[2]}", LINES) as progress:
+            checks = check_law(each, plant, runs, progress.advance)
+        for line in checks:
             failed += not line.passed
             found = line.found if line.passed else f"{line.found}. {line.mend}."
             table.add_row(line.name, "[green]pass[/]" if line.passed else "[bold red]FAIL[/]", escape(found))

@@ -43,7 +43,7 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
                 todo.append(item)
             else:
                 outcomes[item.name, item.seed] = Outcome(*stored)
-                progress.advance()
+                progress.skip()
         laws = {item.name: item.law for item in todo}
         processes = pools.enter_context(ProcessPoolExecutor(workers, mp_context=get_context("spawn")))
         threads = pools.enter_context(ThreadPoolExecutor(workers))

@@ -9,6 +9,7 @@ from __future__ import annotations
 import copy
 import inspect
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +29,11 @@ from gyroctl.plant.measurement import CHANNELS
 from gyroctl.simulation.metrics import Record
 from gyroctl.waves import SeaState, realise
 
+LINES = 9
+"""Steps of a check that take time: the run, and what is looked at after it."""
 
-def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
+
+def check_law(name: str, plant: Plant, runs: int = RUNS, tick: Callable[[], None] = lambda: None) -> list[Check]:
     """Check a law.
 
     Parameters
@@ -40,6 +44,8 @@ def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
         The device it is run on.
     runs : int
         Realisations of the check of the step, two at least.
+    tick : callable
+        Called after each of the `LINES` checks.
 
     Returns
     -------
@@ -71,8 +77,19 @@ def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
     except (LawError, InputError) as error:
         return [*checks, Check("runs", False, str(error), "Correct its step")]
     subject = Subject(informed(built, waves), waves, record, timing, _seen(record, settings, waves.seed, built.period))
-    checks += [_bounds(record, settings), _pure(subject), _repeats(subject), _compiled(subject)]
-    checks += [shocks(subject), dropout(plant, built, name), step_size(plant, built, name, runs), cost(subject)]
+    tick()
+    for check in (
+        lambda: _bounds(record, settings),
+        lambda: _pure(subject),
+        lambda: _repeats(subject),
+        lambda: _compiled(subject),
+        lambda: shocks(subject),
+        lambda: dropout(plant, built, name),
+        lambda: step_size(plant, built, name, runs),
+        lambda: cost(subject),
+    ):
+        checks.append(check())
+        tick()
     return checks
 
 

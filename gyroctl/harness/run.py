@@ -231,13 +231,11 @@ def simulate(
     """
     check_plant(plant)
     settings = checked_settings(settings)
-    if isinstance(law, str):
-        law, name = law_of(law), law if name == "law" else name
-    law_of(law)
-    mend = "Give gyroctl.realise(plant, sea, seed)"
-    check_kind("waves", waves, WaveRealisation, "a realisation", mend)
+    name = law if isinstance(law, str) and name == "law" else name
+    built = law_of(law)
+    check_kind("waves", waves, WaveRealisation, "a realisation", "Give gyroctl.realise(plant, sea, seed)")
     acting = lead_in(waves, settings)
-    record, timing = run_law(plant, law, acting, settings, name, compiled, progress=progress)
+    record, timing = run_law(plant, built, acting, settings, name, compiled, progress=progress)
     time_out = np.arange(record.states.shape[0]) * record.period
     signals = {
         "elevation": np.interp(time_out, waves.time, acting.elevation),
@@ -246,8 +244,8 @@ def simulate(
     }
     attributes: dict[str, Any] = {
         "law": name,
-        "information": law.information,
-        "parameters": describe(law),
+        "information": built.information,
+        "parameters": describe(built),
         "seed": waves.seed,
         "sha256": acting.sha256,
         "blend": acting.blend,

@@ -118,7 +118,7 @@ def seed_number(value: object) -> int:
         raise InputError("run.seeds", value, "a seed must be a whole number", mend)
     if value < 0:
         raise InputError("run.seeds", value, "a seed must not be negative", mend)
-    if value > SEED_MAX:
+    if int(value) > SEED_MAX:
         raise InputError("run.seeds", value, f"a seed must not be above {SEED_MAX}", mend)
     return int(value)
 
