@@ -43,7 +43,7 @@ class Progress(AbstractContextManager["Progress"]):
     def __init__(self, title: str, total: int, quiet: bool = False) -> None:
         self.title, self.total, self.quiet = title, total, quiet
         self.done, self.begin = 0, time.monotonic()
-        self.said = self.begin
+        self.said = self.first = self.begin
         self.seen: deque[tuple[float, int]] = deque()
         self.bar: Any = None
         self.task: Any = None
@@ -74,6 +74,7 @@ class Progress(AbstractContextManager["Progress"]):
         with self.lock:
             self.done += items
             now = time.monotonic()
+            self.first = self.first if self.seen else now
             self.seen.append((now, self.done))
             if not self.quiet and now - self.begin >= PATIENCE:
                 self._show(now)
@@ -82,7 +83,8 @@ class Progress(AbstractContextManager["Progress"]):
         """Estimate of the time left, or None where nothing is known of it yet. [s]"""
         if not self.seen:
             return None
-        later = self.seen[0][0] + 0.5 * (now - self.seen[0][0])  # the later half of what was seen
+        # the later half of the time in which something was finished, and never too little to tell a rate
+        later = min(0.5 * (self.first + now), now - TRUSTED)
         while len(self.seen) > 2 and self.seen[1][0] <= later:
             self.seen.popleft()
         since, done = self.seen[0]

@@ -15,7 +15,7 @@ from gyroctl.plant import Plant
 from gyroctl.plant.kernel import slip_rate
 from gyroctl.simulation.ensemble import UNSTABLE
 from gyroctl.waves import Regular
-from gyroctl.waves.checks import within
+from gyroctl.waves.checks import HEIGHT_MAX, at_most, within
 from gyroctl.waves.physical import check_wave
 
 STEP = 0.01
@@ -91,6 +91,7 @@ def request(
     for name, value, unit, example in (("height", height, "m", 0.2), ("wp", wp, "rad/s", 3.14)):
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(name, value, "must be a positive number", f"Give it in {unit}, for example {example}")
+    at_most("height", height, HEIGHT_MAX, "m")
     low, high = plant.excitation.omega[[0, -1]]
     if not low <= wp <= high:
         mend = f"Give a frequency from {low:g} to {high:g} rad/s"
