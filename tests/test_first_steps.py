@@ -1,4 +1,4 @@
-"""What a newcomer meets first: help with units, the version, time left, names that are not there, mixed-up arguments."""
+"""What a newcomer meets first: help with units, version, time left, names that are not there, mixed-up arguments."""
 
 from __future__ import annotations
 
@@ -281,12 +281,11 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> Path:
     home = tmp_path_factory.mktemp("compared")
     run = "[run]\nduration = 120\nblend = 50\nseeds = [1]\n"
     (home / "mine.toml").write_text(f"{run}[plant]\nd1 = 3\n[laws.coupling]\n[laws.constant]\n")
-    done = subprocess.run(
-        [sys.executable, "-m", "gyroctl", "compare", str(home / "mine.toml"), "--out", str(home / "out")],
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 0, done.stderr
+    words = ["compare", str(home / "mine.toml"), "--out", str(home / "out")]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("sys.argv", ["gyroctl", *words])
+        done = CliRunner().invoke(app, words)
+    assert done.exit_code == 0, done.output
     return home
 
 

@@ -175,9 +175,7 @@ experiments = st.fixed_dictionaries(
 
 @settings(max_examples=300, deadline=None)
 @given(experiments, st.lists(st.integers(-2, 2**70), min_size=1, max_size=3))
-def test_no_setting_gives_anything_but_a_refusal_or_a_run_one_can_make(
-    tables: dict[str, Any], seeds: list[int]
-) -> None:
+def test_no_setting_gives_anything_but_refusal_or_a_run_one_can_make(tables: dict[str, Any], seeds: list[int]) -> None:
     run = {**tables.get("run", {}), "seeds": seeds}
     try:
         setup = build_experiment({**tables, "run": run, "laws": {"constant": {}}})
