@@ -65,6 +65,7 @@ class Kept:
     def __init__(self, content: dict[str, Any], path: Path | None = None) -> None:
         self.content, self.path = content, path
         self.failed: dict[str, str] = {}
+        self.errors: list[Exception] = []
 
     @contextmanager
     def stage(self, name: str) -> Iterator[None]:
@@ -73,6 +74,7 @@ class Kept:
             yield
         except Exception as error:  # also what a user's law can raise: the other stages do not depend on it
             self.failed[name] = in_words(error)
+            self.errors.append(error)
         self.write()
 
     def write(self) -> None:

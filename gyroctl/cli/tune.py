@@ -60,9 +60,7 @@ def tune(
                 _front(task, which, found, out)
                 _table(task, found)
     if len(kept.failed) == len(tasks) * len(wanted):
-        for name, why in kept.failed.items():
-            typer.echo(f"Error: {name}: {why}", err=True)
-        raise typer.Exit(2)
+        raise kept.errors[0]
     typer.echo(f"Written to {out}" + (" and beside the law" if ship else ""))
     failures(kept.failed)
 

@@ -18,7 +18,7 @@ from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.arguments import check_plant, laws_by_name
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import describe
-from gyroctl.harness.run import Settings, checked_settings
+from gyroctl.harness.run import Settings, checked_settings, ticks_of
 from gyroctl.harness.run_size import run_size
 from gyroctl.plant import Plant
 from gyroctl.provenance import provenance
@@ -110,6 +110,8 @@ def compare(
     run_size(waves.duration, settings.dt, settings.actuators.period)
     _check_seeds(waves.seeds, tuning_seeds)
     check_length(waves.duration, settings.score_from)
+    for name, law in built.items():
+        ticks_of(law, name, settings.actuators)
     items = work_items(plant, built, waves, settings)
     outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet)
     rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in built}

@@ -78,7 +78,7 @@ def check_law(name: str, plant: Plant, runs: int = RUNS, tick: Callable[[], None
         return [*checks, Check("runs", False, str(error), "Correct its step")]
     subject = Subject(informed(built, waves), waves, record, timing, _seen(record, settings, waves.seed, built.period))
     tick()
-    for check in (
+    lines: tuple[Callable[[], Check], ...] = (
         lambda: _bounds(record, settings),
         lambda: _pure(subject),
         lambda: _repeats(subject),
@@ -87,8 +87,9 @@ def check_law(name: str, plant: Plant, runs: int = RUNS, tick: Callable[[], None
         lambda: dropout(plant, built, name),
         lambda: step_size(plant, built, name, runs),
         lambda: cost(subject),
-    ):
-        checks.append(check())
+    )
+    for line in lines:
+        checks.append(line())
         tick()
     return checks
 

@@ -30,7 +30,7 @@ from gyroctl.simulation.ensemble import check_step
 from gyroctl.simulation.metrics import Record
 from gyroctl.simulation.trajectory import trajectory
 from gyroctl.waves import WaveRealisation
-from gyroctl.waves.checks import DURATION_MAX, within
+from gyroctl.waves.checks import DURATION_MAX, positive, within
 
 if TYPE_CHECKING:
     import xarray
@@ -69,6 +69,7 @@ class Settings:
     def __post_init__(self) -> None:
         if self.start not in STARTS:
             raise InputError("run.start", self.start, "unknown start", f"Choose one of {', '.join(STARTS)}")
+        positive("run.dt", self.dt, "Give the longest step in seconds, for example 0.01")
         within("run.dt", self.dt, *DT, "Give the longest step in seconds, for example 0.01")
         within("run.blend", self.blend, 0.0, DURATION_MAX, "Give its length in seconds, 0 for none, for example 100")
         check_kind("sensors", self.sensors, Sensors, "sensors", "Give gyroctl.Sensors(), or leave it out")
@@ -133,14 +134,7 @@ def run_law(
     """
     actuators = settings.actuators
     run_size(waves.duration, settings.dt, actuators.period)
-    every = round(law.period / actuators.period)
-    if every < 1 or not math.isclose(every * actuators.period, law.period, rel_tol=1e-9):
-        raise InputError(
-            f"laws.{name}.period",
-            law.period,
-            f"must be a multiple of actuators.period = {actuators.period}",
-            "Change one of the two",
-        )
+    every = ticks_of(law, name, actuators)
     largest = describe(law).get("cc", actuators.cc_max)  # a law that fixes cc, or else all that the actuator can give
     check_step(plant, min(float(largest), actuators.cc_max), settings.dt)
     n, samples = len(plant.labels), math.floor(waves.duration / actuators.period + 1e-9)
@@ -187,6 +181,25 @@ def run_law(
     if isinstance(law, Counting):
         timing = replace(timing, counters=dict(law.counters(last)))
     return Record(states, commands, controls, actuators.period, int(saturations[0])), timing
+
+
+def ticks_of(law: Law, name: str, actuators: Actuators) -> int:
+    """Samples of the actuators between two of the law.
+
+    Raises
+    ------
+    InputError
+        For a period of the law that is no multiple of the actuators'.
+    """
+    every = round(law.period / actuators.period) if math.isfinite(law.period) else 0
+    if every < 1 or not math.isclose(every * actuators.period, law.period, rel_tol=1e-9):
+        raise InputError(
+            f"laws.{name}.period",
+            law.period,
+            f"must be a multiple of actuators.period = {actuators.period}",
+            "Change one of the two",
+        )
+    return every
 
 
 def simulate(

@@ -107,7 +107,8 @@ def lock_orbit(
     check_kind("wave", wave, RegularWave, "a regular wave", REGULAR)
     for name, value in (("cc", cc), ("cg", cg)):
         finite(name, value, f"Give {name} in Nms")
-    if wave.height > 0.0 and wave.wp > 0.0:
+    low, high = plant.excitation.omega[[0, -1]]
+    if wave.height > 0.0 and low <= wave.wp <= high:
         check_wave(plant, wave)
     search = find_orbit if nearest else search_orbit
     return PeriodicOrbit(**vars(search(plant, wave, cc, cg, sense, dt, guess)))

@@ -140,12 +140,12 @@ def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float = 0.05
     """
     check_kind("plant", plant, Excited, "a device", "Give a plant, for example gyroctl.zhang2017()")
     check_kind("sea", sea, get_args(Sea), "a sea", f"Give one of {', '.join(kind.__name__ for kind in get_args(Sea))}")
-    if isinstance(plant, Sized):
-        check_sea(plant, sea)
     grid = time_grid(duration, dt)
     waves = components(sea, grid)
     regular = regular_amplitude(plant, sea)
     _check_share(sea, waves, plant.excitation)
+    if isinstance(plant, Sized):
+        check_sea(plant, sea)
     response = plant.excitation(waves.omega, sea.heading) * waves.amplitude
     return Synthesis(sea, grid, waves, response, regular, plant.excitation.sha256)
 
