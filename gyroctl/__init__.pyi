@@ -10,6 +10,7 @@ from .harness.sensing import Channel, Sensors
 from .harness.yardstick import Yardstick
 from .linearisation import PeriodicOrbit, lock_orbit
 from .plant import Parameters, Plant, Radiation
+from .studies.margins import margins
 from .tuning.yardstick import find_yardstick
 from .waves import (
     Bichromatic,
@@ -49,6 +50,7 @@ __all__ = [
     "find_yardstick",
     "law",
     "lock_orbit",
+    "margins",
     "read_record",
     "read_spectrum",
     "realise",

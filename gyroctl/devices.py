@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +67,7 @@ def zhang2017(
     choices = {**VARIANTS[variant], **own, **changes}
     radiation = choices.pop("radiation")
     phase = choices.pop("excitation_phase")
+    told = _choices_in_words(variant, radiation, phase, hydrodynamics)
     if isinstance(radiation, str):
         if radiation not in table.fits:
             mend = f"Choose one of {', '.join(table.fits)}, or give a pair of Radiation"
@@ -74,5 +76,21 @@ def zhang2017(
     if phase not in ("complex", "magnitude"):
         raise InputError("plant.excitation_phase", phase, "unknown form", "Choose complex or magnitude")
     excitation = excitation_table(table, phase=phase)
-    plant = Plant(Parameters(), radiation, excitation, f"zhang2017 {variant}", table.depth)
+    usual = {name: value for name, value in {**VARIANTS[variant], **own}.items() if name in choices}
+    parameters = replace(Parameters(), **usual)
+    plant = Plant(parameters, radiation, excitation, ", ".join([f"zhang2017 {variant}", *told]), table.depth)
     return plant.replace(**choices)
+
+
+def _choices_in_words(variant: str, radiation: Any, phase: str, hydrodynamics: Any) -> list[str]:
+    """What was chosen beside the numbers, where the variant has it otherwise."""
+    usual, words = VARIANTS[variant], []
+    if radiation != usual["radiation"]:
+        words.append(f"radiation = {radiation}" if isinstance(radiation, str) else "own radiation")
+    if phase != usual["excitation_phase"]:
+        words.append(f"excitation_phase = {phase}")
+    if isinstance(hydrodynamics, Path | str):
+        words.append(f"hydrodynamics of {Path(hydrodynamics).name}")
+    elif hydrodynamics is not None:
+        words.append("own hydrodynamics")
+    return words

@@ -1,6 +1,10 @@
-"""The one error that bad input raises: it names the field, the value and the mend."""
+"""The one error that bad input raises: it names the field, the value and the mend. And errors in words."""
 
 from __future__ import annotations
+
+import re
+import traceback
+from pathlib import Path
 
 
 class InputError(ValueError):
@@ -25,3 +29,30 @@ class InputError(ValueError):
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str]]:
         """Keep the four parts when the error crosses a process boundary."""
         return InputError, (self.field, self.value, self.problem, self.mend)
+
+
+def check_kind(field: str, value: object, kind: type | tuple[type, ...], what: str, mend: str) -> None:
+    """Refuse an argument of another kind.
+
+    Raises
+    ------
+    InputError
+        Field `field`, with the name of the kind that was given as its value.
+    """
+    if not isinstance(value, kind):
+        raise InputError(field, type(value).__name__, f"is not {what}", mend)
+
+
+def in_words(error: BaseException) -> str:
+    """Tell an error: what refuses input, or names a law, says all in its text; of any other also kind and place."""
+    text = without_addresses(str(error))
+    if isinstance(error, InputError) or type(error).__name__ == "LawError":
+        return text
+    last = traceback.extract_tb(error.__traceback__)[-1:]
+    place = "".join(f" ({Path(frame.filename).name}, line {frame.lineno})" for frame in last)
+    return f"{type(error).__name__}: {text}{place}"
+
+
+def without_addresses(text: str) -> str:
+    """Text of an error without the addresses of objects, which differ from run to run and tell nobody anything."""
+    return re.sub(r"<?([\w.]+)?( object)? at 0x[0-9a-fA-F]+>?", lambda found: found.group(1) or "an object", text)

@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from gyroctl.errors import in_words
+
 
 @contextmanager
 def written_whole(path: Path) -> Iterator[Path]:
@@ -47,6 +49,39 @@ def write_text(path: Path, text: str) -> Path:
 def write_json(path: Path, content: Any) -> Path:
     """Write a JSON file whole or not at all, see `plain`."""
     return write_text(path, json.dumps(plain(content), indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+
+
+class Kept:
+    """A report in JSON that is made in stages: what is finished is on the disk, whatever happens to the rest.
+
+    Parameters
+    ----------
+    content : dict
+        What is written; the stages add to it.
+    path : Path, optional
+        JSON file, written after each stage; without it nothing is written.
+    """
+
+    def __init__(self, content: dict[str, Any], path: Path | None = None) -> None:
+        self.content, self.path = content, path
+        self.failed: dict[str, str] = {}
+        self.errors: list[Exception] = []
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Do a part of the work: where it fails, its name and the reason are kept, and the others go on."""
+        try:
+            yield
+        except Exception as error:  # also what a user's law can raise: the other stages do not depend on it
+            self.failed[name] = in_words(error)
+            self.errors.append(error)
+        self.write()
+
+    def write(self) -> None:
+        """Write what there is, what failed beside it."""
+        self.content["failed"] = dict(self.failed)
+        if self.path is not None:
+            write_json(self.path, self.content)
 
 
 def write_rows(path: Path, rows: Iterable[Iterable[Any]]) -> Path:

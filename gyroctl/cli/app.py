@@ -3,23 +3,39 @@
 from __future__ import annotations
 
 import sys
+from typing import Annotated
 
 import typer
 
 from gyroctl.cli import bound, compare, evaluate, hydro, laws, margins, reproduce, simulate, tune
+from gyroctl.cli.options import MARKUP
 
-app = typer.Typer(
-    help="Semi-active control, lock and stability margins of a gyroscopic wave energy converter.",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-)
+app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=MARKUP)
 COMPARING = (compare.compare, compare.report, simulate.simulate, tune.tune, evaluate.evaluate)
 STUDYING = (reproduce.reproduce, margins.margins, margins.lockmap, bound.bound)
 for command in (*COMPARING, *STUDYING):
     app.command(command.__name__)(command)
 app.add_typer(laws.app, name="laws")
 app.add_typer(hydro.app, name="hydro")
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from gyroctl.provenance import commit
+        from gyroctl.version import VERSION
+
+        at = commit()
+        typer.echo(f"gyroctl {VERSION}" + (f" ({at})" if at else ""))
+        raise typer.Exit
+
+
+@app.callback()
+def about(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and exit.")
+    ] = False,
+) -> None:
+    """Semi-active control, lock and stability margins of a gyroscopic wave energy converter."""
 
 
 def main() -> None:

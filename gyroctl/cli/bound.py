@@ -8,7 +8,10 @@ from typing import Annotated, Any
 
 import typer
 
-from gyroctl.cli.options import Gamma, Hs, PeakFrequency, Variant, answer, parse
+from gyroctl.cli.options import Gamma, Hs, PeakFrequency, Variant, answer, failures, parse
+
+WINDOWS_MAX = 1000
+"""Most windows of one search."""
 
 
 def bound(
@@ -37,6 +40,7 @@ def bound(
     sea, windows = gy.SeaState(hs, wp, gamma), _seeds(seeds)
     content = bound_report(gy.zhang2017(variant), sea, windows, duration, named, out, free, effort)
     answer(content, [*table(content), f"Numbers and figure: {out}"])
+    failures(content["failed"])
 
 
 def _law(text: str) -> Any:
@@ -58,5 +62,7 @@ def _seeds(text: str) -> list[int]:
         first, dash, last = part.strip().partition("-")
         if not first.isdigit() or (dash and not last.isdigit()):
             raise InputError("seeds", text, "is no list of seeds", "Write for example 1,2,3 or 1-4")
+        if int(last or first) - int(first) + len(found) >= WINDOWS_MAX:
+            raise InputError("seeds", text, f"are more than {WINDOWS_MAX} windows", "Give fewer; each takes minutes")
         found += range(int(first), int(last or first) + 1)
     return found

@@ -29,6 +29,7 @@ def compare(
     from gyroctl.comparison.compare import Realisations, check_length, check_seeds
     from gyroctl.comparison.compare import compare as run
     from gyroctl.comparison.experiment import read_experiment
+    from gyroctl.provenance import command_line
     from gyroctl.tuning.yardstick import find_yardstick
 
     _folder(out)
@@ -52,7 +53,7 @@ def compare(
         yardstick=pair,
         time_limit=setup.run.time_limit or None,
     )
-    write(ds, out)
+    write(ds.assign_attrs(command=command_line()), out)
     for name in ds.law.values:
         reasons = [str(reason) for reason in ds.failure.sel(law=name).values if reason]
         if reasons:

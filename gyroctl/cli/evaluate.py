@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import Workers
+from gyroctl.cli.options import Workers, failures
 
 
 def evaluate(
@@ -36,6 +36,8 @@ def evaluate(
 
     chosen, say = seeds or (), partial(typer.echo, err=True)
     asked = request(out, laws, chosen, duration, workers, allow_tuning_seeds, budget, planner, say=say)
-    for name in evaluate_tables(tables or (), asked):
+    made = evaluate_tables(tables or (), asked)
+    for name in made:
         typer.echo((out / f"{name}.md").read_text(encoding="utf-8"))
     typer.echo(f"Written to {out}", err=True)
+    failures({f"{name}, {what}": why for name, table in made.items() for what, why in table["failed"].items()})

@@ -7,9 +7,9 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import check_file
+from gyroctl.cli.options import MARKUP, check_file
 
-app = typer.Typer(help="Hydrodynamic databases: build, check, import.", no_args_is_help=True)
+app = typer.Typer(help="Hydrodynamic databases: build, check, import.", no_args_is_help=True, rich_markup_mode=MARKUP)
 
 
 @app.command()

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gyroctl.cli.options import MARKUP
+
 if TYPE_CHECKING:
     from gyroctl.harness.law_trials import Check
     from gyroctl.plant import Plant
@@ -14,7 +16,7 @@ if TYPE_CHECKING:
 LONGEST = 1800.0
 """What the check of one law may take. [s]"""
 
-app = typer.Typer(help="List the registered laws; check a law.", invoke_without_command=True)
+app = typer.Typer(help="List the registered laws; check a law.", invoke_without_command=True, rich_markup_mode=MARKUP)
 
 
 @app.callback()
@@ -39,7 +41,7 @@ def laws(context: typer.Context) -> None:
 @app.command("check")
 def check(
     name: Annotated[str, typer.Argument(help="FILE.py for all laws in it, FILE.py:NAME, or a registered name.")],
-    runs: Annotated[int, typer.Option(min=2, help="Realisations for the check of the integration step.")] = 8,
+    runs: Annotated[int, typer.Option(min=2, max=1000, help="Realisations for the check of the integration step.")] = 8,
 ) -> None:
     """Check whether a law keeps the protocol; exit code 2 where it does not."""
     from rich.box import SIMPLE_HEAD
@@ -70,11 +72,10 @@ def _checked(name: str, plant: Plant, runs: int) -> list[Check]:
     from pebble import ProcessExpired, ProcessPool
 
     from gyroctl.comparison.execution import no_way_out
-    from gyroctl.harness.law_check import check_law
     from gyroctl.harness.law_trials import Check
 
     with ProcessPool(1, context=get_context("spawn")) as pool:
-        found = pool.schedule(no_way_out, args=(check_law, name, plant, runs), timeout=LONGEST)
+        found = pool.schedule(no_way_out, args=(_check_shown, name, plant, runs), timeout=LONGEST)
         try:
             lines: list[Check] = found.result()
         except TimeoutError:
@@ -89,6 +90,14 @@ def _checked(name: str, plant: Plant, runs: int) -> list[Check]:
             pool.stop()
             raise
     return lines
+
+
+def _check_shown(name: str, plant: Plant, runs: int) -> list[Check]:
+    from gyroctl.harness.law_check import LINES, check_law
+    from gyroctl.simulation.progress import Progress
+
+    with Progress(f"check of {name.rpartition(':')[2]}", LINES) as progress:
+        return check_law(name, plant, runs, progress.advance)
 
 
 def _short(value: object) -> str:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import Parameters, Variant, answer, parse
+from gyroctl.cli.options import Parameters, Variant, answer, failures, parse
 
 CC = typer.Option(help="Magnetic coupling [Nms]; a law starts from it.")
 CG = typer.Option(help="Generator gain [Nms]; a law starts from it.")
@@ -37,6 +37,7 @@ def margins(
     content = margin_report(asked, out, samples, maps)
     said = [f"{name.replace('_', ' ')}: {text}" for name, text in content["meaning"].items()]
     answer(content, [*said, f"Numbers and figures: {out}"])
+    failures(content["failed"])
 
 
 def lockmap(

@@ -6,15 +6,18 @@ import json
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
+
+MARKUP: Literal["markdown"] = "markdown"
+"""Of help texts. Brackets in them are units, [m]: the default markup takes them for its own and drops them."""
 
 Gamma = Annotated[float, typer.Option(help="Peak enhancement of the JONSWAP spectrum.")]
 Hs = Annotated[float, typer.Option(help="Significant wave height [m].")]
 PeakFrequency = Annotated[float, typer.Option(help="Peak frequency [rad/s].")]
 Variant = Annotated[str, typer.Option(help="Form of the plant: corrected or paper.")]
-Workers = Annotated[int, typer.Option(min=0, help="Workers; 0 for all cores. Changes no result.")]
+Workers = Annotated[int, typer.Option(min=0, max=1024, help="Workers; 0 for all cores. Changes no result.")]
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="Parameter of the law, key=value; may repeat.")]
 
 
@@ -49,3 +52,11 @@ def answer(content: Mapping[str, Any], lines: Iterable[str]) -> None:
     words = lines if sys.stdout.isatty() else [json.dumps(content, allow_nan=False)]
     for line in words:
         typer.echo(line)
+
+
+def failures(failed: Mapping[str, str]) -> None:
+    """Name what failed, and end with exit code 1 where something did: the rest is written."""
+    for name, why in failed.items():
+        typer.echo(f"Failed: {name}: {why}", err=True)
+    if failed:
+        raise typer.Exit(1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -30,12 +31,18 @@ def simulate(
     variant: Variant = "corrected",
 ) -> None:
     """Run one law on one realisation and write the trajectory."""
+    import numpy as np
+
     import gyroctl as gy
     from gyroctl.harness.run import lead_in
+    from gyroctl.provenance import command_line
     from gyroctl.simulation.metrics import evaluate
+    from gyroctl.simulation.progress import Progress
     from gyroctl.simulation.trajectory import record_of
+    from gyroctl.waves.checks import within
     from gyroctl.writing import written_whole
 
+    within("motor", motor, 0.0, 10.0, "Give the size of the gain in Nms, for example 0.02")
     built = gy.law(law, **parse(settings or []))
     check_file(out)
     if start == "locked" and not duration > blend:
@@ -45,12 +52,18 @@ def simulate(
     plant = gy.zhang2017(variant)
     waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)
     acting = lead_in(waves, setup)
-    ds = gy.simulate(plant, built, acting, setup, law)
-    with written_whole(out) as part:
-        ds.to_netcdf(part, engine="h5netcdf")
+    with Progress("run", round(duration / built.period)) as progress:
+        ds = gy.simulate(plant, built, acting, setup, law, progress=progress.advance)
     rest, scored = start == "rest", (setup.score_from, float("nan"))
     record = record_of(plant, ds)
     found = evaluate(plant, record, acting.moments[1], acting.dt, wp, *scored, from_rest=rest)
+    if not math.isfinite(found["mean_power"]):
+        still = np.isfinite(ds.psi_rate.values)
+        last = float(ds.time[int(still.argmin())])
+        problem = f"the run is no longer finite from t = {last:.1f} s on, so that it has no mean power"
+        raise gy.InputError("law", law, problem, "Try smaller waves (--hs), a shorter step (--dt) or another law")
+    with written_whole(out) as part:
+        ds.assign_attrs(command=command_line()).to_netcdf(part, engine="h5netcdf")
     typer.echo(f"{law}: {_closing(ds, found, wp, rest)}. Trajectory: {out}")
 
 

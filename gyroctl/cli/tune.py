@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gyroctl.cli.options import Workers
+from gyroctl.cli.options import Workers, failures
 
 if TYPE_CHECKING:
     from gyroctl.tuning.record import Circumstances
@@ -38,6 +38,7 @@ def tune(
     from gyroctl.tuning.bench import workers_wanted
     from gyroctl.tuning.task import read_task
     from gyroctl.tuning.tune import tune as run
+    from gyroctl.writing import Kept
 
     on = circumstances(experiment)
     wanted = [name.strip() for name in sets.split(",") if name.strip()]
@@ -45,17 +46,22 @@ def tune(
     for task in tasks:  # all that can be refused is refused before the first run
         for which in wanted:
             task.served(which)
+    kept = Kept({})
     for task in tasks:
         for which in wanted:
-            start = _start(tuned_sets(task.law), begin)
-            found = run(task, which, on, budget, out, workers_wanted(workers), start=start)
-            write_sets(out / f"{task.stem}.json", task.law, found.sets)
-            if ship:
-                folder, stem = home(task.law)
-                write_sets(tuned_file(folder, stem), task.stem if ".py:" in task.law else task.law, found.sets)
-            _front(task, which, found, out)
-            _table(task, found)
+            with kept.stage(f"{task.stem} for {which}"):  # a law that fails does not stop the tuning of the others
+                start = _start(tuned_sets(task.law), begin)
+                found = run(task, which, on, budget, out, workers_wanted(workers), start=start)
+                write_sets(out / f"{task.stem}.json", task.law, found.sets)
+                if ship:
+                    folder, stem = home(task.law)
+                    write_sets(tuned_file(folder, stem), task.stem if ".py:" in task.law else task.law, found.sets)
+                _front(task, which, found, out)
+                _table(task, found)
+    if len(kept.failed) == len(tasks) * len(wanted):
+        raise kept.errors[0]
     typer.echo(f"Written to {out}" + (" and beside the law" if ship else ""))
+    failures(kept.failed)
 
 
 def circumstances(experiment: Path | None) -> Circumstances:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import math
 import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,19 +13,22 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.comparison.execution import execute
-from gyroctl.comparison.items import COUNTERS, Outcome, Realisations, work_items
-from gyroctl.errors import InputError
+from gyroctl.comparison.items import COUNTERS, Outcome, Realisations, check_different, work_items
+from gyroctl.errors import InputError, check_kind
+from gyroctl.harness.arguments import check_plant, laws_by_name
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import describe
-from gyroctl.harness.run import Settings
+from gyroctl.harness.run import Settings, checked_settings, ticks_of
+from gyroctl.harness.run_size import run_size
 from gyroctl.harness.seed_ledger import ledger, refused_for
 from gyroctl.harness.sight import sight
 from gyroctl.harness.yardstick import BASELINE, Yardstick, with_yardstick
 from gyroctl.plant import Plant
+from gyroctl.provenance import provenance
 from gyroctl.simulation.lock import WINDOW, in_step
 from gyroctl.simulation.metrics import UNITS, can_judge
-from gyroctl.version import VERSION
 from gyroctl.waves import WaveRealisation
+from gyroctl.waves.checks import positive, whole, within
 
 if TYPE_CHECKING:
     import xarray
@@ -33,6 +37,9 @@ __all__ = ["Realisations", "check_fair", "compare"]
 
 Rows = Mapping[str, Sequence[Outcome]]
 """Outcomes of each law, in the order of the seeds."""
+
+WORKERS_MAX = 1024
+"""More threads or processes than any machine has that this is meant for."""
 
 VARIABLES = {**UNITS, "saturations": "1", "step_ms_median": "ms", "step_ms_p99": "ms", **dict.fromkeys(COUNTERS, "1")}
 VERDICTS = ("locked", "in_step", "outside_model", "over_limit")
@@ -51,7 +58,7 @@ EXAMPLES = {
 
 def compare(
     plant: Plant,
-    laws: Mapping[str, Law],
+    laws: Mapping[str, Law | str] | Sequence[str],
     waves: Realisations | Sequence[WaveRealisation],
     settings: Settings | None = None,
     workers: int | None = None,
@@ -69,8 +76,8 @@ def compare(
     ----------
     plant : Plant
         The device.
-    laws : mapping of str to Law
-        Laws by the names that they get in the result.
+    laws : mapping of str to Law or str
+        Laws by the names that they get in the result; instead of a law also its registered name, or a list of those.
     waves : Realisations, or realisations of one sea from `realise`
         The waves, the same for every law.
     settings : Settings, optional
@@ -110,28 +117,34 @@ def compare(
         For no law, another law under the name of the yardstick, seeds that repeat or overlap the tuning seeds, waves
         that differ, runs too short to judge lock, and whatever a run refuses.
     """
-    settings = settings or Settings()
+    check_plant(plant)
+    settings, built = checked_settings(settings), laws_by_name(laws)
     if not isinstance(waves, Realisations):
         waves = _from_realisations(waves)
-    if not laws:
+    if not built:
         raise InputError("laws", {}, "there is nothing to compare", "Give at least one law")
-    laws, yardstick = with_yardstick(laws, yardstick)
-    refused = refused_for(laws.values()) if tuning_seeds is None else sorted(int(seed) for seed in tuning_seeds)
+    check_workers(workers)
+    check_motion_limit(motion_limit)
+    run_size(waves.duration, settings.dt, settings.actuators.period)
+    built, yardstick = with_yardstick(built, yardstick)
+    refused = refused_for(built.values()) if tuning_seeds is None else sorted(int(seed) for seed in tuning_seeds)
     check_seeds(waves.seeds, refused)
     check_length(waves.duration, settings.score_from)
+    for name, law in built.items():
+        ticks_of(law, name, settings.actuators)
     limit = max(60.0, waves.duration) if time_limit is None else time_limit
-    items = work_items(plant, laws, waves, settings, limit)
+    items = work_items(plant, built, waves, settings, limit)
     outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet)
-    rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in laws}
+    rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in built}
     check_fair(rows)
-    return _judged(_dataset(laws, waves, rows), motion_limit).assign_attrs(
+    return _judged(_dataset(built, waves, rows), motion_limit).assign_attrs(
         experiment=json.dumps(experiment or _default_experiment(plant, waves, settings)),
-        gyroctl_version=VERSION,
+        **_attributes(provenance()),
         created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
         tuning_seeds=json.dumps(refused),
         seed_states=json.dumps(ledger().states(waves.seeds)),
         yardstick=yardstick.record() if yardstick else "",
-        parameters=json.dumps({name: describe(law) for name, law in laws.items()}),
+        parameters=json.dumps({name: describe(law) for name, law in built.items()}),
         duration=waves.duration,
         blend=settings.score_from,
         start=settings.start,
@@ -141,6 +154,18 @@ def compare(
         hs=waves.sea.hs,
         capture_width_m=plant.parameters.d + plant.parameters.c,
     )
+
+
+def check_workers(workers: int | None) -> None:
+    """Refuse a number of workers that no machine has."""
+    if workers is not None:
+        whole("workers", workers, 0, WORKERS_MAX, "Give a number of threads or processes; 0 or none for all cores")
+
+
+def check_motion_limit(limit: float) -> None:
+    """Refuse a limit of the motion that is no angle."""
+    positive("run.motion_limit", limit, "Give an angle in rad, for example 0.35")
+    within("run.motion_limit", limit, 0.0, 0.5 * math.pi, "Give an angle in rad, for example 0.35")
 
 
 def check_length(duration: float, blend: float) -> None:
@@ -163,12 +188,16 @@ def check_fair(rows: Rows) -> None:
                 problem = f"realisation {number} differs from that of {first} ({expected[:12]})"
                 mend = "Compare runs on identical waves only: run all laws together, or empty the folder of results"
                 raise InputError(f"laws.{name}", outcome.sha256[:12], problem, mend)
-    if len(set(hashes)) < len(hashes):
-        problem = "several seeds give the same waves, as in a regular sea"
-        raise InputError("run.seeds", len(hashes), problem, "Give one seed; more of them are no independent runs")
+    check_different(hashes)
 
 
 def _from_realisations(waves: Sequence[WaveRealisation]) -> Realisations:
+    mend = "Give [gyroctl.realise(plant, sea, seed), ...], or Realisations(sea, seeds)"
+    if isinstance(waves, WaveRealisation):
+        waves = [waves]
+    check_kind("waves", waves, Sequence, "a list of realisations", mend)
+    for each in waves:
+        check_kind("waves", each, WaveRealisation, "a realisation", mend)
     if not waves:
         raise InputError("waves", [], "there are no realisations", "Give at least one, see gyroctl.realise")
     first = waves[0]
@@ -237,6 +266,10 @@ def _judged(ds: xarray.Dataset, motion_limit: float) -> xarray.Dataset:
     for name, values in (("in_step", in_step(*kept, *measure)), ("over_limit", over)):
         ds[name] = (("law", "realisation"), values, {"units": "1", "long_name": name.replace("_", " ")})
     return ds
+
+
+def _attributes(values: Mapping[str, Any]) -> dict[str, str]:
+    return {name: value if isinstance(value, str) else json.dumps(value) for name, value in values.items()}
 
 
 def _default_experiment(plant: Plant, waves: Realisations, settings: Settings) -> dict[str, Any]:

@@ -58,7 +58,7 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
                 todo.append(item)
             else:
                 outcomes[item.name, item.seed] = Outcome(*stored)
-                progress.advance()
+                progress.skip()
         for item, outcome in _outcomes(todo, workers):
             if not outcome.failure:
                 store.save(results, item.key, outcome.sha256, outcome.values, outcome.series)

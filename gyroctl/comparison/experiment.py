@@ -9,13 +9,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from gyroctl.comparison.compare import check_length
+from gyroctl.comparison.compare import check_length, check_motion_limit
+from gyroctl.comparison.items import check_different
 from gyroctl.devices import VARIANTS, zhang2017
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import law, registered
 from gyroctl.harness.run import Settings
+from gyroctl.harness.run_size import DT, run_size
 from gyroctl.harness.seed_ledger import refused_for
 from gyroctl.harness.sensing import Channel, Sensors
 from gyroctl.harness.start import STARTS
@@ -24,6 +26,7 @@ from gyroctl.plant import Parameters, Plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
 from gyroctl.waves import Bichromatic, ElevationRecord, Regular, Sea, SeaState, read_record, read_spectrum
+from gyroctl.waves.checks import DURATION_MAX, positive, seed_number, within
 
 TABLES = ("sea", "run", "plant", "laws", "sensors", "actuators")
 
@@ -35,6 +38,9 @@ SEAS: dict[str, Callable[..., Sea]] = {
     "record": read_record,
 }
 """Kinds of sea: the value of `sea.kind` and what builds it from the other entries of the table."""
+
+SEEDS_MAX = 100_000
+"""Most realisations of a comparison."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +72,18 @@ class RunTable:
     motion_limit: float = 0.35
     start: str = "locked"
     time_limit: float = 0.0
+
+    def __post_init__(self) -> None:
+        mend = "Give seconds, for example 2000"
+        positive("run.duration", within("run.duration", self.duration, 0.0, DURATION_MAX, mend), mend)
+        within("run.dt", self.dt, *DT, "Give the longest step in seconds, for example 0.01")
+        within("run.blend", self.blend, 0.0, DURATION_MAX, "Give its length in seconds, 0 for none")
+        check_motion_limit(self.motion_limit)
+        if len(self.seeds) > SEEDS_MAX:
+            problem, mend = f"are more than {SEEDS_MAX} realisations", "Give fewer; 64 judge a law"
+            raise InputError("run.seeds", len(self.seeds), problem, mend)
+        for seed in self.seeds:
+            seed_number(seed)
 
 
 @dataclass(frozen=True)
@@ -148,21 +166,25 @@ def build_experiment(tables: Mapping[str, Any], quick: bool = False, folder: Pat
     check_known("", tables, TABLES)
     table = {name: table_of(tables, name) for name in TABLES}
     sea, run = _sea(table["sea"], folder), _run(table["run"])
-    if isinstance(sea, Regular | ElevationRecord) and "seeds" not in tables.get("run", {}):
-        run = dataclasses.replace(run, seeds=(1,))  # such a sea is the same for every seed
+    if isinstance(sea, Regular | ElevationRecord):  # such a sea is the same for every seed
+        if "seeds" not in table["run"]:
+            run = dataclasses.replace(run, seeds=(1,))
+        check_different([""] * len(run.seeds))
     if quick:
         run = dataclasses.replace(run, seeds=run.seeds[:4], duration=max(600.0, run.blend))
     if run.start == "locked":
         check_length(run.duration, run.blend)
     check_known("actuators", table["actuators"], names_of(Actuators))
     kinds = _kinds(table["laws"], folder)
+    actuators = Actuators(**table["actuators"])
+    run_size(run.duration, run.dt, actuators.period)
     return Experiment(
         sea=sea,
         run=run,
         plant=_plant(table["plant"], folder),
         laws=_laws(table["laws"], kinds, sea),
         sensors=_sensors(table["sensors"]),
-        actuators=Actuators(**table["actuators"]),
+        actuators=actuators,
         source=tables,
         kinds=kinds,
     )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import product
 from typing import Any
@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.errors import InputError
 from gyroctl.fingerprint import fingerprint
 from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.harness.protocol import Law, LawError
@@ -101,6 +102,7 @@ def work_items(
     available = wave_power(synthesis, plant.depth) * width
     common = [plant.coefficients, asdict(plant.parameters), waves.duration, asdict(settings), repr(available)]
     hashes = {seed: synthesis.sha256(seed, settings.score_from) for seed in waves.seeds}
+    check_different(list(hashes.values()))
     content = {name: law_fingerprint(law) for name, law in laws.items()}
     items = []
     for (name, law), seed in product(laws.items(), waves.seeds):
@@ -115,6 +117,13 @@ def work_items(
 def failed(item: Item, failure: str) -> Outcome:
     """Outcome of a run that failed."""
     return Outcome(item.sha256, {}, {}, failure)
+
+
+def check_different(hashes: Sequence[str]) -> None:
+    """Refuse waves that are the same for several seeds."""
+    if len(set(hashes)) < len(hashes):
+        problem = "several seeds give the same waves, as in a regular sea or one from a record"
+        raise InputError("run.seeds", len(hashes), problem, "Give one seed; more of them are no independent runs")
 
 
 def perform(item: Item) -> Outcome:

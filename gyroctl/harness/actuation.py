@@ -12,6 +12,22 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.plant.compiled import inlined
 
+BOUNDS = {
+    "cc_max": (1e-9, 10.0),
+    "cg_max": (1e-9, 10.0),
+    "cg_min": (1e-9, 10.0),
+    "period": (1e-3, 10.0),
+    "cc_lag": (1e-6, 1e4),
+    "cg_lag": (1e-6, 1e4),
+    "cc_rate": (1e-9, 1e6),
+    "cg_rate": (1e-9, 1e6),
+    "cc_quantum": (1e-9, 10.0),
+    "cg_quantum": (1e-9, 10.0),
+    "delay": (1, 10_000),
+    "cc_gain": (1e-3, 1e3),
+}
+"""Least and largest size of each setting that is not zero, in its unit: beyond them it is a slip of the unit."""
+
 
 @dataclass(frozen=True)
 class Actuators:
@@ -80,6 +96,11 @@ class Actuators:
                     "must be a finite number, zero or positive",
                     f"The default is {f.default}",
                 )
+        for name, (low, high) in BOUNDS.items():
+            value = getattr(self, name)
+            if value != 0 and not low <= abs(value) <= high:
+                mend = f"Give it from {low:g} to {high:g}; the default is {getattr(type(self), name):g}"
+                raise InputError(f"actuators.{name}", value, "is out of bounds", mend)
         for name in ("cc_max", "cg_max", "period", "cc_gain"):
             if getattr(self, name) == 0:
                 raise InputError(f"actuators.{name}", 0, "must be positive", "Leave it out for the default")

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from typing import get_args
 
+from gyroctl.errors import check_kind
+from gyroctl.harness.arguments import check_plant
 from gyroctl.harness.start import locked_start
 from gyroctl.plant import Plant
 from gyroctl.simulation.ensemble import EnsembleRun, run_ensemble
@@ -27,6 +30,8 @@ def scan(
 
     Parameters, results and errors are those of `gyroctl.simulation.run_ensemble`; `workers` defaults to all cores.
     """
+    check_plant(plant)
+    check_kind("sea", sea, get_args(Sea), "a sea", "Give a sea, for example gyroctl.SeaState()")
     start, _ = locked_start(plant, sea)
     return run_ensemble(
         plant,

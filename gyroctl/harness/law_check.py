@@ -9,6 +9,7 @@ from __future__ import annotations
 import copy
 import inspect
 import math
+from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.harness.law_entry import NotCompiled, compiled
+from gyroctl.harness.law_entry import NotCompiled, compiled, line_of
 from gyroctl.harness.law_trials import (
     LONG,
     LONGEST,
@@ -44,8 +45,11 @@ from gyroctl.plant.measurement import CHANNELS
 from gyroctl.simulation.metrics import Record
 from gyroctl.waves import SeaState, realise
 
+LINES = 9
+"""Steps of a check that take time: the run, and what is looked at after it."""
 
-def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
+
+def check_law(name: str, plant: Plant, runs: int = RUNS, tick: Callable[[], None] = lambda: None) -> list[Check]:
     """Check a law.
 
     Parameters
@@ -56,6 +60,8 @@ def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
         The device it is run on.
     runs : int
         Realisations of the check of the step, two at least.
+    tick : callable
+        Called after each of the `LINES` checks.
 
     Returns
     -------
@@ -92,14 +98,24 @@ def check_law(name: str, plant: Plant, runs: int = RUNS) -> list[Check]:
         record, timing = run_law(plant, built, waves, settings, name)
     except (LawError, InputError) as error:
         return [*checks, Check("runs", False, str(error), "Correct its step")]
+    tick()
     subject = Subject(knowing, waves, record, timing, _seen(record, settings, waves.seed, built.period))
-    checks += [_bounds(record, settings), _pure(subject), _repeats(subject), _compiled(subject)]
-    checks += [shocks(subject), dropout(plant, built, name)]
     whole = each * 2 * runs * LONG / built.period  # what the check of the step would take [s]
-    if whole > LONGEST:
-        left = f"left out: its {2 * runs} runs would take {whole / 60.0:.0f} min at {1e3 * each:.3g} ms a sample"
-        return [*checks, Check("step size", True, left), cost(subject)]
-    return [*checks, step_size(plant, built, name, runs), cost(subject)]
+    left = f"left out: its {2 * runs} runs would take {whole / 60.0:.0f} min at {1e3 * each:.3g} ms a sample"
+    lines: tuple[Callable[[], Check], ...] = (
+        lambda: _bounds(record, settings),
+        lambda: _pure(subject),
+        lambda: _repeats(subject),
+        lambda: _compiled(subject),
+        lambda: shocks(subject),
+        lambda: dropout(plant, built, name),
+        lambda: Check("step size", True, left) if whole > LONGEST else step_size(plant, built, name, runs),
+        lambda: cost(subject),
+    )
+    for line in lines:
+        checks.append(line())
+        tick()
+    return checks
 
 
 def laws_of(file: Path) -> list[str]:
@@ -181,6 +197,8 @@ def _shape(built: Law) -> Check:
                 found = f"state of type {type(new).__name__}, init() gives {type(state).__name__}"
                 return Check(name, False, found, "Return the kind of state that init() gives")
             state = new
+    except AttributeError as error:  # a name that is not there, and no answer of another form
+        return Check(name, False, f"{type(error).__name__}: {error}", f"Correct its step, {line_of(error)}")
     except Exception as error:  # whatever a user's code can do
         return Check(name, False, f"{type(error).__name__}: {error}", form)
     return Check(name, True, f"(cc, cg) and a state of {_length(state)} numbers")

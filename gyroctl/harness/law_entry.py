@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from gyroctl import nested
 from gyroctl.harness.protocol import Failure, Law, LawError, Measurement
 from gyroctl.nested import NotFlat, Shape
+from gyroctl.plant import measurement
 
 _SIGNATURE = void(float64, float64[::1], float64[::1], float64[::1], float64[::1])
 
@@ -175,10 +176,10 @@ class PythonLaw:
         except KeyboardInterrupt:
             raise
         except SystemExit as error:
-            mend = f"A law must not end the program, return a command instead, {_line_of(error)}"
+            mend = f"A law must not end the program, return a command instead, {line_of(error)}"
             raise self._failed("ended the program", t, "called for an exit", mend) from error
         except BaseException as error:
-            mend = f"{type(error).__name__}: {error}. Correct its step, {_line_of(error)}"
+            mend = f"{type(error).__name__}: {error}. Correct its step, {line_of(error)}"
             raise self._failed("raised", t, "failed", mend) from error
 
     def _failed(self, kind: Failure, t: float, what: str, mend: str) -> LawError:
@@ -199,7 +200,8 @@ def why_it_stopped(law: Law, name: str, t: float, y: NDArray[np.float64], state:
     )
 
 
-def _line_of(error: BaseException) -> str:
-    """Where an exception arose: file and line of its innermost frame."""
-    last = traceback.extract_tb(error.__traceback__)[-1]
+def line_of(error: BaseException) -> str:
+    """Where an exception arose: file and line of its innermost frame, that of the law where it misread its input."""
+    frames = traceback.extract_tb(error.__traceback__)
+    last = next((frame for frame in reversed(frames) if frame.filename != measurement.__file__), frames[-1])
     return f"{last.filename}:{last.lineno}"

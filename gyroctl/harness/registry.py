@@ -15,7 +15,7 @@ from types import ModuleType
 from typing import Any, cast
 
 from gyroctl import nested
-from gyroctl.errors import InputError
+from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
 
@@ -81,6 +81,7 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
         For an unknown name, set or parameter, a missing file, a value that is not a finite number, or an object that
         is no law.
     """
+    check_kind("law", name, str, "the name of a law", 'Give a name, for example gyroctl.law("load_angle")')
     if tuning is not None:
         parameters = {**_tuned_parameters(name, tuning), **parameters}
     if isinstance(parameters.get("wraps"), str | Mapping):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -12,22 +12,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl import nested
-from gyroctl.errors import InputError
+from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.arguments import check_plant, law_of
 from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law, why_it_stopped
 from gyroctl.harness.loop import Kernel, closed_loop, compiled_calls, compiled_loop
 from gyroctl.harness.protocol import Counting, Law, Motoring
 from gyroctl.harness.registry import describe
+from gyroctl.harness.run_size import DT, run_size
 from gyroctl.harness.sensing import Sensors
 from gyroctl.harness.sight import informed, sight
 from gyroctl.harness.start import STARTS, locked_start, rest_start
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import rows
 from gyroctl.plant.measurement import CHANNELS
+from gyroctl.provenance import provenance
 from gyroctl.simulation.ensemble import check_step
 from gyroctl.simulation.metrics import Record
 from gyroctl.simulation.trajectory import trajectory
 from gyroctl.waves import WaveRealisation
+from gyroctl.waves.checks import DURATION_MAX, positive, within
 
 if TYPE_CHECKING:
     import xarray
@@ -54,7 +58,7 @@ class Settings:
     Raises
     ------
     InputError
-        For an unknown start.
+        For an unknown start, or a value out of its bounds.
     """
 
     dt: float = 0.01
@@ -66,6 +70,11 @@ class Settings:
     def __post_init__(self) -> None:
         if self.start not in STARTS:
             raise InputError("run.start", self.start, "unknown start", f"Choose one of {', '.join(STARTS)}")
+        positive("run.dt", self.dt, "Give the longest step in seconds, for example 0.01")
+        within("run.dt", self.dt, *DT, "Give the longest step in seconds, for example 0.01")
+        within("run.blend", self.blend, 0.0, DURATION_MAX, "Give its length in seconds, 0 for none, for example 100")
+        check_kind("sensors", self.sensors, Sensors, "sensors", "Give gyroctl.Sensors(), or leave it out")
+        check_kind("actuators", self.actuators, Actuators, "actuators", "Give gyroctl.Actuators(), or leave it out")
 
     @property
     def score_from(self) -> float:
@@ -95,6 +104,7 @@ def run_law(
     compiled: bool = True,
     start: NDArray[np.float64] | None = None,
     time_limit: float = math.inf,
+    progress: Callable[[], None] | None = None,
 ) -> tuple[Record, LawTiming]:
     """Run a law on a realisation.
 
@@ -117,6 +127,8 @@ def run_law(
         State at t = 0; by default as the settings say.
     time_limit : float
         Time that a law which runs as plain Python may take in all. [s]
+    progress : callable, optional
+        Called at each sample of a law that runs as plain Python; a compiled one is done before it could tell.
 
     Raises
     ------
@@ -127,14 +139,8 @@ def run_law(
         numbers and a state.
     """
     actuators = settings.actuators
-    every = round(law.period / actuators.period)
-    if every < 1 or not math.isclose(every * actuators.period, law.period, rel_tol=1e-9):
-        raise InputError(
-            f"laws.{name}.period",
-            law.period,
-            f"must be a multiple of actuators.period = {actuators.period}",
-            "Change one of the two",
-        )
+    run_size(waves.duration, settings.dt, actuators.period)
+    every = ticks_of(law, name, actuators)
     largest = describe(law).get("cc", actuators.cc_max)  # a law that fixes cc, or else all that the actuator can give
     check_step(plant, min(float(largest), actuators.cc_max), settings.dt)
     n, samples = len(plant.labels), math.floor(waves.duration / actuators.period + 1e-9)
@@ -175,7 +181,7 @@ def run_law(
     else:
         opening = shutter.open if shutter else None
         python, nothing = PythonLaw(law, name, limit=time_limit, opening=opening), np.zeros(1)
-        closed_loop(python, nothing, nothing, *arguments)
+        closed_loop(_told(python, progress), nothing, nothing, *arguments)
         spent = np.array(python.seconds) * 1e3
         timing = LawTiming(float(np.median(spent)), float(np.quantile(spent, 0.99)))
         last = python.state
@@ -184,13 +190,33 @@ def run_law(
     return Record(states, commands, controls, actuators.period, int(saturations[0]), moved), timing
 
 
+def ticks_of(law: Law, name: str, actuators: Actuators) -> int:
+    """Samples of the actuators between two of the law.
+
+    Raises
+    ------
+    InputError
+        For a period of the law that is no multiple of the actuators'.
+    """
+    every = round(law.period / actuators.period) if math.isfinite(law.period) else 0
+    if every < 1 or not math.isclose(every * actuators.period, law.period, rel_tol=1e-9):
+        raise InputError(
+            f"laws.{name}.period",
+            law.period,
+            f"must be a multiple of actuators.period = {actuators.period}",
+            "Change one of the two",
+        )
+    return every
+
+
 def simulate(
     plant: Plant,
-    law: Law,
+    law: Law | str,
     waves: WaveRealisation,
     settings: Settings | None = None,
     name: str = "law",
     compiled: bool = True,
+    progress: Callable[[], None] | None = None,
 ) -> xarray.Dataset:
     """Run a law on a realisation and label the result.
 
@@ -198,8 +224,8 @@ def simulate(
     ----------
     plant : Plant
         The device.
-    law : Law
-        The law, e.g. ``gy.law("constant", cc=0.052, cg=3.5e-4)``.
+    law : Law or str
+        The law, e.g. ``gy.law("constant", cc=0.052, cg=3.5e-4)``, or the name of a registered one.
     waves : WaveRealisation
         The sea, from `realise`; the start is blended in here unless that was done already.
     settings : Settings, optional
@@ -208,15 +234,28 @@ def simulate(
         Kept in the result.
     compiled : bool
         Compile the law where possible.
+    progress : callable, optional
+        Called at each sample of a law that runs as plain Python.
 
     Returns
     -------
     xarray.Dataset
         See `gyroctl.simulation.trajectory`.
+
+    Raises
+    ------
+    InputError
+        For an argument that is not what it should be, and whatever a run refuses.
+    LawError
+        Where the law breaks the protocol.
     """
-    settings = settings or Settings()
+    check_plant(plant)
+    settings = checked_settings(settings)
+    name = law if isinstance(law, str) and name == "law" else name
+    built = law_of(law)
+    check_kind("waves", waves, WaveRealisation, "a realisation", "Give gyroctl.realise(plant, sea, seed)")
     acting = lead_in(waves, settings)
-    record, timing = run_law(plant, law, acting, settings, name, compiled)
+    record, timing = run_law(plant, built, acting, settings, name, compiled, progress=progress)
     time_out = np.arange(record.states.shape[0]) * record.period
     signals = {
         "elevation": np.interp(time_out, waves.time, acting.elevation),
@@ -225,9 +264,9 @@ def simulate(
     }
     attributes: dict[str, Any] = {
         "law": name,
-        "information": sight(law).level,
-        "preview": sight(law).preview,
-        "parameters": describe(law),
+        "information": sight(built).level,
+        "preview": sight(built).preview,
+        "parameters": describe(built),
         "seed": waves.seed,
         "sha256": acting.sha256,
         "blend": acting.blend,
@@ -238,8 +277,28 @@ def simulate(
         "saturations": record.saturations,
         "step_ms_median": timing.median,
         "start": settings.start,
+        **provenance(),
     }
     return trajectory(plant, record, signals, attributes)
+
+
+def checked_settings(settings: Settings | None) -> Settings:
+    """Return the settings, the default ones where there are none."""
+    settings = Settings() if settings is None else settings
+    check_kind("settings", settings, Settings, "settings", "Give gyroctl.Settings(...), or leave it out")
+    return settings
+
+
+def _told(entry: Callable[..., None], progress: Callable[[], None] | None) -> Callable[..., None]:
+    """Entry of a law that also tells that it was called."""
+    if progress is None:
+        return entry
+
+    def told(*arguments: Any) -> None:
+        entry(*arguments)
+        progress()
+
+    return told
 
 
 def lead_in(waves: WaveRealisation, settings: Settings) -> WaveRealisation:

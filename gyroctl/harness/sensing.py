@@ -9,11 +9,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.errors import InputError
+from gyroctl.errors import InputError, check_kind
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.measurement import CHANNELS, ROWS
 
 STREAM = 0x5E45  # separates the sensors' random numbers from the waves' of the same seed
+
+
+BOUNDS = {
+    "noise": (1e-12, 1e6),
+    "bias": (1e-12, 1e6),
+    "quantum": (1e-12, 1e6),
+    "delay": (1, 10_000),
+    "dropout": (1e-12, 1.0),
+}
+"""Least and largest size of each setting of a channel that is not zero: beyond them it is a slip of the unit."""
 
 
 @dataclass(frozen=True)
@@ -62,10 +72,15 @@ class Sensors:
     def __post_init__(self) -> None:
         for name in CHANNELS:
             channel = getattr(self, name)
+            check_kind(f"sensors.{name}", channel, Channel, "a channel", "Give gyroctl.Channel(noise=...)")
             for f in fields(Channel):
                 value, path = getattr(channel, f.name), f"sensors.{name}.{f.name}"
                 if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                     raise InputError(path, value, "must be a finite number", f"Give {f.name} as a number")
+                low, high = BOUNDS[f.name]
+                if value != 0 and not low <= abs(value) <= high:
+                    mend = f"Give {f.name} as 0, or from {low:g} to {high:g}"
+                    raise InputError(path, value, "is out of bounds", mend)
                 if f.name != "bias" and value < 0:
                     raise InputError(path, value, "must not be negative", f"Give {f.name} >= 0")
             if channel.dropout >= 1.0:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.errors import InputError
+from gyroctl.errors import InputError, check_kind
 from gyroctl.linearisation.model import PeriodicModel, linearise
 from gyroctl.linearisation.periodic import DEFAULT_OUTPUTS
 from gyroctl.orbits.modes import Mode, find_modes
@@ -18,6 +18,10 @@ from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.search import search_orbit
 from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
+from gyroctl.waves.checks import finite
+from gyroctl.waves.physical import check_wave
+
+REGULAR = "Give gyroctl.Regular(height, wp); for a sea that of equal energy, height = Hs / 1.414"
 
 
 @dataclass(frozen=True)
@@ -96,7 +100,15 @@ def lock_orbit(
     Raises
     ------
     InputError
-        If height, frequency or a control is out of range, or the excitation is not known at the frequency.
+        If an argument is not what it should be, height, frequency or a control is out of range, the wave breaks, or
+        the excitation is not known at the frequency.
     """
+    check_kind("plant", plant, Plant, "a plant", "Give one as the first argument, for example gyroctl.zhang2017()")
+    check_kind("wave", wave, RegularWave, "a regular wave", REGULAR)
+    for name, value in (("cc", cc), ("cg", cg)):
+        finite(name, value, f"Give {name} in Nms")
+    low, high = plant.excitation.omega[[0, -1]]
+    if wave.height > 0.0 and low <= wave.wp <= high:
+        check_wave(plant, wave)
     search = find_orbit if nearest else search_orbit
     return PeriodicOrbit(**vars(search(plant, wave, cc, cg, sense, dt, guess)))

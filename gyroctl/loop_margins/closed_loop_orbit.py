@@ -26,11 +26,20 @@ REFERENCE = ((0.052, 3.5e-4), (0.104, 1.5e-4), (0.052, 1e-4), (0.104, 3e-5))
 """Controls whose locked orbit is tried as a start of the loop. [Nms]"""
 
 CC_MAX = 0.3
+SINGULAR = 1e14
+"""Condition number beyond which a map has a multiplier of 1 to rounding."""
+
 ITERATIONS = 25
 RESTLESS = (
     "The loop does not settle on one solution per wave, so that it has no multipliers: "
     "judge it by simulation, or try another wave"
 )
+
+COUNTS = (
+    "The law's state does not come back to itself after a wave, as a counter or a clock in it does not, so that the "
+    "loop has a multiplier of 1: keep out of the state what only counts, or let what is added up leak"
+)
+"""Where the loop's own map has a fixed direction, which no step of Newton's method can close."""
 
 LoopStatus = Literal["stable", "unstable", "not periodic", "not differentiable", "no orbit"]
 
@@ -137,6 +146,8 @@ def close_loop(
     except NotDifferentiable as error:
         advice = f"Gain, phase, delay and disk margins need the law's derivative: {error}. The nonlinear ones remain"
         return _failed("not differentiable", advice, flow, law, begin.sense)
+    except np.linalg.LinAlgError:
+        return _failed("not periodic", COUNTS, flow, law, begin.sense)
     return _failed("not periodic", RESTLESS, flow, law, begin.sense) if closed is None else closed
 
 
@@ -177,7 +188,10 @@ def _newton(flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, sense:
         if not np.all(np.isfinite(difference)) or np.max(np.abs(gap)) > 1e3:
             return None
         product = transition(np.array(closed))
-        step = np.linalg.solve(np.eye(n + ns) - product, difference)
+        unclosed = np.eye(n + ns) - product
+        if np.linalg.cond(unclosed) > SINGULAR and np.max(np.abs(difference[n:]), initial=0.0) > 1e-9:
+            raise np.linalg.LinAlgError("a multiplier of 1")
+        step = np.linalg.solve(unclosed, difference)
         if np.max(np.abs(step)) < 1e-10:
             multipliers = multipliers_of(product)
             stable = bool(np.abs(multipliers[0]) < 1.0)

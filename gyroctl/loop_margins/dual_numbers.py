@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.errors import without_addresses
 from gyroctl.nested import leaves, like
 
 
@@ -229,7 +230,7 @@ def step_jacobian(
         Time. [s]
     y : tuple of floats
         Measurement (a NamedTuple).
-    state : tuple of floats
+    state : float or nested tuple of floats
         State of the law.
 
     Returns
@@ -244,10 +245,11 @@ def step_jacobian(
     Raises
     ------
     NotDifferentiable
-        Where the step does not pass gradients on, or the state is no flat tuple of numbers.
+        Where the step does not pass gradients on, or the state holds something else than numbers.
     """
-    if not isinstance(state, tuple) or not all(isinstance(value, int | float) for value in leaves(state)):
-        raise NotDifferentiable("the law's state is no tuple of numbers")
+    if not all(isinstance(value, int | float) for value in leaves(state)):
+        kinds = sorted({type(value).__name__ for value in leaves(state) if not isinstance(value, int | float)})
+        raise NotDifferentiable(f"the law's state holds {' and '.join(kinds)}, give it as a NamedTuple of floats")
     ny, ns = len(y), len(leaves(state))
     unit = np.eye(ny + ns)
     measured = type(y)(*(Dual(float(value), unit[i]) for i, value in enumerate(y)))
@@ -258,6 +260,6 @@ def step_jacobian(
         flat = [cc, cg, *leaves(new)]
         values = np.array([float(_value(value)) for value in flat])
     except (TypeError, ValueError, AttributeError) as error:
-        raise NotDifferentiable(str(error)) from error
+        raise NotDifferentiable(without_addresses(str(error))) from error
     gradient = np.array([v.gradient if isinstance(v, Dual) else np.zeros(ny + ns) for v in flat])
     return values, gradient[:, :ny], gradient[:, ny:]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,14 @@ class Measurement(NamedTuple):
     phi3: float  # [rad]
     phi1_rate: float  # [rad/s]
     phi3_rate: float  # [rad/s]
+
+    def __getattr__(self, name: str) -> float:
+        """Answer a name that there is not with those that there are."""
+        near = get_close_matches(name, self._fields, 1)
+        meant = f", did you mean {near[0]}?" if near else "."
+        raise AttributeError(
+            f"a measurement has no {name}{meant} It has {', '.join(self._fields)}", name=name, obj=self
+        )
 
 
 CHANNELS = Measurement._fields

@@ -18,6 +18,9 @@ from gyroctl.plant.parameters import Parameters
 from gyroctl.plant.radiation import Radiation
 from gyroctl.plant.symbolic import casadi_derivative
 
+NAMED = 6
+"""Changes that the name of a plant tells one by one."""
+
 
 class Excitation(Protocol):
     """Wave excitation moments per metre of amplitude."""
@@ -47,9 +50,11 @@ class Plant:
     excitation : Excitation
         He_1 and He_3 over frequency and heading.
     name : str
-        For reports.
+        For reports. A plant made by `replace` is called by what was changed: "zhang2017 corrected, d1 = 3".
     depth : float
         Water depth, for the power that the waves carry; infinite where unknown. [m]
+    origin : Plant, optional
+        The plant that was changed into this one, for its name.
 
     Raises
     ------
@@ -62,6 +67,7 @@ class Plant:
     excitation: Excitation
     name: str = "custom"
     depth: float = math.inf
+    origin: Plant | None = dataclasses.field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Refuse what is no pair of radiation functions."""
@@ -96,7 +102,14 @@ class Plant:
         parameters = changes.get("parameters", self.parameters)
         parameters = dataclasses.replace(parameters, **{n: v for n, v in changes.items() if n in inner})
         outer = {n: v for n, v in changes.items() if n in own}
-        return dataclasses.replace(self, **{**outer, "parameters": parameters})
+        changed = dataclasses.replace(self, **{**outer, "parameters": parameters})
+        if "name" in outer:  # a plant with a name of its own is what later changes count from
+            return dataclasses.replace(changed, origin=None)
+        origin = self.origin or self
+        words = _differences(changed, origin)
+        if not words:
+            return dataclasses.replace(changed, name=origin.name, origin=None)
+        return dataclasses.replace(changed, name=", ".join([origin.name, *words]), origin=origin)
 
     @cached_property
     def coefficients(self) -> Coefficients:
@@ -185,6 +198,26 @@ class Plant:
         dx = np.empty((state.shape[0] + len(LEDGER), *state.shape[1:]), kind)
         equations.derivative(state, dx, 1, 0, self.coefficients, u[0], u[1], moments[0], moments[1])
         return dx
+
+
+def _differences(plant: Plant, origin: Plant) -> list[str]:
+    """What differs between two plants, in words: numbers by name, and what is no number by its name alone."""
+    pairs = [(f.name, plant.parameters, origin.parameters) for f in dataclasses.fields(plant.parameters)]
+    values = [(name, getattr(mine, name), getattr(first, name)) for name, mine, first in pairs]
+    words = [f"{name} = {_in_words(mine)}" for name, mine, first in values if mine != first]
+    if plant.depth != origin.depth:
+        words.append(f"depth = {plant.depth:g}")
+    if plant.radiation != origin.radiation:
+        words.append("other radiation")
+    if plant.excitation.sha256 != origin.excitation.sha256:
+        words.append("other excitation")
+    return words if len(words) <= NAMED else [*words[:NAMED], f"and {len(words) - NAMED} more"]
+
+
+def _in_words(value: object) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return f"{value:.6g}" if isinstance(value, float | int) else str(value)
 
 
 def coefficients(parameters: Parameters, radiation: tuple[Radiation, Radiation]) -> Coefficients:

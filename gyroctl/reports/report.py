@@ -167,6 +167,7 @@ def _provenance(ds: xr.Dataset) -> list[tuple[str, str]]:
         "Hydrodynamics SHA-256": ds.attrs.get("hydrodynamics_sha256"),
         "Plant": ds.attrs.get("plant"),
         "Platform": ds.attrs.get("platform"),
+        "Commit": ds.attrs.get("commit") or None,
     }
     return [(name, str(value)) for name, value in known.items() if value is not None]
 

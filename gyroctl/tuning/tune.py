@@ -32,8 +32,8 @@ from gyroctl.tuning.stages import Plan, Seen, Stages, search, shortlist, weighed
 from gyroctl.tuning.task import Task, TuningSea
 from gyroctl.tuning.yardstick import Search
 
-BUDGET = 4.0e6
-"""Simulated time for each set of each law. [s]"""
+BUDGET, BUDGET_MAX = 4.0e6, 1e12
+"""Simulated time for each set of each law, and the most that can be asked for. [s]"""
 
 FEWEST, MOST = 2, 8
 """Points that are confirmed."""
@@ -100,8 +100,10 @@ def tune(
         For seeds that judge laws, a budget too small for two points, or what the law refuses.
     """
     check_seeds(task, on)
-    if not (np.isfinite(budget) and budget > 0.0):
-        raise InputError("budget", budget, "must be a positive time", f"The default is {BUDGET:g} s")
+    if not (np.isfinite(budget) and 0.0 < budget <= BUDGET_MAX):
+        raise InputError(
+            "budget", budget, f"must be a positive time, at most {BUDGET_MAX:g} s", f"The default is {BUDGET:g} s"
+        )
     if task.method == "pairs":
         return _pairs(task, which, on, budget, workers, quiet)
     seas = task.served(which)

@@ -10,6 +10,16 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 
+SEED_MAX = 2**63 - 1
+"""Largest seed: results keep them as 64-bit numbers."""
+
+
+HEIGHT_MAX, FREQUENCY_MAX = 100.0, 100.0
+"""Heights [m] and frequencies [rad/s] beyond which no wave is meant; what a device can ride is far less."""
+
+DURATION_MAX = 1e5
+"""Longest run: a day. [s]"""
+
 
 def finite(field: str, value: object, mend: str) -> float:
     """Return `value` as a float.
@@ -40,6 +50,46 @@ def positive(field: str, value: object, mend: str) -> float:
     return number
 
 
+def at_most(field: str, value: float, high: float, unit: str) -> float:
+    """Return a number that is no slip of the unit.
+
+    Raises
+    ------
+    InputError
+        `value` is above `high`.
+    """
+    if value > high:
+        raise InputError(field, value, f"must be at most {high:g}", f"Give it in {unit}" if unit else "Give less")
+    return value
+
+
+def within(field: str, value: object, low: float, high: float, mend: str) -> float:
+    """Return `value` as a float from `low` to `high`, both included.
+
+    Raises
+    ------
+    InputError
+        `value` is not a finite number between the two.
+    """
+    number = finite(field, value, mend)
+    if not low <= number <= high:
+        raise InputError(field, value, f"must be between {low:g} and {high:g}", mend)
+    return number
+
+
+def whole(field: str, value: object, low: int, high: int, mend: str) -> int:
+    """Return `value` as an int from `low` to `high`, both included.
+
+    Raises
+    ------
+    InputError
+        `value` is not a whole number between the two.
+    """
+    if within(field, value, low, high, mend) != int(value):  # type: ignore[call-overload]
+        raise InputError(field, value, "must be a whole number", mend)
+    return int(value)  # type: ignore[call-overload, no-any-return]
+
+
 def heading_angle(value: object) -> float:
     """Return a wave heading in [-180, 180] [deg].
 
@@ -68,6 +118,8 @@ def seed_number(value: object) -> int:
         raise InputError("run.seeds", value, "a seed must be a whole number", mend)
     if value < 0:
         raise InputError("run.seeds", value, "a seed must not be negative", mend)
+    if int(value) > SEED_MAX:
+        raise InputError("run.seeds", value, f"a seed must not be above {SEED_MAX}", mend)
     return int(value)
 
 

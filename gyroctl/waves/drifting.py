@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import finite, positive, store
+from gyroctl.waves.checks import DURATION_MAX, FREQUENCY_MAX, at_most, finite, positive, store
 from gyroctl.waves.spectrum import SeaState
 from gyroctl.waves.superposition import Superposition
 
@@ -57,11 +57,13 @@ class DriftingSea:
         """Check every field and store it as a float."""
         first = SeaState(self.hs, self.wp, self.gamma, self.heading)
         end = positive("sea.wp_end", self.wp_end, "Give the last peak frequency in rad/s, for example 3.5")
+        at_most("sea.wp_end", end, FREQUENCY_MAX, "rad/s")
         over = finite("sea.over", self.over, "Give the length of the drift in seconds, for example 2000")
         least = 100.0 * abs(end - first.wp) / SPACING  # 100 s a stage: twenty waves, so that a fade turns no phase
         if over < least or over <= 0.0:
             mend = f"Give at least {max(least, 1.0):.4g} s"
             raise InputError("sea.over", self.over, "is too short for waves that only drift", mend)
+        at_most("sea.over", over, 10.0 * DURATION_MAX, "s")
         store(self, hs=first.hs, wp=first.wp, wp_end=end, gamma=first.gamma, over=over, heading=first.heading)
 
     @property

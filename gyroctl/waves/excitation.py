@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,7 @@ if TYPE_CHECKING:  # the plant brings its compiled kernel along, which waves do 
     from gyroctl.plant import Excitation
 
 
+@runtime_checkable
 class Excited(Protocol):
     """A plant, as far as waves are concerned."""
 

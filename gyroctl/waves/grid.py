@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import positive
+from gyroctl.waves.checks import DURATION_MAX, positive
 
 BASE_PERIOD = 2000.0
 """Repetition period of a sea of up to that length [s]."""
@@ -19,6 +19,10 @@ BASE_HARMONICS = 4000
 
 OMEGA_MAX = 2.0 * math.pi * BASE_HARMONICS / BASE_PERIOD
 """Highest frequency of a synthesised sea [rad/s]."""
+
+
+STEP_MIN = 1e-3
+"""Shortest wave step: three hundred to the shortest wave. [s]"""
 
 
 class TimeGrid(NamedTuple):
@@ -67,6 +71,8 @@ def time_grid(duration: float, dt: float) -> TimeGrid:
     mend = "Give a wave step below 0.25 s that divides 2000 s, for example 0.05"
     step = positive("run.dt", dt, mend)
     per_base = BASE_PERIOD / step
+    if step < STEP_MIN:
+        raise InputError("run.dt", dt, f"the wave step must be at least {STEP_MIN:g} s", mend)
     if step >= math.pi / OMEGA_MAX:
         raise InputError("run.dt", dt, f"is too coarse for waves up to {OMEGA_MAX:.3f} rad/s", mend)
     if abs(per_base - round(per_base)) > 1e-6:
@@ -74,6 +80,8 @@ def time_grid(duration: float, dt: float) -> TimeGrid:
     step = BASE_PERIOD / round(per_base)
     mend = f"Give a duration in seconds that is a multiple of the wave step {step:g} s, for example 600"
     length = positive("run.duration", duration, mend)
+    if length > DURATION_MAX:
+        raise InputError("run.duration", duration, f"must be at most {DURATION_MAX:g} s", mend)
     count = round(length / step)
     if count < 1 or abs(length / step - count) > 1e-6:
         raise InputError("run.duration", duration, f"must be a multiple of the wave step {step:g} s", mend)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import heading_angle, positive, store
+from gyroctl.waves.checks import FREQUENCY_MAX, HEIGHT_MAX, at_most, heading_angle, positive, store
 
 _HEIGHT = "Give the wave height, crest to trough, in metres, for example 0.2"
 _FREQUENCY = "Give the frequency in rad/s, for example 3.14"
@@ -42,6 +42,7 @@ class Regular:
     def __post_init__(self) -> None:
         """Check every field and store it as a float."""
         height, wp = positive("sea.height", self.height, _HEIGHT), positive("sea.wp", self.wp, _FREQUENCY)
+        height, wp = at_most("sea.height", height, HEIGHT_MAX, "m"), at_most("sea.wp", wp, FREQUENCY_MAX, "rad/s")
         store(self, height=height, wp=wp, heading=heading_angle(self.heading))
 
     @property
@@ -85,6 +86,9 @@ class Bichromatic:
         frequencies = _pair("sea.frequencies", self.frequencies, mend)
         if frequencies[0] == frequencies[1]:
             raise InputError("sea.frequencies", self.frequencies, "the two must differ", mend)
+        for height, wp in zip(heights, frequencies, strict=True):
+            at_most("sea.heights", height, HEIGHT_MAX, "m")
+            at_most("sea.frequencies", wp, FREQUENCY_MAX, "rad/s")
         store(self, heights=heights, frequencies=frequencies, heading=heading_angle(self.heading))
 
     @property

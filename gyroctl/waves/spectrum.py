@@ -9,7 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import finite, heading_angle, positive, store
+from gyroctl.waves.checks import FREQUENCY_MAX, HEIGHT_MAX, at_most, finite, heading_angle, positive, store
+
+GAMMA_MAX = 1000.0
+"""Largest peak enhancement: the sea is then all but regular. [-]"""
 
 SIGMA_BELOW = 0.07
 """Relative width of the peak below the peak frequency, (40) [-]."""
@@ -50,6 +53,8 @@ class SeaState:
         wp = positive("sea.wp", self.wp, "Give the peak frequency in rad/s, for example 3.14")
         mend = "Give a peak enhancement of 1 (Pierson-Moskowitz) or more, for example 5"
         gamma = finite("sea.gamma", self.gamma, mend)
+        hs, wp = at_most("sea.hs", hs, HEIGHT_MAX, "m"), at_most("sea.wp", wp, FREQUENCY_MAX, "rad/s")
+        gamma = at_most("sea.gamma", gamma, GAMMA_MAX, "")
         if gamma < 1.0:
             raise InputError("sea.gamma", self.gamma, "must be at least 1", mend)
         store(self, hs=hs, wp=wp, gamma=gamma, heading=heading_angle(self.heading))

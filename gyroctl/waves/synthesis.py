@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.errors import InputError
+from gyroctl.errors import InputError, check_kind
 from gyroctl.waves.blending import blend_signals, check_blend
 from gyroctl.waves.components import Components, Sea, components
 from gyroctl.waves.excitation import Excited, band, regular_amplitude
 from gyroctl.waves.grid import TimeGrid, time_grid
 from gyroctl.waves.identity import content_hash
 from gyroctl.waves.phases import random_phases
+from gyroctl.waves.physical import Sized, check_sea
 
 if TYPE_CHECKING:
     from gyroctl.plant import Excitation
@@ -137,10 +138,14 @@ def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float = 0.05
     InputError
         Fields ``sea``, ``sea.wp``, ``run.duration``, ``run.dt``.
     """
+    check_kind("plant", plant, Excited, "a device", "Give a plant, for example gyroctl.zhang2017()")
+    check_kind("sea", sea, get_args(Sea), "a sea", f"Give one of {', '.join(kind.__name__ for kind in get_args(Sea))}")
     grid = time_grid(duration, dt)
     waves = components(sea, grid)
     regular = regular_amplitude(plant, sea)
     _check_share(sea, waves, plant.excitation)
+    if isinstance(plant, Sized):
+        check_sea(plant, sea)
     response = plant.excitation(waves.omega, sea.heading) * waves.amplitude
     return Synthesis(sea, grid, waves, response, regular, plant.excitation.sha256)
 

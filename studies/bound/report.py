@@ -12,6 +12,7 @@ import numpy as np
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law
 from gyroctl.plant import Plant
+from gyroctl.provenance import provenance
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.bound.cap import momentum, momentum_cap
 from gyroctl.studies.bound.cut import Cut, cut
@@ -19,9 +20,8 @@ from gyroctl.studies.bound.draw import picture
 from gyroctl.studies.bound.outcome import Outcome, summary
 from gyroctl.studies.bound.search import FULL, MOTION, Effort, best_found, loosened, ticks
 from gyroctl.studies.style import save, styled
-from gyroctl.version import VERSION
 from gyroctl.waves import SeaState
-from gyroctl.writing import plain, write_json
+from gyroctl.writing import Kept, plain
 
 
 def bound_report(
@@ -66,7 +66,8 @@ def bound_report(
     Raises
     ------
     InputError
-        For seeds, duration or folder that cannot be used; nothing is written then.
+        For seeds, duration or folder that cannot be used; nothing is written then. Where no window at all could be
+        searched: bound.json then names why. A window that fails among others is named under ``failed``.
     """
     begin = time.monotonic()
     if out.exists() and not out.is_dir():
@@ -75,25 +76,30 @@ def bound_report(
         raise InputError("seeds", list(seeds), "must be different seeds, one at least", "Give for example 1,2,3")
     stages = ticks(len(laws), effort) + len(laws) + 2 + (effort.repairs + 2 if free else 0)
     cuts = [cut(plant, sea, seed, duration) for seed in seeds]
-    windows = []
-    with Progress("bound", stages * len(cuts), quiet) as progress:
-        for one in cuts:
-            windows.append(_searched(one, laws, free, effort, progress))
-            progress.advance()
     request = {"gamma": sea.gamma, "hs": sea.hs, "wp": sea.wp, "seeds": list(seeds), "duration_s": duration}
     request |= {"device": plant.name, "motion_limit_rad": MOTION, "laws": list(laws)}
-    records = [window.record() for window in windows]
-    content = {
-        "gyroctl_version": VERSION,
-        "request": request,
-        "windows": records,
-        "summary": summary(records),
-        "meaning": MEANING,
-        "seconds": round(time.monotonic() - begin, 1),
-    }
-    with styled():
+    content: dict[str, Any] = {**provenance(), "request": request, "meaning": MEANING, "windows": []}
+    kept, windows = Kept(content, out / "bound.json"), []
+    refused: InputError | None = None
+    with Progress("bound", stages * len(cuts), quiet) as progress:
+        for one in cuts:
+            with kept.stage(f"seed {one.waves.seed}"):
+                try:
+                    windows.append(_searched(one, laws, free, effort, progress))
+                except InputError as error:
+                    refused = error
+                    raise
+                content["windows"] = [window.record() for window in windows]
+                content["summary"] = summary(content["windows"])
+            progress.advance()
+    if not windows:
+        raise refused or InputError(
+            "seeds", list(seeds), f"no window was searched: {kept.failed}", "Correct what failed"
+        )
+    with kept.stage("picture"), styled():
         save(picture(windows, sea, duration), out / "bound.png")
-    write_json(out / "bound.json", content)
+    content["seconds"] = round(time.monotonic() - begin, 1)
+    kept.write()
     return dict(plain(content))
 
 

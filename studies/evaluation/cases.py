@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
@@ -105,6 +105,19 @@ def run_case(case: Case, entrants: Iterable[Entrant], ask: Request) -> Outcome:
         raise InputError("case", case.name, f"the reference cannot be run: {failed[REFERENCE]}", "Choose another sea")
     check_waves(runs.values())
     return Outcome(case, runs, failed)
+
+
+def check_any(done: Collection[Any], failed: Mapping[str, str]) -> None:
+    """Refuse to draw a table of no cases.
+
+    Raises
+    ------
+    InputError
+        Field ``cases``, with the reason of each.
+    """
+    if not done:
+        problem = f"every case failed: {'; '.join(f'{what}: {why}' for what, why in failed.items())}"
+        raise InputError("cases", list(failed), problem.rstrip("."), "Correct what failed")
 
 
 def common_seeds(first: Runs, second: Runs) -> tuple[int, ...]:

@@ -15,7 +15,7 @@ from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.reports.wording import number
-from gyroctl.studies.evaluation.cases import Case, run_case
+from gyroctl.studies.evaluation.cases import Case, check_any, run_case
 from gyroctl.studies.evaluation.entrants import pair
 from gyroctl.studies.evaluation.request import PAIRS, Request
 from gyroctl.studies.evaluation.rows import Row, rows
@@ -139,6 +139,7 @@ def offdesign_table(
         ]
         cases.append({"group": off.group, "name": off.name, **_sea(off.sea), "pair": best, "laws": laws})
         parts.append(_section(title, best, table))
+    check_any(groups, failed)
     summary = never_worse(groups)
     content = {"cases": cases, "never_worse": summary, "failed": failed}
     answers = [

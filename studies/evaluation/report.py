@@ -6,7 +6,8 @@ import time
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from gyroctl.errors import InputError
+from gyroctl.errors import InputError, in_words
+from gyroctl.provenance import provenance
 from gyroctl.reports.wording import seed_ranges
 from gyroctl.studies.evaluation.information import information_table
 from gyroctl.studies.evaluation.offdesign import offdesign_table
@@ -15,7 +16,6 @@ from gyroctl.studies.evaluation.robustness import robustness_table
 from gyroctl.studies.evaluation.seas import seas_table
 from gyroctl.studies.evaluation.seeds import states_in_words
 from gyroctl.studies.style import save
-from gyroctl.version import VERSION
 from gyroctl.writing import write_json, write_text
 
 if TYPE_CHECKING:
@@ -30,6 +30,9 @@ TABLES: dict[str, Table] = {
     "robustness": robustness_table,
 }
 """Tables by name."""
+
+ALL_OF_IT = "the whole table"
+"""What failed, where no case of it could be run."""
 
 TITLES = {
     "seas": "All laws in three seas",
@@ -57,12 +60,33 @@ def evaluate_tables(names: Sequence[str], ask: Request) -> dict[str, dict[str, A
     Raises
     ------
     InputError
-        For an unknown table, or whatever a run refuses.
+        For an unknown table, or where every table failed, the last reason. A table that fails among others is written
+        as such, and the others are made.
     """
     for name in names:
         if name not in TABLES:
             raise InputError("table", name, "there is no such table", f"Choose of {', '.join(TABLES)}")
-    return {name: _one(name, ask) for name in dict.fromkeys(names or TABLES)}
+    wanted, found, broken = list(dict.fromkeys(names or TABLES)), {}, 0
+    for name in wanted:
+        try:
+            found[name] = _one(name, ask)
+        except Exception as error:  # the other tables do not depend on it
+            broken += 1
+            found[name] = _not_made(name, ask, in_words(error))
+            if broken == len(wanted):
+                raise
+    return found
+
+
+def _not_made(name: str, ask: Request, why: str) -> dict[str, Any]:
+    """Write that a table could not be made, in the place of one that an earlier call may have left."""
+    ask.say(f"{name} failed: {why}")
+    failed = {ALL_OF_IT: why}
+    head = {"table": name, "title": TITLES[name], **provenance()}
+    content = {**head, "request": ask.record(), "failed": failed}
+    write_json(ask.out / f"{name}.json", content)
+    write_text(ask.out / f"{name}.md", f"# {TITLES[name]}\n\n## Not run\n\n- {ALL_OF_IT}: {why}\n")
+    return content
 
 
 def _one(name: str, ask: Request) -> dict[str, Any]:
@@ -76,7 +100,7 @@ def _one(name: str, ask: Request) -> dict[str, Any]:
     content = {
         "table": name,
         "title": TITLES[name],
-        "gyroctl_version": VERSION,
+        **provenance(),
         "request": ask.record(),
         **found,
         "seconds": round(time.monotonic() - begin, 1),

@@ -7,12 +7,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from gyroctl.comparison.compare import check_workers
 from gyroctl.errors import InputError
 from gyroctl.harness.run import Settings
 from gyroctl.harness.seed_ledger import ledger, refused_for
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.studies.evaluation.entrants import Entrant, default_entrants, parse
 from gyroctl.studies.evaluation.seeds import SeedPlan, seed_plan
+from gyroctl.waves.checks import DURATION_MAX, at_most, positive, within
+
+BUDGET_MAX = 1e12
+"""Largest simulated time for a search. [s]"""
 
 RUNS, PAIRS = "runs", "pairs"
 """Folders of finished runs and of constant pairs that were found."""
@@ -77,6 +82,10 @@ def request(
     if out.exists() and not out.is_dir():
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
     settings = Settings()
+    check_workers(workers)
+    positive("budget", budget, "Give simulated seconds, for example 4e6")
+    at_most("budget", budget, BUDGET_MAX, "s")
+    within("duration", duration, 0.0, DURATION_MAX, "Give seconds, for example 2000")
     if not duration > settings.score_from:
         problem = f"is not longer than the blend of {settings.blend:g} s"
         raise InputError("duration", duration, problem, "Give a longer one, for example 2000")

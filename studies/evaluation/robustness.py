@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.devices import zhang2017
+from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.statistics import Estimate, paired_ratio
 from gyroctl.studies.evaluation.cases import Case, Outcome, best_pair_of, common_seeds, run_case
@@ -41,12 +42,18 @@ def robustness_table(ask: Request, gamma: float = 5.0) -> tuple[dict[str, Any], 
     from gyroctl.studies.evaluation.draw import draw_robustness
 
     found: dict[str, Outcome] = {}
+    failed: dict[str, str] = {}
     cases = truths(ask.settings)
     nominal = best_pair_of(Case(NOMINAL, zhang2017(), SeaState(gamma=gamma), ask.settings), ask)
     for i, truth in enumerate(cases):
         ask.say(f"robustness: {truth.name} ({i + 1} of {len(cases)})")
         case = Case(truth.name, truth.plant, SeaState(gamma=gamma), truth.settings)
-        found[truth.name] = run_case(case, [nominal, *ask.entrants], ask)
+        try:
+            found[truth.name] = run_case(case, [nominal, *ask.entrants], ask)
+        except InputError as error:
+            if truth.name == NOMINAL:  # all others are told relative to it
+                raise
+            failed[truth.name] = str(error)
     tables = {name: rows(outcome) for name, outcome in found.items()}
     kept = {name: kept_power(outcome, found[NOMINAL]) for name, outcome in found.items()}
     laws = list(tables[NOMINAL])
@@ -65,7 +72,7 @@ def robustness_table(ask: Request, gamma: float = 5.0) -> tuple[dict[str, Any], 
             name: [{**vars(row), "of_nominal": kept[name].get(law)} for law, row in table.items()]
             for name, table in tables.items()
         },
-        "failed": {what: why for outcome in found.values() for what, why in outcome.failures.items()},
+        "failed": failed | {what: why for outcome in found.values() for what, why in outcome.failures.items()},
     }
     locked = [(name, *(_locked(table.get(law)) for law in laws), _counts(table)) for name, table in tables.items()]
     parts = [UNCHANGED, "## Locked runs\n\n" + markdown_table(("case", *laws, "runs"), locked)]

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.devices import zhang2017
+from gyroctl.errors import InputError
 from gyroctl.reports.wording import number
-from gyroctl.studies.evaluation.cases import Case, best_pair_of, run_case
+from gyroctl.studies.evaluation.cases import Case, best_pair_of, check_any, run_case
 from gyroctl.studies.evaluation.entrants import Entrant, parse, with_sets
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.rows import Row, rows
@@ -51,9 +52,14 @@ def seas_table(ask: Request, gammas: Sequence[float] = GAMMAS) -> tuple[dict[str
     for gamma in gammas:
         ask.say(f"seas: gamma {gamma:g}")
         case = Case(f"gamma {gamma:g}", zhang2017(), SeaState(gamma=gamma), ask.settings)
-        outcome = run_case(case, [best_pair_of(case, ask), *with_sets(_entrants(ask), f"gamma{gamma:g}")], ask)
+        try:
+            outcome = run_case(case, [best_pair_of(case, ask), *with_sets(_entrants(ask), f"gamma{gamma:g}")], ask)
+        except InputError as error:
+            failed[case.name] = str(error)
+            continue
         tables[gamma] = sorted(rows(outcome).values(), key=lambda row: -row.power.value)
         failed |= outcome.failures
+    check_any(tables, failed)
     verdicts, served = answers(tables), one_set_laws(tables)
     content = {
         "seas": {f"gamma{gamma:g}": [_record(gamma, row) for row in table] for gamma, table in tables.items()},

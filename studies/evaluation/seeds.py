@@ -9,6 +9,9 @@ from gyroctl.errors import InputError
 from gyroctl.harness.seed_ledger import MEANING, ledger
 from gyroctl.reports.wording import seed_ranges
 
+SEEDS_MAX = 100_000
+"""Most realisations of one law."""
+
 MEND = "Give for example 1:64, or nmpc=1:16 for one law"
 
 
@@ -77,6 +80,9 @@ def _seeds(text: str, numbers: str) -> tuple[int, ...]:
         first, colon, last = part.strip().partition(":")
         if not first.isdecimal() or (colon and not last.isdecimal()):
             raise InputError("seeds", text, f"{part.strip() or 'nothing'} is no seed and no range of seeds", MEND)
+        many = int(last) - int(first) if colon else 0
+        if many + len(found) >= SEEDS_MAX:
+            raise InputError("seeds", text, f"are more than {SEEDS_MAX} realisations", MEND)
         found += range(int(first), int(last) + 1) if colon else [int(first)]
     if not found or len(set(found)) < len(found):
         raise InputError("seeds", text, "is empty or repeats a seed", MEND)

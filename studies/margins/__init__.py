@@ -2,5 +2,6 @@
 
 from gyroctl.studies.margins.report import lock_map_report, margin_report
 from gyroctl.studies.margins.request import Request, find_orbit, request
+from gyroctl.studies.margins.result import MarginResult, margins
 
-__all__ = ["Request", "find_orbit", "lock_map_report", "margin_report", "request"]
+__all__ = ["MarginResult", "Request", "find_orbit", "lock_map_report", "margin_report", "margins", "request"]

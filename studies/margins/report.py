@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,16 +14,17 @@ from gyroctl.errors import InputError
 from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.orbits.flow import Forcing
 from gyroctl.orbits.guess import estimated_share
+from gyroctl.provenance import provenance
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.margins import draw_linear, draw_maps, draw_orbit, draw_robustness, measures
 from gyroctl.studies.margins.borders import control_borders
 from gyroctl.studies.margins.maps import STABLE, OrbitMap, basin_map, coupling_map, tongue_map
-from gyroctl.studies.margins.measures import DIRECTIONS, SIZES, LoopAnswer, Margins
+from gyroctl.studies.margins.measures import LoopAnswer
+from gyroctl.studies.margins.measuring import check_samples, measured, steps_of
 from gyroctl.studies.margins.request import Request, find_orbit
 from gyroctl.studies.margins.words import meanings
 from gyroctl.studies.style import save, styled
-from gyroctl.version import VERSION
-from gyroctl.writing import plain, write_json
+from gyroctl.writing import Kept, plain, write_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -72,43 +73,50 @@ def margin_report(
     Raises
     ------
     InputError
-        Where there is no orbit, or the law does not keep the lock; nothing is written then.
+        Where there is no orbit, or the law does not keep the lock; nothing is written then. Whatever fails later is
+        named under ``failed``, and margins.json holds what was finished before and after it.
     """
     begin = time.monotonic()
     check_folder(out)
-    if samples < 1:
-        raise InputError("samples", samples, "must be at least 1", "Give the number of disturbances, for example 128")
+    check_samples(samples)
     orbit = find_orbit(asked)
-    point = f"{asked.sea}; {asked.controls}"
-    stages = (len(DIRECTIONS) + len(SIZES) + 1) * (2 if asked.law else 1) + 6
+    point, law = f"{asked.sea}; {asked.controls}", f"law {asked.law_name}"
+    stages = steps_of(asked) + 6
     stages += (MAP_COLUMNS + 1) + (TONGUE_COLUMNS + 1) + BASIN_COLUMNS + BORDER_STAGES if maps else 0
-    content: dict[str, Any] = {"gyroctl_version": VERSION, "request": asked.record()}
-    content["orbit"] = measures.orbit_record(orbit)
+    content: dict[str, Any] = {**provenance(), "request": asked.record(), "orbit": measures.orbit_record(orbit)}
+    kept = Kept(content, out / "margins.json")
+    drawn: list[str] = []
+
+    def draw(name: str, figure: Figure) -> None:
+        save(figure, out / f"{name}.png")
+        drawn.append(f"{name}.png")
+        progress.advance()
+
     with Progress("margins", stages, quiet) as progress, styled():
-        constant, of_law, answer = _measured(asked, orbit, samples, progress)
-        if constant is not None:
-            content["constant_controls"] = constant.record()
-        if of_law is not None and answer is not None:
-            content["law"] = {**of_law.record(), "linear": answer.record()}
-        law = f"law {asked.law_name}"
-        drawn = {"multipliers": draw_orbit.multipliers(orbit, answer.loop if answer else None, law, point)}
-        drawn["linear_error"], content["linear_model_error"] = draw_linear.linear_error(orbit, point)
-        if answer is not None and (picture := draw_orbit.nyquist(answer, law, point)) is not None:
-            drawn["nyquist"] = picture
+        constant, of_law, answer = measured(asked, orbit, samples, kept, progress.advance)
+        with kept.stage("multipliers"):
+            draw("multipliers", draw_orbit.multipliers(orbit, answer.loop if answer else None, law, point))
+        with kept.stage("linear_model_error"):
+            figure, content["linear_model_error"] = draw_linear.linear_error(orbit, point)
+            draw("linear_error", figure)
+        with kept.stage("nyquist"):
+            if answer is not None and (picture := draw_orbit.nyquist(answer, law, point)) is not None:
+                draw("nyquist", picture)
         named = {"constant controls": constant, law: of_law}
         if cases := {name: case for name, case in named.items() if case is not None}:
-            drawn["robustness"] = draw_robustness.robustness(cases, point)
+            with kept.stage("robustness"):
+                draw("robustness", draw_robustness.robustness(cases, point))
         if maps:
-            pictures, content["maps"] = _maps(asked, orbit.period, progress.advance)
-            drawn |= pictures
+            with kept.stage("maps"):
+                pictures, content["maps"] = _maps(asked, orbit.period, progress.advance)
+                for name, figure in pictures.items():
+                    draw(name, figure)
+    with kept.stage("meaning"):
         content["meaning"] = meanings(asked, orbit, of_law or constant, answer)
-        content["not_available"] = _missing(asked, orbit, answer)
-        for name, figure in drawn.items():
-            save(figure, out / f"{name}.png")
-            progress.advance()
-    content["figures"] = [f"{name}.png" for name in drawn]
+    content["not_available"] = _missing(asked, orbit, answer, kept.failed)
+    content["figures"] = drawn
     content["seconds"] = round(time.monotonic() - begin, 1)
-    write_json(out / "margins.json", content)
+    kept.write()
     return dict(plain(content))
 
 
@@ -131,7 +139,7 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
         borders = control_borders(asked, CC_RANGE, progress.advance) if over_controls else ()
         save(draw_maps.orbit_map(asked, found, borders), out / "lockmap.png")
     content = {
-        "gyroctl_version": VERSION,
+        **provenance(),
         "request": asked.record(),
         "map": found.record(),
         "borders": borders,
@@ -166,23 +174,6 @@ def check_folder(out: Path) -> None:
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
 
 
-def _measured(
-    asked: Request, orbit: PeriodicOrbit, samples: int, progress: Progress
-) -> tuple[Margins | None, Margins | None, LoopAnswer | None]:
-    """Margins of the constant controls where they are stable, of the law where there is one, and its linear ones."""
-    # the law first: a law that does not keep the lock is refused before anything takes time
-    regime = measures.law_regime(orbit, asked) if asked.law is not None else None
-    constant = None
-    if orbit.status == "stable":
-        constant = measures.constant_margins(orbit, asked, samples, progress.advance)
-    if regime is None:
-        return constant, None, None
-    of_law = measures.law_margins(regime, samples, progress.advance)
-    answer = measures.linear_margins(orbit, asked)
-    progress.advance()
-    return constant, of_law, answer
-
-
 def _maps(asked: Request, period: float, tick: Callable[[], None]) -> tuple[dict[str, Figure], dict[str, Any]]:
     """Pictures and numbers over controls and waves."""
     controls, waves = map_controls(asked, tick), map_waves(asked, tick)
@@ -198,12 +189,16 @@ def _maps(asked: Request, period: float, tick: Callable[[], None]) -> tuple[dict
     return pictures, {**numbers, "basin": {"cc": cc, "cg": cg, "share": basin}}
 
 
-def _missing(asked: Request, orbit: PeriodicOrbit, answer: LoopAnswer | None) -> list[dict[str, str]]:
-    missing = {}
+def _missing(
+    asked: Request, orbit: PeriodicOrbit, answer: LoopAnswer | None, failed: Mapping[str, str]
+) -> list[dict[str, str]]:
+    missing = dict(failed)
     if orbit.status == "unstable":
         missing["every margin of the constant controls"] = f"the locked orbit is unstable. {orbit.advice}"
-    if answer is None:
+    if asked.law is None:
         missing[LINEAR] = "no law was named"
+    elif answer is None:
+        missing[LINEAR] = "they failed"
     elif answer.margins is None:
         missing[LINEAR] = answer.unavailable
     return [{"margin": name, "reason": reason} for name, reason in missing.items()]

@@ -12,7 +12,14 @@ from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import describe, law
 from gyroctl.linearisation import PeriodicOrbit, lock_orbit
 from gyroctl.plant import Plant
+from gyroctl.plant.kernel import slip_rate
+from gyroctl.simulation.ensemble import UNSTABLE
 from gyroctl.waves import Regular
+from gyroctl.waves.checks import HEIGHT_MAX, at_most, within
+from gyroctl.waves.physical import check_wave
+
+STEP = 0.01
+"""Longest step of the orbits and of the loop. [s]"""
 
 
 @dataclass(frozen=True)
@@ -84,6 +91,7 @@ def request(
     for name, value, unit, example in (("height", height, "m", 0.2), ("wp", wp, "rad/s", 3.14)):
         if not (math.isfinite(value) and value > 0.0):
             raise InputError(name, value, "must be a positive number", f"Give it in {unit}, for example {example}")
+    at_most("height", height, HEIGHT_MAX, "m")
     low, high = plant.excitation.omega[[0, -1]]
     if not low <= wp <= high:
         mend = f"Give a frequency from {low:g} to {high:g} rad/s"
@@ -97,8 +105,20 @@ def request(
         raise InputError("cg", cg, "without load there is no power and no headroom", "Give it in Nms, e.g. 3.5e-4")
     if sense not in (1, -1):
         raise InputError("sense", sense, "must be 1 or -1", "Choose the sense of rotation of the ring")
+    wave = Regular(height, wp)
+    check_wave(plant, wave)
+    check_stiffness(plant, cc)
+    within("cg", cg, 0.0, 10.0, "Give it in Nms, for example 3.5e-4")
     built = _law(law_name, parameters or {}, wp, cc, cg) if law_name else None
-    return Request(plant, Regular(height, wp), cc, cg, sense, law_name, built)
+    return Request(plant, wave, cc, cg, sense, law_name, built)
+
+
+def check_stiffness(plant: Plant, cc: float) -> None:
+    """Refuse a coupling whose slip is too fast for the step of the orbits."""
+    rate = float(slip_rate(plant.coefficients, cc))
+    if STEP * rate > UNSTABLE:
+        problem = f"the slip decays at {rate:.3g}/s, too fast for steps of {STEP:g} s"
+        raise InputError("cc", cc, problem, f"Give at most {cc * UNSTABLE / (STEP * rate):.3g} Nms")
 
 
 def find_orbit(asked: Request) -> PeriodicOrbit:
