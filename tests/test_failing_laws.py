@@ -70,7 +70,13 @@ def test_each_failure_is_named_and_counted(compared: tuple[subprocess.CompletedP
             assert np.isnan(run.mean_power.values).all()
         well = ds.sel(law=["well", "load_angle", "best_constant", "plain"])
         assert not well.failed.values.any() and np.isfinite(well.mean_power.values).all()
-    assert set(json.loads((out / "summary.json").read_text(encoding="utf-8"))["laws"]) >= {"raises", "dies"}
+    laws = json.loads((out / "summary.json").read_text(encoding="utf-8"))["laws"]
+    assert {name: row["failed"] for name, row in laws.items() if row["failed"]} == {
+        name.lower(): 2 for name in {**RAISING, **PLAIN}
+    }
+    assert all(part in laws[name.lower()]["failures"]["1"] for name, part in {**RAISING, **PLAIN}.items())
+    shown = " ".join(done.stdout.split())
+    assert "raises is out: it failed in 2 of 2 runs" in shown and "* raises" not in shown
 
 
 def test_other_laws_have_the_bits_that_they_have_alone(

@@ -174,18 +174,18 @@ def test_verdict_prefers_power_among_laws_that_qualify():
 
 
 def test_verdict_passes_over_the_law_that_loses_lock_more_often():
-    ds = synthetic(lock=1.0)
+    ds = synthetic(realisations=32, lock=1.0)
     ds["locked"].loc[{"law": "load_angle", "realisation": 3}] = False
     ds["loss_time"].loc[{"law": "load_angle", "realisation": 3}] = 200.0
     verdict = judge(evaluate(ds))
     assert verdict.winner == "coupling"
     assert "load_angle gives more power" in " ".join(verdict.sentences)
-    assert "7 of 8" in " ".join(verdict.sentences)
+    assert "31 of 32" in " ".join(verdict.sentences)
 
 
 def test_verdict_says_not_distinguishable_of_twins():
-    ds = synthetic(("best_constant", "coupling", "constant"), lock=1.0)
-    twin = ds["mean_power"].sel(law="coupling").values * (1.0 + 0.01 * np.resize([1.0, -1.0], 8))
+    ds = synthetic(("best_constant", "coupling", "constant"), 32, lock=1.0)
+    twin = ds["mean_power"].sel(law="coupling").values * (1.0 + 0.01 * np.resize([1.0, -1.0], 32))
     ds["mean_power"].loc[{"law": "constant"}] = twin
     assert "is not distinguishable (Holm-corrected over 3 pairs, p" in " ".join(judge(evaluate(ds)).sentences)
 

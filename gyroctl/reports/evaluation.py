@@ -44,6 +44,7 @@ class LawResult:
     information: str  # what the law may see: none, sensors, forecast, oracle
     preview: float  # how far ahead it is told the waves, infinite for all of them [s]
     runs: int
+    failures: Mapping[int, str]  # why runs failed, by seed: these have no numbers
     locked: int  # runs that held lock to the end
     in_step: int | None  # runs in step with the waves
     power: Estimate  # mean power that is judged: generated and stored, over the time [W]
@@ -86,6 +87,11 @@ class LawResult:
     net_energy: float  # mean energy of the generator less that of the motor [J]
     starts: int | None  # of a supervisor, sum over realisations
     unloads: int | None  # of a supervisor, sum over realisations
+
+    @property
+    def failed(self) -> int:
+        """Runs that failed."""
+        return len(self.failures)
 
     @property
     def flows(self) -> dict[str, float]:
@@ -169,6 +175,8 @@ def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawR
     row = {variable: layout.of_law(ds, variable, name) for variable in (*layout.REQUIRED, *layout.OPTIONAL)}
     facts = ds.sel(law=name)
     locked, duration = _flags(row["locked"]), layout.duration(ds)
+    failures = layout.failures(ds, name)
+    finished = np.isfinite(row["locked"]) & ~np.isin(ds["realisation"].values, list(failures))
     if "generated_w" not in ds.variables:  # of old, the mean power was the electrical one
         row["generated_w"] = row["mean_power"]
     known, unknown = "in_step" in ds.variables, Estimate(np.nan, np.nan, np.nan, "not recorded")
@@ -186,6 +194,7 @@ def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawR
         information=str(facts["information"].values),
         preview=float(facts["preview"].values) if "preview" in facts.variables else float("nan"),
         runs=locked.size,
+        failures=failures,
         locked=int(locked.sum()),
         in_step=_total(row["in_step"]),
         step=lock_probability(_flags(row["in_step"])) if known else unknown,
@@ -194,8 +203,8 @@ def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawR
         power_cv=bootstrap_mean(row["power_cv"], zero_if_lost=False),
         ratio=ratio,
         lock=lock_probability(row["locked"]),
-        mttl=mean_time_to_loss(row["loss_time"], duration, finished=np.isfinite(row["locked"])),
-        survival=lock_survival(row["loss_time"], duration, finished=np.isfinite(row["locked"])),
+        mttl=mean_time_to_loss(row["loss_time"], duration, finished=finished),
+        survival=lock_survival(row["loss_time"], duration, finished=finished),
         phi1_worst=finite_largest(row["phi1_p98"]),
         phi3_worst=finite_largest(row["phi3_p98"]),
         over_limit=int(((row["phi1_p98"] > limit) | (row["phi3_p98"] > limit)).sum()),

@@ -137,6 +137,15 @@ def names(ds: xr.Dataset) -> list[str]:
     return [str(name) for name in ds["law"].values]
 
 
+def failures(ds: xr.Dataset, law: str) -> dict[int, str]:
+    """Why runs of a law failed, by seed; empty for files that are older than this."""
+    if "failed" not in ds.variables:
+        return {}
+    row = ds.sel(law=law)
+    said = zip(row["realisation"].values, row["failed"].values, row["failure"].values, strict=True)
+    return {int(seed): str(why) for seed, failed, why in said if failed}
+
+
 def values(ds: xr.Dataset, variable: str) -> NDArray[np.float64]:
     """Read a variable over (law, realisation), NaN where the file has no such variable."""
     if variable not in ds.variables:

@@ -95,6 +95,7 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
         sentences=[_emphasised(sentence, layout.names(ds)) for sentence in verdict.sentences],
         created=str(ds.attrs["created"])[:16].replace("T", " "),
         laws=found.by_power,
+        broken=[law for law in found.by_power if law.failures],
         styles=law_styles(layout.names(ds), found.reference),
         sea=sea_line(ds),
         figures={

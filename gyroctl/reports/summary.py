@@ -76,6 +76,8 @@ def _law(law: LawResult) -> dict[str, Any]:
         "p98_over_mean": law.p98_over_mean,
         "locked": law.locked,
         "runs": law.runs,
+        "failed": law.failed,
+        "failures": {str(seed): why for seed, why in law.failures.items()},
         "lock_probability_ci95": _interval(law.lock),
         "in_step": law.in_step,
         "in_step_probability_ci95": _interval(law.step),

@@ -32,7 +32,7 @@ def results_table(ds: xr.Dataset, evaluation: Evaluation | None = None, *, inter
     Returns
     -------
     rich.table.Table
-        Judged power [W] and the stored part of it [W], ratio to best_constant [1], power CV [1], runs locked, runs in
+        Runs that failed, where any did; judged power [W] and the stored part of it [W], ratio to best_constant [1], power CV [1], runs locked, runs in
         step, turns kept [1], cycle slips per 1000 waves, what it sees
         and how far ahead [s].
     """
@@ -50,11 +50,13 @@ def results_table(ds: xr.Dataset, evaluation: Evaluation | None = None, *, inter
         "slips\n/1000",
     )
     winner = judge(found).winner
-    table = _table(headings)
+    any_failed = any(law.failures for law in found.laws)
+    table = _table(("failed\nruns", *headings) if any_failed else headings)
     table.add_column("sees", no_wrap=True)
     for law in found.by_power:
         table.add_row(
             _name(law, winner),
+            *([f"[red]{law.failed}/{law.runs}[/red]" if law.failures else f"0/{law.runs}"] if any_failed else []),
             _with(number(law.power.value), interval(law.power), intervals),
             watts(law.stored_w),
             _with(number(law.ratio.value), interval(law.ratio) if law.name != found.reference else "", intervals),

@@ -34,7 +34,8 @@ def judge(evaluation: Evaluation) -> Verdict:
     best of the causal laws stands in its place. Power is what is judged, generated and stored; but a flywheel that was
     slowed before the scoring began takes more from the waves while it comes up again, so a law whose lead over the
     reference is for the greater part stored does not qualify, nor one whose lead is not distinguishable from none. Laws
-    that give more power but do not qualify are named with the reason.
+    that give more power but do not qualify are named with the reason, and so is every law that failed in any run: it is
+    out, whatever its other runs give.
 
     Parameters
     ----------
@@ -60,11 +61,15 @@ def judge(evaluation: Evaluation) -> Verdict:
 
 def _reasons(law: LawResult, evaluation: Evaluation) -> list[str]:
     reasons = []
+    if law.failures:
+        reasons.append(_failure(law))
     if law.information == "oracle":
         told = f"is told the waves {plain(law.preview)} s ahead, as far as it plans"
         ahead = told if math.isfinite(law.preview) else "knows the future waves"
         reasons.append(f"{ahead} (oracle)")
     needed, who = _needed(evaluation, [(other, other.locked) for other in evaluation.laws])
+    if law.failed == law.runs:
+        return reasons
     if law.locked == 0:
         reasons.append(f"lost lock in every run ({law.runs})")
     elif law.locked < needed:
@@ -82,6 +87,10 @@ def _reasons(law: LawResult, evaluation: Evaluation) -> list[str]:
         elif lead > 0.0 and evaluation.difference(law.name, reference.name).words == NOT_DISTINGUISHABLE:
             reasons.append(f"leads {reference.name} by no more than chance explains ({number(lead, 2)} W)")
     return reasons
+
+
+def _failure(law: LawResult) -> str:
+    return f"failed in {law.failed} of {law.runs} runs ({next(iter(law.failures.values()))})"
 
 
 def _motion(law: LawResult, evaluation: Evaluation) -> list[str]:
@@ -178,7 +187,8 @@ def _excluded(winner: LawResult | None, reasons: dict[str, list[str]], evaluatio
     floor = winner.power.value if winner else float("-inf")
     stronger = [law for law in evaluation.by_power if reasons[law.name] and law.power.value > floor]
     lead = "gives more power" if winner else "gives"
-    return [
+    failed = [law for law in evaluation.laws if law.failures and law not in stronger]
+    return [f"{law.name} is out: it {_failure(law)}." for law in failed] + [
         f"{law.name} {lead}{',' if winner else ''} {number(law.power.value)} W, but {listed(reasons[law.name])}."
         for law in stronger
     ]

@@ -88,7 +88,9 @@ def paired_ratio(values: ArrayLike, reference: ArrayLike, confidence: float = CO
     """
     pairs = _pairs(values, reference)
     first, second = pairs.first, pairs.second
-    if first.size == 0 or not second.mean() > 0.0:
+    if first.size == 0:
+        return nothing(join("no pairs", pairs.left_out))
+    if not second.mean() > 0.0:
         return nothing(join("the reference mean is not positive", pairs.left_out))
     ratio = float(first.mean() / second.mean())
     if missing := _too_few(first.size):

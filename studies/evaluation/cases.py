@@ -19,7 +19,7 @@ from gyroctl.harness.run import Settings
 from gyroctl.harness.sight import sight
 from gyroctl.harness.yardstick import Yardstick
 from gyroctl.plant import Plant
-from gyroctl.reports.layout import REFERENCE
+from gyroctl.reports.layout import REFERENCE, failures
 from gyroctl.studies.evaluation.entrants import Entrant, kind, pair
 from gyroctl.studies.evaluation.request import RUNS, Request
 from gyroctl.tuning.yardstick import find_yardstick
@@ -56,7 +56,7 @@ class Runs:
 
 @dataclass(frozen=True)
 class Outcome:
-    """All laws in a case; `failed` says in words why a law has no runs."""
+    """All laws in a case; `failed` says in words why a law has no runs, or misses some."""
 
     case: Case
     runs: Mapping[str, Runs]
@@ -69,7 +69,7 @@ class Outcome:
 
     @property
     def failures(self) -> dict[str, str]:
-        """Why laws have no runs, by case and law."""
+        """Why laws have no runs, or miss some, by case and law."""
         return {f"{self.case.name}, {law}": why for law, why in self.failed.items()}
 
 
@@ -101,7 +101,7 @@ def run_case(case: Case, entrants: Iterable[Entrant], ask: Request) -> Outcome:
         done, broken = _run_group(case, group, seeds, ask)
         runs |= done
         failed |= broken
-    if REFERENCE in failed:
+    if REFERENCE not in runs:
         raise InputError("case", case.name, f"the reference cannot be run: {failed[REFERENCE]}", "Choose another sea")
     check_waves(runs.values())
     return Outcome(case, runs, failed)
@@ -192,15 +192,21 @@ def _run_group(
                 failed |= broken
         return runs, failed
     hashes = tuple(str(sha256) for sha256 in ds["sha256"].values)
-    names = [str(name) for name in ds.data_vars if ds[name].dims == ("law", "realisation")]
+    metrics = [name for name in ds.data_vars if ds[name].dims == ("law", "realisation") and name != "failure"]
 
     def gathered(entrant: Entrant) -> Runs:
         built, row = laws[entrant.label], ds.sel(law=entrant.label)
-        values = {name: np.asarray(row[name].values, np.float64) for name in names}
+        values = {name: np.asarray(row[name].values, np.float64) for name in map(str, metrics)}
         seen = sight(built)
         return Runs(entrant, kind(built), seen.level, np.asarray(seeds, np.int64), hashes, values, seen.preview)
 
-    return {entrant.label: gathered(entrant) for entrant in group if entrant.label in laws}, failed
+    runs = {entrant.label: gathered(entrant) for entrant in group if entrant.label in laws}
+    for label in laws:
+        if reasons := failures(ds, label):
+            failed[label] = f"failed in {len(reasons)} of {len(seeds)} runs: {next(iter(reasons.values()))}"
+            if len(reasons) == len(seeds):
+                del runs[label]
+    return runs, failed
 
 
 def _yardstick(laws: Mapping[str, Law]) -> Yardstick | None:

@@ -35,6 +35,7 @@ class Row:
     information: str  # level at which it is judged
     tuning: str  # set of parameters
     runs: int
+    failed: int  # runs without numbers
     locked: int  # runs that held lock
     lock: Estimate  # probability to hold lock, with Wilson's interval [1]
     in_step: int  # runs in step with the waves, by the best constant pair of the case
@@ -101,6 +102,7 @@ def row(runs: Runs, reference: Runs) -> Row:
         preview=runs.preview,
         tuning=runs.entrant.tuning,
         runs=locked.size,
+        failed=int(np.sum(value["failed"])),
         locked=int(locked.sum()),
         lock=lock_probability(value["locked"]),
         in_step=int(step.sum()),
@@ -120,7 +122,7 @@ def row(runs: Runs, reference: Runs) -> Row:
         phi3_max=finite_largest(value["phi3_max"]),
         ledger_residual=finite_largest(np.abs(value["ledger_residual"])),
         over_limit=int(np.sum(~(motion <= MOTION_LIMIT))),
-        step_ms_median=float(np.median(value["step_ms_median"])),
+        step_ms_median=float(np.nanmedian(value["step_ms_median"])),
         step_ms_p99=finite_largest(value["step_ms_p99"]),
         **same,
     )
