@@ -64,6 +64,7 @@ def runs(seeds: list[int], power: list[float], label: str = "law", hashes: tuple
         "step_ms_p99",
         "fallbacks",
         "deadline_misses",
+        "failed",
     )
     values = {name: np.zeros(len(seeds)) for name in names}
     values |= {"mean_power": np.array(power), "locked": np.ones(len(seeds))}

@@ -390,7 +390,7 @@ def test_simulation_that_is_not_finite_is_an_error(tmp_path: Path, monkeypatch: 
 def test_stopped_comparison_says_no_word_of_semaphores(tmp_path: Path) -> None:
     (tmp_path / "mine.toml").write_text("[run]\nseeds = [1, 2, 3, 4, 5, 6]\n[laws.mine]\nlaw = 'laws.py:Slow'\n")
     slow = LAWS.replace("class Wild", "import time\n\n\nclass Slow").replace("def step(self", "def step(self", 1)
-    slow = slow.replace("return (0.06, 4e-4), (", "time.sleep(1e-4)\n        return (0.06, 4e-4), (")
+    slow = slow.replace("return (0.06, 4e-4), (", "time.sleep(2e-3)\n        return (0.06, 4e-4), (")
     (tmp_path / "laws.py").write_text(slow)
     command = [sys.executable, "-m", "gyroctl", "compare", "mine.toml", "--out", "out"]
     running = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)

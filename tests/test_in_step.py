@@ -161,7 +161,9 @@ def test_slipping_law_does_not_win_and_is_named(ds: Any) -> None:
     assert "tracking gives more power" in text and "in step with the waves in 0 of 5 runs" in text
     assert "Locked but not in step with the waves: tracking in 5 of 5 runs" in beware
     whole = judge(evaluate(ds))
-    assert whole.winner == "coupling" and "of 5 (95 %" in whole.sentences[1] and "of the turns" in whole.sentences[1]
+    assert (
+        whole.winner == "best_constant" and "of 5 (95 %" in whole.sentences[1] and "of the turns" in whole.sentences[1]
+    )
 
 
 def test_every_table_shows_turns_slips_step_and_motion(ds: Any, tmp_path: Path) -> None:

@@ -21,9 +21,9 @@ LAWS = {"weak": gy.law("constant", cg=1e-4), "strong": gy.law("constant", cg=3e-
 
 
 def test_every_number_stands_at_its_law_and_its_seed(device: gy.Plant) -> None:
-    ds = compare(device, LAWS, WAVES, SETTINGS, workers=1, quiet=True)
+    ds = compare(device, LAWS, WAVES, SETTINGS, workers=1, quiet=True, tuning_seeds=())
     assert ds.realisation.values.tolist() == list(WAVES.seeds)
-    for item in work_items(device, LAWS, WAVES, SETTINGS):
+    for item in work_items(device, LAWS, WAVES, SETTINGS, 60.0):
         alone = perform(item)
         stands = ds.sel(law=item.name, realisation=item.seed)
         for name in ("mean_power", "phi1_p98", "phi3_p98", "wave_input_w", "cycle_slips"):
@@ -42,7 +42,7 @@ def test_slips_go_by_the_waves_on_phi3(device: gy.Plant, monkeypatch: pytest.Mon
         return plain(plant, record, moment, *rest, **more)
 
     monkeypatch.setattr(items, "evaluate", noting)
-    perform(work_items(device, LAWS, WAVES, SETTINGS)[0])
+    perform(work_items(device, LAWS, WAVES, SETTINGS, 60.0)[0])
     waves = WAVES.at(device, WAVES.seeds[0], SETTINGS)
     np.testing.assert_array_equal(seen[0], waves.moments[1])
 
@@ -68,7 +68,7 @@ def test_seeds_that_repeat_or_were_tuned_on_are_refused(device: gy.Plant, seeds:
 
 
 def keys(device: gy.Plant, laws: Any = None, waves: Realisations = WAVES, settings: Settings = SETTINGS) -> set[str]:
-    return {item.key for item in work_items(device, laws or {"weak": LAWS["weak"]}, waves, settings)}
+    return {item.key for item in work_items(device, laws or {"weak": LAWS["weak"]}, waves, settings, 60.0)}
 
 
 def test_key_of_a_result_knows_all_that_it_rests_on(device: gy.Plant, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -84,8 +84,8 @@ def test_key_of_a_result_knows_all_that_it_rests_on(device: gy.Plant, monkeypatc
 
 
 def test_stored_results_are_each_item_s_own(device: gy.Plant, tmp_path: Path) -> None:
-    first = compare(device, LAWS, WAVES, SETTINGS, workers=1, results=tmp_path, quiet=True)
-    again = compare(device, LAWS, WAVES, SETTINGS, workers=1, results=tmp_path, quiet=True)
+    first = compare(device, LAWS, WAVES, SETTINGS, workers=1, results=tmp_path, quiet=True, tuning_seeds=())
+    again = compare(device, LAWS, WAVES, SETTINGS, workers=1, results=tmp_path, quiet=True, tuning_seeds=())
     np.testing.assert_array_equal(first.mean_power.values, again.mean_power.values)
     assert first.sha256.values.tolist() == again.sha256.values.tolist()
 
@@ -95,6 +95,6 @@ def test_capture_width_is_over_the_length_of_the_float(device: gy.Plant) -> None
     from gyroctl.waves import prepare
     from gyroctl.waves.energy import wave_power
 
-    item = work_items(device, LAWS, WAVES, SETTINGS)[0]
+    item = work_items(device, LAWS, WAVES, SETTINGS, 60.0)[0]
     per_metre = wave_power(prepare(device, WAVES.sea, WAVES.duration, WAVES.dt), device.depth)
     assert item.available == pytest.approx(per_metre * (0.550 + 0.080))

@@ -29,17 +29,18 @@ def skewed() -> np.ndarray:
 
 
 def test_interval_of_a_skewed_mean_leans_to_the_long_tail(skewed: np.ndarray) -> None:
-    """Percentiles of the resampled means lie too low on both sides; the corrected interval is to the right of them."""
+    """Percentiles of the resampled means end too early on the side of the long tail."""
     rng = np.random.default_rng(1)
     means = rng.choice(skewed, (20_000, skewed.size)).mean(axis=1)
     low, high = np.quantile(means, [0.025, 0.975])
     error = 0.15 * means.std()
     found = bootstrap_mean(skewed)
     assert found.value == pytest.approx(skewed.mean())
-    assert found.low > low + error
-    assert found.high > high + 2.0 * error
+    assert found.low < low and found.high > high + 2.0 * error
     mirrored = bootstrap_mean(-skewed)
-    assert mirrored.high < -low - error and mirrored.low < -high - 2.0 * error
+    assert mirrored.high > -low and mirrored.low < -high - 2.0 * error
+    ratio = paired_ratio(skewed, np.ones(skewed.size))
+    assert ratio.high > high + 2.0 * error
 
 
 def test_intervals_are_at_95_percent() -> None:
@@ -56,7 +57,8 @@ def test_ratio_draws_realisations_and_not_each_law_alone() -> None:
     own = 2.0 * sea * (1.0 + 0.01 * rng.standard_normal(40))
     found = paired_ratio(own, sea)
     assert found.value == pytest.approx(own.mean() / sea.mean())
-    assert 1.98 < found.low < found.value < found.high < 2.02
+    # one run more that is lost is 9 % of forty; laws that are drawn apart would scatter by 17 % either way
+    assert 1.8 < found.low < found.value < found.high < 2.21
 
 
 def test_ratio_is_that_of_the_means() -> None:
@@ -90,10 +92,10 @@ def test_what_is_no_number_is_left_out_of_means_and_told() -> None:
 
 
 def test_difference_has_the_sign_of_first_less_second() -> None:
-    first = np.array([5.0, 6.0, 7.0, 8.5])
-    found, _ = paired_difference(first, first - np.array([1.0, 2.0, 1.5, 2.5]))
+    first, less = np.tile([5.0, 6.0, 7.0, 8.5], 8), np.tile([1.0, 2.0, 1.5, 2.5], 8)
+    found, _ = paired_difference(first, first - less)
     assert found.value == pytest.approx(1.75) and found.low > 0.0
-    (pair,) = paired_differences(["poor", "rich"], np.array([first - [1.0, 2.0, 1.5, 2.5], first]))
+    (pair,) = paired_differences(["poor", "rich"], np.array([first - less, first]))
     assert (pair.first, pair.second, pair.words) == ("rich", "poor", "more")
 
 

@@ -14,11 +14,13 @@ from gyroctl.reports.verdict import judge
 
 THREE = ("best_constant", "load_angle", "coupling")
 LIMIT = 0.35
+RUNS = 32
+"""Enough of them that no lead here is what rare losses might have made."""
 
 
 def comparison(laws: tuple[str, ...] = THREE, **changes: dict[str, Any]) -> Any:
     """Calm comparison, in which every law qualifies; `changes` are values of a variable by law."""
-    ds = synthetic(laws, lock=1.0, examples=False).copy(deep=True)
+    ds = synthetic(laws, RUNS, lock=1.0, examples=False).copy(deep=True)
     for name, value in (("phi1_p98", 0.2), ("phi3_p98", 0.2), ("cycle_slips", 0.0), ("ledger_residual", 0.0)):
         ds[name][:] = value
     for name, by_law in changes.items():
@@ -38,11 +40,11 @@ def test_either_joint_beyond_the_limit_costs_the_win(joint: str) -> None:
     verdict = judge(evaluate(comparison(**{joint: {"load_angle": 1.05 * LIMIT}})))
     assert verdict.winner == "coupling"
     assert any(joint[:4] in sentence and "load_angle" in sentence for sentence in verdict.sentences)
-    assert any("load_angle 8 of 8" in caveat for caveat in verdict.caveats)
+    assert any(f"load_angle {RUNS} of {RUNS}" in caveat for caveat in verdict.caveats)
 
 
 @pytest.mark.parametrize(
-    ("phi1", "phi3", "expected"), [(0.34, 0.34, 0), (0.36, 0.34, 8), (0.34, 0.36, 8), (0.36, 0.36, 8)]
+    ("phi1", "phi3", "expected"), [(0.34, 0.34, 0), (0.36, 0.34, RUNS), (0.34, 0.36, RUNS), (0.36, 0.36, RUNS)]
 )
 def test_runs_over_the_limit_are_counted_by_either_joint(phi1: float, phi3: float, expected: int) -> None:
     evaluation = evaluate(comparison(phi1_p98={"coupling": phi1}, phi3_p98={"coupling": phi3}))
@@ -51,24 +53,24 @@ def test_runs_over_the_limit_are_counted_by_either_joint(phi1: float, phi3: floa
 
 
 def test_law_that_loses_more_runs_than_the_reference_does_not_win() -> None:
-    held = np.array([True] * 7 + [False])
+    held = np.array([True] * (RUNS - 1) + [False])
     verdict = judge(evaluate(comparison(locked={"load_angle": held})))
     assert verdict.winner == "coupling"
     assert judge(evaluate(comparison(locked=dict.fromkeys(THREE, held)))).winner == "load_angle"
 
 
 def test_locked_runs_are_counted_and_their_power_kept_apart() -> None:
-    held = np.array([True, True, False, True, False, True, True, False])
-    power = np.array([4.0, 5.0, 1.0, 6.0, 1.0, 4.0, 5.0, 1.0])
+    held = np.tile([True, True, False, True, False, True, True, False], RUNS // 8)
+    power = np.tile([4.0, 5.0, 1.0, 6.0, 1.0, 4.0, 5.0, 1.0], RUNS // 8)
     found = evaluate(comparison(locked={"coupling": held}, mean_power={"coupling": power})).law("coupling")
-    assert (found.locked, found.runs) == (5, 8)
+    assert (found.locked, found.runs) == (RUNS * 5 // 8, RUNS)
     assert found.lock.value == pytest.approx(5 / 8)
     assert found.power.value == pytest.approx(power.mean())
     assert found.power_locked == pytest.approx(power[held].mean())
 
 
 def test_ratio_is_the_law_over_the_reference() -> None:
-    ds = comparison(mean_power={"best_constant": 2.0, "coupling": np.linspace(3.0, 5.0, 8)})
+    ds = comparison(mean_power={"best_constant": 2.0, "coupling": np.linspace(3.0, 5.0, RUNS)})
     found = evaluate(ds).law("coupling").ratio
     assert found.value == pytest.approx(2.0)
     assert 1.5 < found.low < 2.0 < found.high < 2.5
@@ -77,13 +79,13 @@ def test_ratio_is_the_law_over_the_reference() -> None:
 def test_without_a_reference_only_causal_laws_set_the_measure_of_lock() -> None:
     """An oracle that never loses lock does not disqualify everyone else."""
     laws = ("load_angle", "coupling", "preview")
-    held = np.array([True] * 7 + [False])
+    held = np.array([True] * (RUNS - 1) + [False])
     verdict = judge(evaluate(comparison(laws, locked={"load_angle": held, "coupling": held})))
     assert verdict.winner == "load_angle"
 
 
 def test_worst_motion_is_that_of_its_joint() -> None:
-    phi1, phi3 = np.linspace(0.1, 0.31, 8), np.linspace(0.1, 0.17, 8)
+    phi1, phi3 = np.linspace(0.1, 0.31, RUNS), np.linspace(0.1, 0.17, RUNS)
     found = evaluate(comparison(phi1_p98={"coupling": phi1}, phi3_p98={"coupling": phi3})).law("coupling")
     assert (found.phi1_worst, found.phi3_worst) == (phi1.max(), phi3.max())
     assert (found.phi1_p98, found.phi3_p98) == (pytest.approx(phi1.mean()), pytest.approx(phi3.mean()))

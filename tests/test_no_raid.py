@@ -141,9 +141,9 @@ def test_raid_at_the_end_gains_nothing(
 def test_drain_would_win_by_the_electrical_power(device: gy.Plant, pairs: dict[float, Worth], duration: float) -> None:
     """What the judged power is for: by the electrical power alone the last three seconds win, and by much."""
     found, pair = beside(device, pairs, Raid(duration - 3.0, duration, 0.0, CG_MAX), duration, "drain, 3 s")
-    gained = (found.generated.mean() - pair.generated.mean()) * (duration - BLEND)
+    gained = np.median(found.generated - pair.generated) * (duration - BLEND)
     assert gained > 150.0  # J
-    assert gained == pytest.approx(pair.flywheel.mean() - found.flywheel.mean(), rel=0.05)
+    assert gained == pytest.approx(np.median(pair.flywheel - found.flywheel), rel=0.05)
 
 
 @pytest.mark.parametrize("duration", LENGTHS)
@@ -174,7 +174,7 @@ def test_draining_before_the_scoring_gives_no_more_than_the_waves_gave(
     np.testing.assert_allclose(gained, from_waves, atol=1e-3 * float(pair.input.max()))
     if last == 1.0:
         thrown = 0.5 * device.parameters.J4 * 71.0**2 * (1.0 - np.exp(-2.0 * CG_MAX * last / device.parameters.J4))
-        assert gained.mean() < 1.1 * thrown
+        assert np.median(gained) < 1.1 * thrown  # where the pair is about to lose lock, any change tells for hours
         assert found.generated.mean() <= LIMIT * pair.generated.mean()
     if last >= 10.0:
         assert found.judged.mean() < 0.5 * pair.judged.mean() and found.locked.mean() < 0.5

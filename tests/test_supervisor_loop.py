@@ -246,7 +246,7 @@ def test_experiment_from_rest(device: gy.Plant) -> None:
     assert describe(asked.laws["a"])["law_cc_max"] == 0.1
     assert asked.record()["run"]["start"] == "rest"
     waves = [gy.realise(device, gy.SeaState(), 100009, 90.0)]
-    ds = gy.compare(device, asked.laws, waves, asked.settings, workers=1, quiet=True)
+    ds = gy.compare(device, asked.laws, waves, asked.settings, workers=1, quiet=True, tuning_seeds=())
     assert float(ds.starts.sel(law="a").item()) == 1.0
     assert ds.attrs["start"] == "rest"
 

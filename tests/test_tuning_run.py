@@ -55,13 +55,16 @@ def test_tuning_spends_its_budget_and_no_more(task: Task, on: Circumstances, mon
 
 
 def test_result_is_that_of_a_run_by_hand(task: Task, on: Circumstances) -> None:
-    """The confirmed power is the mean over the seeds of the plain simulation."""
+    """The confirmed power is the mean over the seeds of the plain simulation: generated and stored."""
     entry = tune(task, "mild", on, BUDGET, quiet=True).sets["mild"]
     law, powers = gy.law(task.law, **entry["parameters"]), []
     for seed in (100128, 100129):
         waves = gy.realise(on.plant, gy.SeaState(hs=0.25, gamma=5.0), seed, duration=200.0)
         ds = gy.simulate(on.plant, law, waves)
-        powers.append(float(ds.energy_generator[-1] - ds.energy_generator.sel(time=100.0, method="nearest")) / 100.0)
+        ends = ds.sel(time=[100.0, 200.0], method="nearest")
+        states = np.array([ends[name].values for name in on.plant.labels])
+        energy = ends.energy_generator.values + on.plant.stored_energy(states)
+        powers.append((energy[1] - energy[0]) / 100.0)
     assert entry["result"]["mild"]["mean_power"] == pytest.approx(np.mean(powers), rel=2e-4)
 
 

@@ -32,9 +32,9 @@ def results_table(ds: xr.Dataset, evaluation: Evaluation | None = None, *, inter
     Returns
     -------
     rich.table.Table
-        Runs that failed, where any did; judged power [W] and the stored part of it [W], ratio to best_constant [1], power CV [1], runs locked, runs in
-        step, turns kept [1], cycle slips per 1000 waves, what it sees
-        and how far ahead [s].
+        Runs that failed, where any did; judged power [W] and the stored part of it [W], ratio to best_constant [1],
+        power CV [1], runs locked, runs in step, turns kept [1], cycle slips per 1000 waves, what it sees and how far
+        ahead [s].
     """
     from rich.markup import escape
 

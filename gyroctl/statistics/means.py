@@ -65,7 +65,7 @@ def bootstrap_mean(values: ArrayLike, confidence: float = CONFIDENCE, *, zero_if
 
 
 def paired_ratio(values: ArrayLike, reference: ArrayLike, confidence: float = CONFIDENCE) -> Estimate:
-    """Ratio of two means on the same realisations, with an interval for what runs share and for losses unseen.
+    """Ratio of two means on the same realisations, with an interval that holds losses too rare to be seen.
 
     The widest of three intervals: Fieller's, that with the skewness taken out, and a Bayesian bootstrap with one run
     more, on which the law (for the lower bound) or the reference (for the upper) is lost.
