@@ -58,7 +58,7 @@ def rounded(value: Any) -> Any:
 def _lines(value: Any, depth: int = 0) -> str:
     """JSON whose tables and lists of rows have a line for each entry; what is below stands on that line."""
     flat = json.dumps(value, ensure_ascii=False, allow_nan=False)
-    if depth > 3 or len(flat) < 100 or not isinstance(value, dict | list) or _is_row(value):
+    if depth > 3 or len(flat) < 100 or not isinstance(value, dict | list) or _is_row(value) or _is_plain(value):
         return flat
     indent, end = " " * (depth + 1), " " * depth
     if isinstance(value, dict):
@@ -69,6 +69,10 @@ def _lines(value: Any, depth: int = 0) -> str:
 
 def _is_row(value: Any) -> bool:
     return isinstance(value, dict) and "law" in value and "runs" in value
+
+
+def _is_plain(value: Any) -> bool:
+    return isinstance(value, list) and not any(isinstance(entry, dict | list) for entry in value)
 
 
 def _only(table: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
