@@ -32,8 +32,10 @@ def made() -> dict[str, Any]:
 
 
 def typed() -> str:
-    """Command of this process: of ``gyroctl``, or of a study by ``python -m``; empty within any other program."""
+    """Command of this process: ``gyroctl``, a study by ``python -m`` or a benchmark; empty within any other program."""
     program = Path(sys.argv[0])
+    if program.resolve().parent == ROOT / "benchmarks":
+        return " ".join([f"python benchmarks/{program.name}", *command_line().split(" ")[1:]])
     if program.name == "__main__.py" and program.parent.parent.name == "studies":
         words = command_line().split(" ")[1:]
         return " ".join(["python -m", f"gyroctl.studies.{program.parent.name}", *words])

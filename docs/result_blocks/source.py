@@ -46,7 +46,9 @@ def caption(*names: str) -> str:
 
 def of_file(path: str, command: str, remark: str = "") -> str:
     """Caption of a block from another committed file, by the command that writes it."""
-    return f"*`{path}`: `{command}`{f'; {remark}' if remark else ''}.*"
+    found = read(path)
+    when = f"version {found['gyroctl_version']} at {found['commit'][:7]}, {found['date']}" if "date" in found else ""
+    return f"*{'; '.join(part for part in (f'`{path}`: `{command}`', when, remark) if part)}.*"
 
 
 def states(found: Mapping[str, Sequence[int]]) -> str:
