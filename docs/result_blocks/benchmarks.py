@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from gyroctl.reports.wording import number
-from result_blocks.source import of_file, read, table
+from result_blocks.source import ROOT, of_file, read, table
 
 TUNED = "controllers/nmpc/tuned/nmpc.json"
 
@@ -85,9 +85,26 @@ def _tuned(found: Mapping[str, Any]) -> list[str]:
     ]
 
 
+def spent() -> str:
+    """Simulated time that went into every set that ships."""
+    lines = []
+    for path in sorted(ROOT.glob("controllers/*/tuned/*.json")):
+        for name, entry in read(path.relative_to(ROOT).as_posix())["sets"].items():
+            found = entry["found"]
+            before, seeds = found.get("spent_before_s") or 0.0, found["seeds"]
+            span = f"{seeds['first']} to {seeds['last']}"
+            lines.append(
+                [f"`{path.stem}`", f"`{name}`", f"{found['spent_s']:.3g}", f"{before:.3g}", span, found["date"]]
+            )
+    heads = ("law", "set", "simulated [s]", "before, for the set it began at or by hand [s]", "seeds", "found on")
+    made = "*`controllers/*/tuned/*.json`: `gyroctl tune LAW --ship`, with the budgets in the files.*"
+    return f"{table(heads, lines, 2)}\n\n{made}"
+
+
 BLOCKS: Mapping[str, Callable[[], str]] = {
     "speed": speed,
     "nmpc-time": nmpc_time,
     "nmpc-solvers": nmpc_solvers,
     "nmpc-tuned": tuned_nmpc,
+    "tuning-spent": spent,
 }
