@@ -16,12 +16,9 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path[:0] = [path for path in (str(ROOT), str(ROOT / "docs")) if path not in sys.path]
-
-from result_blocks import benchmarks, bounds, evaluations, margins, pictures, seas, studies  # noqa: E402
-from result_blocks.source import HERE, result, table  # noqa: E402
-from run_results import RUNS  # noqa: E402
+from result_blocks import benchmarks, bounds, evaluations, margins, pictures, seas, studies
+from result_blocks.source import HERE, ROOT, result, table
+from run_results import RUNS
 
 BLOCKS: Mapping[str, Callable[[], str]] = {
     **seas.BLOCKS,
