@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from gyroctl.reports.wording import number, sees
+from gyroctl.reports.wording import number
 from result_blocks.source import (
     FULL,
     Row,
@@ -18,6 +18,7 @@ from result_blocks.source import (
     outside,
     ranged,
     result,
+    seen,
     states,
     table,
 )
@@ -141,15 +142,7 @@ def robustness_page() -> str:
         f"Seeds {states(found['seed_states'])}; runs of {found['request']['duration_s']:g} s. {failures(found)}"
     )
     for name, rows in found["cases"].items():
-        lines = [
-            [
-                law(row),
-                sees(row["information"], row["preview"] or float("inf")),
-                ranged(row.get("of_nominal")),
-                *full(row),
-            ]
-            for row in rows
-        ]
+        lines = [[law(row), seen(row), ranged(row.get("of_nominal")), *full(row)] for row in rows]
         text += [f"## {name}", table(("law", "sees", "of its nominal power", *FULL), lines, 2)]
     return "\n\n".join([*text, caption("robustness")])
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
-from gyroctl.reports.wording import number, sees
+from gyroctl.reports.wording import number
 from result_blocks.source import (
     Row,
     caption,
@@ -17,6 +17,7 @@ from result_blocks.source import (
     outside,
     parts,
     result,
+    seen,
     states,
     table,
 )
@@ -44,7 +45,7 @@ def readme_laws() -> str:
     lines = [
         [
             law(row),
-            sees(row["information"], row["preview"] or float("inf")).replace("none", "nothing"),
+            seen(row).replace("none", "nothing"),
             IDEAS[row["law"]],
             f"{number(row['power']['value'])} ({parts(row)})",
             number(row["cv"]["value"], 2),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
@@ -118,6 +119,11 @@ def realisations(row: Row) -> str:
     return f"{row['seeds']}: " + ", ".join(f"{count} {STATES.get(state, state)}" for state, count in found.items())
 
 
+def seen(row: Row) -> str:
+    """What a law sees; a preview that is not kept as a number is one of all the waves, or none."""
+    return sees(row["information"], math.inf if row["preview"] is None else row["preview"])
+
+
 def law(row: Row) -> str:
     """Name of a law."""
     name, space, remark = row["law"].partition(" ")
@@ -159,5 +165,5 @@ def full(row: Row) -> list[str]:
 
 def law_table(rows: Iterable[Row]) -> str:
     """Rows of laws in full."""
-    lines = [[law(row), sees(row["information"], row["preview"] or float("inf")), *full(row)] for row in rows]
+    lines = [[law(row), seen(row), *full(row)] for row in rows]
     return table(("law", "sees", *FULL), lines, 2)
