@@ -37,7 +37,7 @@ PLANNER = '--seeds nmpc=1:8 --seeds "nmpc[information=oracle]=1:8"'
 BOUND = (
     'gyroctl bound --gamma {0} --seeds 1-8 --law "nmpc information=oracle" --law nmpc --law coupling --law load_angle'
 )
-QUICK = "gyroctl bound --gamma {0} --seeds 1-2 --quick --law coupling --law load_angle"
+QUICK = "gyroctl bound --gamma {0} --seeds 1 --duration 30 --quick --law coupling --law load_angle"
 OWN_SET = ' --law "nmpc information=oracle tuning=gamma50" --law "nmpc tuning=gamma50"'
 SIMPLE = "coupling,load_angle,scheduled_lqr,scheduled_lmi,tracking,stabiliser,threshold"
 POINT = "gyroctl margins --cg 3.5e-4 --height 0.2 --wp 3.14 --no-maps"
