@@ -52,7 +52,7 @@ RUNS = {
     ),
     "offdesign": Run(
         "gyroctl evaluate offdesign --seeds 1:64 --seeds nmpc=1:8",
-        "gyroctl evaluate offdesign --laws coupling,load_angle --seeds 1:4 --duration 300 --budget 5e4",
+        "gyroctl evaluate offdesign --laws coupling,load_angle --seeds 1:4 --duration 300 --budget 3e6",
         "offdesign.json",
         "2 h",
     ),
