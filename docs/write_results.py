@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 from result_blocks import benchmarks, bounds, evaluations, margins, pictures, seas, studies
-from result_blocks.source import HERE, ROOT, result, table
+from result_blocks.source import HERE, ROOT, Missing, result, table
 from run_results import RUNS
 
 BLOCKS: Mapping[str, Callable[[], str]] = {
@@ -52,7 +52,15 @@ def block(name: str, folder: str = "docs") -> str:
         For a name that is none.
     """
     way = Path(os.path.relpath(ROOT / "docs" / "results", ROOT / folder)).as_posix()
-    return "\n" + BLOCKS[name]().replace(HERE, "" if way == "." else f"{way}/") + "\n\n"
+    return "\n" + _made(BLOCKS[name]).replace(HERE, "" if way == "." else f"{way}/") + "\n\n"
+
+
+def _made(make: Callable[[], str]) -> str:
+    """A text from results, or that one of them is not kept yet and what makes it."""
+    try:
+        return make()
+    except Missing as missing:
+        return f"*Not run yet: `python docs/run_results.py {missing.args[0]}`.*"
 
 
 def filled(page: str, folder: str = "docs") -> str:
@@ -62,7 +70,7 @@ def filled(page: str, folder: str = "docs") -> str:
 
 def whole_pages() -> dict[str, str]:
     """Pages that hold nothing but results, by path."""
-    found = {path: f"{make()}\n" for path, make in evaluations.PAGES.items()}
+    found = {path: f"{_made(make)}\n" for path, make in evaluations.PAGES.items()}
     found = {path: text.replace(HERE, "") for path, text in found.items()}
     return {**found, "docs/results/README.md": index()}
 
@@ -72,15 +80,12 @@ def index() -> str:
     blocks = []
     for path in pages():
         for name in blocks_of(path.read_text(encoding="utf-8")):
-            sources = re.findall(r"\[([\w.]+\.json)\]|`([\w/]+\.json)`", BLOCKS[name]() if name in BLOCKS else "")
+            sources = re.findall(r"\[([\w.]+\.json)\]|`([\w/]+\.json)`", _made(BLOCKS[name]) if name in BLOCKS else "")
             told = ", ".join(f"`{kept or other}`" for kept, other in dict.fromkeys(sources))
             blocks.append([f"`{path.relative_to(ROOT).as_posix()}`", f"`{name}`", told])
     made = []
     for name, run in RUNS.items():
-        found = result(name)
-        now = re.sub(r" --out \S+", "", found["command"])
-        stands = f"as it should, {found['date']}" if now == plain_command(run.command) else f"`{now}`, {found['date']}"
-        made.append([f"`{name}`", f"`{run.command}`", run.takes, stands])
+        made.append([f"`{name}`", f"`{run.command}`", run.takes, _stands(name, run.command)])
     pictures_ = [[f"`{name}`", f"`{Path(one.source).name}`"] for name, one in pictures.PICTURES.items()]
     return "\n\n".join(
         [
@@ -95,6 +100,16 @@ def index() -> str:
             table(("picture", "from"), pictures_, 2) + "\n",
         ]
     )
+
+
+def _stands(name: str, wanted: str) -> str:
+    """Whether a result was made by its command, and when; else by which."""
+    try:
+        found = result(name)
+    except Missing:
+        return "not run yet"
+    now = re.sub(r" --out \S+", "", found["command"])
+    return f"this command, {found['date']}" if now == plain_command(wanted) else f"`{now}`, {found['date']}"
 
 
 def plain_command(command: str) -> str:

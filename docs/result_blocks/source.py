@@ -22,6 +22,10 @@ STATES = {"reserve": "in reserve until this run", "unlisted": "in no entry of th
 Row = Mapping[str, Any]
 
 
+class Missing(LookupError):
+    """A result that is not kept yet: its name is the argument."""
+
+
 @lru_cache(maxsize=64)
 def read(path: str) -> Any:
     """A JSON file by its path from the root of the checkout."""
@@ -29,8 +33,17 @@ def read(path: str) -> Any:
 
 
 def result(name: str) -> Any:
-    """A committed result by its name."""
-    return read(f"docs/results/{name}.json")
+    """A committed result by its name.
+
+    Raises
+    ------
+    Missing
+        Where there is none.
+    """
+    path = f"docs/results/{name}.json"
+    if not (ROOT / path).is_file():
+        raise Missing(name)
+    return read(path)
 
 
 def caption(*names: str) -> str:
