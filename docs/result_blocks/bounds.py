@@ -7,13 +7,25 @@ from itertools import chain
 from typing import Any
 
 from gyroctl.reports.wording import number, percent
-from result_blocks.source import caption, failures, pair, result, states, table
+from result_blocks.source import ROOT, caption, failures, pair, result, states, table
 
 SEAS = ("bound_gamma1", "bound_gamma5", "bound_gamma50")
 
 
 def _part(share: float) -> str:
     return f"{100.0 * share:.0f} %"
+
+
+def kept_seas() -> list[str]:
+    """Those of the seas whose windows were run; where none was, the first is what is missing."""
+    return [name for name in SEAS if (ROOT / f"docs/results/{name}.json").is_file()] or [SEAS[0]]
+
+
+def _not_run() -> str:
+    """The other seas, in a sentence."""
+    missing = [name for name in SEAS if name not in kept_seas()]
+    told = ", ".join(f"`python docs/run_results.py {name}`" for name in missing)
+    return f" Not run yet: {told}." if missing else ""
 
 
 HEADS = (
@@ -25,7 +37,7 @@ HEADS = (
 def best() -> str:
     """Best found, cap and laws in each sea."""
     lines = []
-    for name in SEAS:
+    for name in kept_seas():
         found = result(name)
         gamma, count = f"{found['request']['gamma']:g}", len(found["windows"])
         top = found["summary"]["bounds"]["smooth"]
@@ -38,14 +50,17 @@ def best() -> str:
             held = f"{run['locked']}, {run['within_motion_limit']} of {run['runs']}"
             harvest = f"{number(run['harvest_w'])} W"
             lines.append([gamma, f"`{law}`", harvest, share, lowest, *_measures(run), held, f"{run['runs']}"])
-    asked = result(SEAS[0])
+    asked = result(kept_seas()[0])
     told = (
         f"Windows of {asked['request']['duration_s']:g} s; seeds {states(asked['seed_states'])}. Stored is the "
         "change of the flywheel's energy. In step is not judged within so short a window: turns kept and slips "
         "stand in its place. "
-        + " ".join(f"Gamma {result(name)['request']['gamma']:g}: {failures(result(name)).lower()}" for name in SEAS)
+        + " ".join(
+            f"Gamma {result(name)['request']['gamma']:g}: {failures(result(name)).lower()}" for name in kept_seas()
+        )
+        + _not_run()
     )
-    return "\n\n".join([table(HEADS, lines, 2), told, caption(*SEAS)])
+    return "\n\n".join([table(HEADS, lines, 2), told, caption(*kept_seas())])
 
 
 def _measures(run: Mapping[str, Any]) -> list[str]:
@@ -61,7 +76,7 @@ def _measures(run: Mapping[str, Any]) -> list[str]:
 
 def open_questions() -> str:
     """How far apart the starts end, where the best come from, how the plan and its replay differ."""
-    windows = list(chain.from_iterable(result(name)["windows"] for name in SEAS))
+    windows = list(chain.from_iterable(result(name)["windows"] for name in kept_seas()))
     ends = [
         [start["after_w"] for start in w["best"]["starts"].values() if start["after_w"] is not None] for w in windows
     ]
@@ -79,9 +94,9 @@ def open_questions() -> str:
         else ""
     )
     return (
-        f"Of the {len(windows)} windows, the best found takes {_part(min(shares))} to {_part(max(shares))} of the cap, "
+        f"In {len(windows)} windows the best found takes {_part(min(shares))} to {_part(max(shares))} of the cap, "
         f"at a momentum of {number(min(momenta))} to {number(max(momenta))} Nms; it began {from_}. The starts of one "
-        f"window end as far apart as {number(min(wide))} and {number(max(wide))} W.{planned}\n\n{caption(*SEAS)}"
+        f"window end as far apart as {number(min(wide))} and {number(max(wide))} W.{planned}\n\n{caption(*kept_seas())}"
     )
 
 
