@@ -94,7 +94,7 @@ def open_questions() -> str:
         else ""
     )
     return (
-        f"In {len(windows)} windows the best found takes {_part(min(shares))} to {_part(max(shares))} of the cap, "
+        f"Windows: {len(windows)}. The best found takes {_part(min(shares))} to {_part(max(shares))} of the cap, "
         f"at a momentum of {number(min(momenta))} to {number(max(momenta))} Nms; it began {from_}. The starts of one "
         f"window end as far apart as {number(min(wide))} and {number(max(wide))} W.{planned}\n\n{caption(*kept_seas())}"
     )
