@@ -1,5 +1,5 @@
 # `compare` and `test` are the README's two commands; the others need the environment that `test` makes.
-.PHONY: compare test lint types imports checks docs-rooms same-bits
+.PHONY: compare test lint types imports checks docs-rooms docs-results same-bits
 
 compare:
 	python3 -m venv .venv && .venv/bin/pip install -q -c constraints.txt . && .venv/bin/gyroctl compare
@@ -22,6 +22,10 @@ imports:
 # the picture in docs/architecture.md
 docs-rooms:
 	.venv/bin/python docs/draw_rooms.py
+
+# tables, sentences and pictures of the pages from docs/results
+docs-results:
+	.venv/bin/python docs/write_results.py
 
 # hashes of a fixed experiment; after a move: make same-bits AGAINST=before.json
 same-bits:

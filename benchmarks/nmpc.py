@@ -17,6 +17,7 @@ import numpy as np
 
 import gyroctl as gy
 from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.provenance import made
 from gyroctl.simulation.metrics import evaluate
 from gyroctl.simulation.progress import Progress
 
@@ -48,7 +49,8 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=10, help="of 2000 s each, gamma 1, 5 and 50 in turn")
     runs = parser.parse_args().runs
     one(gy.law("nmpc"), FIRST_SEED, 150.0)  # compile
-    results: dict[str, object] = {"machine": platform.processor() or platform.machine(), "limits": LIMITS}
+    results: dict[str, object] = {**made(), "machine": platform.processor() or platform.machine()}
+    results["limits"] = LIMITS
     for horizon in (4.0, 8.0):
         found = one(gy.law("nmpc", horizon=horizon), FIRST_SEED + 1, 600.0)
         results[f"horizon_{horizon:g}_s"] = found

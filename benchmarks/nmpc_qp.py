@@ -29,6 +29,7 @@ from gyroctl.controllers.nmpc.solvers.subproblem import SOLVED, empty_subproblem
 from gyroctl.harness.run import lead_in
 from gyroctl.harness.start import locked_start
 from gyroctl.plant.kernel import hold_one, rows, slip_rate, steps_for
+from gyroctl.provenance import made
 from gyroctl.simulation.metrics import Record, evaluate
 
 PERIOD, CC_MAX, START = 0.1, 0.12, 100.0
@@ -177,6 +178,7 @@ def main() -> None:
     seeds = [100000 + i for i in range(options.seeds)]
     where = Path(__file__).with_suffix(".json")
     result: dict[str, Any] = {
+        **made(),
         "machine": platform.processor() or platform.machine(),
         "python": platform.python_version(),
         "seeds": seeds,

@@ -23,6 +23,7 @@ from gyroctl.harness.loop import compiled_calls
 from gyroctl.harness.run import lead_in, run_law
 from gyroctl.harness.start import locked_start
 from gyroctl.plant.kernel import LAGRANGE, TAPS, hold_into, rows
+from gyroctl.provenance import made
 from gyroctl.simulation.ensemble import run_ensemble
 
 CC, CG = 0.052, 3.5e-4
@@ -131,6 +132,7 @@ def main() -> None:
     whole = {name: loop(gy.law(name)) / constant for name in ("load_angle", "coupling")}
 
     table = {
+        **made(),
         "machine": f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores",
         "DOP853 rtol 1e-6, NumPy, one run of 2000 s [s]": reference,
         "single run, dt .01 [s]": alone,

@@ -6,6 +6,7 @@ import platform
 import subprocess
 import sys
 from collections.abc import Sequence
+from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -23,6 +24,23 @@ ROOT = Path(__file__).resolve().parents[1]
 def provenance() -> dict[str, Any]:
     """All of it but the command, by the names it has in datasets and JSON files; a part that is not known is empty."""
     return {"gyroctl_version": VERSION, "commit": commit(), "versions": versions(), "platform": machine()}
+
+
+def made() -> dict[str, Any]:
+    """What made a report that is written once: with the command, where it was one of this package, and the day."""
+    return {**provenance(), "command": typed(), "date": datetime.now(UTC).date().isoformat()}
+
+
+def typed() -> str:
+    """Command of this process: ``gyroctl``, a study by ``python -m`` or a benchmark; empty within any other program."""
+    program = Path(sys.argv[0])
+    if program.resolve().parent == ROOT / "benchmarks":
+        return " ".join([f"python benchmarks/{program.name}", *command_line().split(" ")[1:]])
+    if program.name == "__main__.py" and program.parent.parent.name == "studies":
+        words = command_line().split(" ")[1:]
+        return " ".join(["python -m", f"gyroctl.studies.{program.parent.name}", *words])
+    ours = program.stem == "gyroctl" or (program.name == "__main__.py" and program.parent.name == "gyroctl")
+    return command_line() if ours else ""
 
 
 def versions() -> dict[str, str]:

@@ -28,6 +28,8 @@ def made(law: str = "good", power: float = 6.0, cv: float = 0.3, **changes: Any)
     values: dict[str, Any] = {f.name: sure(1.0) if f.type == "Estimate" else 0.0 for f in dataclasses.fields(Row)}
     values |= {
         "law": law,
+        "seeds": "1 to 200",
+        "seed_states": {"spent": 200},
         "kind": "simple",
         "information": "sensors",
         "tuning": "all",
@@ -82,6 +84,14 @@ def test_seeds_as_typed_include_both_ends() -> None:
     assert plan.of("other") == plan.common
     assert plan.all == (1, 2, 3, 4, 9)
     assert len(seed_plan([]).common) == 64
+
+
+def test_case_of_a_table_may_have_seeds_of_its_own() -> None:
+    plan = seed_plan(["1:4", "@gamma 5=11:14", "slow=2,9", "slow@gamma 1=3"])
+    assert plan.of("fast", case="gamma 1") == (1, 2, 3, 4) and plan.of("fast", case="gamma 5") == (11, 12, 13, 14)
+    assert plan.of("slow[lead=1]", "slow", case="gamma 5") == (2, 9) and plan.of("slow", case="gamma 1") == (3,)
+    assert plan.in_case("gamma 5") == (2, 9, 11, 12, 13, 14), "what no law meets there the reference does not either"
+    assert plan.in_case("gamma 50") == (1, 2, 3, 4, 9)
 
 
 @pytest.mark.parametrize("text", ["", "1:", "a", "1,1", "5:3", "-1", "1.5"])

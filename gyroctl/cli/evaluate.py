@@ -20,7 +20,10 @@ def evaluate(
         str, typer.Option(help="Laws with commas between: load_angle,nmpc[information=oracle]. Without it all.")
     ] = "",
     seeds: Annotated[
-        list[str] | None, typer.Option(help="Realisations, 1:64 by default; nmpc=1:16 for one law. May be repeated.")
+        list[str] | None,
+        typer.Option(
+            help="Realisations, 1:64 by default; nmpc=1:16 for one law, '@gamma 5=1:8' in one case. May repeat."
+        ),
     ] = None,
     duration: Annotated[float, typer.Option(help="Length of the runs [s].")] = 2000.0,
     workers: Workers = 0,

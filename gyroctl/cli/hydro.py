@@ -35,11 +35,18 @@ def build(
 @app.command()
 def check(
     database: Annotated[Path | None, typer.Argument(help="NetCDF file; without it the shipped one.")] = None,
+    out: Annotated[Path | None, typer.Option(help="JSON file for the rows.", show_default=False)] = None,
 ) -> None:
     """Check a database against Table 1, Haskind, Kramers-Kronig, symmetry and the passivity of its fits."""
     from gyroctl.hydrodynamics.check import check as run
+    from gyroctl.provenance import made
+    from gyroctl.writing import write_json
 
+    if out is not None:
+        check_file(out)
     found = run(database)
+    if out is not None:
+        write_json(out, {**made(), "ok": found.ok, "rows": found.rows})
     typer.echo(str(found))
     if not found.ok:
         raise typer.Exit(1)

@@ -15,7 +15,11 @@ from gyroctl.studies.bound.search import MOTION, Found
 
 POWERS = ("harvest_w", "mean_power", "generated_w", "flywheel_w", "stored_w")
 SHOWN = (*POWERS, "power_cv", "phi1_p98", "phi3_p98", "slip_loss_w", "wave_input_w", "cycle_slips", "flywheel_max")
+STEP = ("turns_kept", "outside_share", "phi1_max", "phi3_max")
 """Metrics of a run that are written."""
+
+MEANS = ("harvest_w", "generated_w", "flywheel_w", "power_cv", "phi1_p98", "cycle_slips", "turns_kept", "outside_share")
+"""Those of which the summary has the mean over the windows."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class Outcome:
 
     def _of_bound(self, found: Found) -> dict[str, Any]:
         return {
-            **{key: found.values[key] for key in SHOWN},
+            **{key: found.values[key] for key in (*SHOWN, *STEP)},
             "absorbed_w": absorbed(self.cut.plant, found.record),
             "planned_w": found.planned_w,
             "origin": found.origin,
@@ -52,7 +56,7 @@ class Outcome:
         values = self.cut.worth(run)
         harvest = values["harvest_w"]
         return {
-            **{key: values[key] for key in SHOWN},
+            **{key: values[key] for key in (*SHOWN, *STEP)},
             "absorbed_w": absorbed(self.cut.plant, run),
             "locked": bool(values["locked"]),
             "within_motion_limit": max(values["phi1_p98"], values["phi3_p98"]) <= MOTION,
@@ -65,11 +69,11 @@ def summary(windows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     bounds = {}
     for name in windows[0]["bounds"]:
         found = [w["bounds"][name] for w in windows]
-        bounds[name] = {key: _mean(found, key) for key in ("harvest_w", "power_cv", "phi1_p98", "absorbed_w")}
+        bounds[name] = {key: _mean(found, key) for key in (*MEANS, "absorbed_w")} | _largest(found)
     laws = {}
     for name in windows[0]["laws"]:
         runs = [w["laws"][name] for w in windows]
-        means = {key: _mean(runs, key) for key in ("harvest_w", "power_cv", "phi1_p98")}
+        means = {key: _mean(runs, key) for key in MEANS} | _largest(runs)
         laws[name] = {
             **means,
             "locked": sum(run["locked"] for run in runs),
@@ -79,6 +83,10 @@ def summary(windows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             "fraction_lowest": {bound: min(run["fraction"][bound] for run in runs) for bound in bounds},
         }
     return {"cap_w": _mean(windows, "cap_w"), "bounds": bounds, "laws": laws}
+
+
+def _largest(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+    return {key: float(np.max([row[key] for row in rows])) for key in ("phi1_max", "phi3_max")}
 
 
 def _mean(rows: Sequence[Mapping[str, Any]], key: str) -> float:

@@ -11,8 +11,9 @@ import numpy as np
 
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law
+from gyroctl.harness.seed_ledger import ledger
 from gyroctl.plant import Plant
-from gyroctl.provenance import provenance
+from gyroctl.provenance import made
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.bound.cap import momentum, momentum_cap
 from gyroctl.studies.bound.cut import Cut, cut
@@ -78,7 +79,8 @@ def bound_report(
     cuts = [cut(plant, sea, seed, duration) for seed in seeds]
     request = {"gamma": sea.gamma, "hs": sea.hs, "wp": sea.wp, "seeds": list(seeds), "duration_s": duration}
     request |= {"device": plant.name, "motion_limit_rad": MOTION, "laws": list(laws)}
-    content: dict[str, Any] = {**provenance(), "request": request, "meaning": MEANING, "windows": []}
+    request["seed_states"] = ledger().states(seeds)
+    content: dict[str, Any] = {**made(), "request": request, "meaning": MEANING, "windows": []}
     kept, windows = Kept(content, out / "bound.json"), []
     refused: InputError | None = None
     with Progress("bound", stages * len(cuts), quiet) as progress:

@@ -93,7 +93,8 @@ def run_case(case: Case, entrants: Iterable[Entrant], ask: Request) -> Outcome:
     groups: dict[tuple[int, ...], list[Entrant]] = {}
     for entrant in entrants:
         label = entrant.label
-        seeds = ask.plan.all if label == REFERENCE else ask.plan.of(f"{label}@{case.name}", label, entrant.name)
+        reference = label == REFERENCE
+        seeds = ask.plan.in_case(case.name) if reference else ask.plan.of(label, entrant.name, case=case.name)
         groups.setdefault(seeds, []).append(entrant)
     runs: dict[str, Runs] = {}
     failed: dict[str, str] = {}
@@ -192,11 +193,12 @@ def _run_group(
                 failed |= broken
         return runs, failed
     hashes = tuple(str(sha256) for sha256 in ds["sha256"].values)
-    metrics = [name for name in ds.data_vars if ds[name].dims == ("law", "realisation") and name != "failure"]
+    every = [str(name) for name in ds.data_vars if ds[name].dims == ("law", "realisation")]
+    metrics = [name for name in every if ds[name].dtype.kind in "bif"]  # why a run failed is a text
 
     def gathered(entrant: Entrant) -> Runs:
         built, row = laws[entrant.label], ds.sel(law=entrant.label)
-        values = {name: np.asarray(row[name].values, np.float64) for name in map(str, metrics)}
+        values = {name: np.asarray(row[name].values, np.float64) for name in metrics}
         seen = sight(built)
         return Runs(entrant, kind(built), seen.level, np.asarray(seeds, np.int64), hashes, values, seen.preview)
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.errors import InputError, in_words
-from gyroctl.provenance import provenance
+from gyroctl.provenance import made
 from gyroctl.reports.wording import seed_ranges
 from gyroctl.studies.evaluation.information import information_table
 from gyroctl.studies.evaluation.offdesign import offdesign_table
@@ -82,7 +82,7 @@ def _not_made(name: str, ask: Request, why: str) -> dict[str, Any]:
     """Write that a table could not be made, in the place of one that an earlier call may have left."""
     ask.say(f"{name} failed: {why}")
     failed = {ALL_OF_IT: why}
-    head = {"table": name, "title": TITLES[name], **provenance()}
+    head = {"table": name, "title": TITLES[name], **made()}
     content = {**head, "request": ask.record(), "failed": failed}
     write_json(ask.out / f"{name}.json", content)
     write_text(ask.out / f"{name}.md", f"# {TITLES[name]}\n\n## Not run\n\n- {ALL_OF_IT}: {why}\n")
@@ -100,7 +100,7 @@ def _one(name: str, ask: Request) -> dict[str, Any]:
     content = {
         "table": name,
         "title": TITLES[name],
-        **provenance(),
+        **made(),
         "request": ask.record(),
         **found,
         "seconds": round(time.monotonic() - begin, 1),

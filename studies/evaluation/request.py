@@ -76,8 +76,8 @@ def request(
     plan = seed_plan(seeds, allow_tuning_seeds, tuned_on)
     known = {entrant.label for entrant in entrants} | {*names, planner}
     for given in plan.own:
-        name = given.partition("@")[0]  # "nmpc@gamma 5": in that case alone
-        if name not in known and not any(name.startswith(f"{one}[") for one in known):
+        name = given.partition("@")[0]  # "nmpc@gamma 5": in that case alone; "@gamma 5": every law in it
+        if name and name not in known and not any(name.startswith(f"{one}[") for one in known):
             raise InputError("seeds", name, "no law of that name takes part", f"Name one of {', '.join(sorted(known))}")
     if out.exists() and not out.is_dir():
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")

@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.harness.seed_ledger import ledger
 from gyroctl.reports.layout import MOTION_LIMIT
+from gyroctl.reports.wording import seed_ranges
 from gyroctl.simulation.lock import in_step
 from gyroctl.statistics import (
     Estimate,
@@ -34,6 +36,8 @@ class Row:
     kind: str
     information: str  # level at which it is judged
     tuning: str  # set of parameters
+    seeds: str  # realisations, in words
+    seed_states: dict[str, int]  # how many of them the ledger holds for spent, in reserve, ..
     runs: int
     failed: int  # runs without numbers
     locked: int  # runs that held lock
@@ -101,8 +105,10 @@ def row(runs: Runs, reference: Runs) -> Row:
         information=runs.information,
         preview=runs.preview,
         tuning=runs.entrant.tuning,
+        seeds=seed_ranges(tuple(runs.seeds.tolist())),
+        seed_states={state: len(some) for state, some in ledger().states(runs.seeds.tolist()).items()},
         runs=locked.size,
-        failed=int(np.sum(value["failed"])),
+        failed=int(np.nansum(value["failed"])),
         locked=int(locked.sum()),
         lock=lock_probability(value["locked"]),
         in_step=int(step.sum()),

@@ -19,15 +19,21 @@ class SeedPlan(NamedTuple):
     """Seeds of all laws, and those of laws that have their own."""
 
     common: tuple[int, ...]  # for every law that is not named
-    own: Mapping[str, tuple[int, ...]]  # for laws that are too slow for all of them
+    own: Mapping[str, tuple[int, ...]]  # for laws that are too slow for all of them, and for cases of a table
 
-    def of(self, *names: str) -> tuple[int, ...]:
-        """Seeds of the law that has these names; the first that is listed counts."""
-        return next((self.own[name] for name in names if name in self.own), self.common)
+    def of(self, *names: str, case: str = "") -> tuple[int, ...]:
+        """Seeds of the law that has these names: its own in the case, its own, those of the case, the common ones."""
+        asked = [*(f"{name}@{case}" for name in names if case), *names, f"@{case}"]
+        return next((self.own[name] for name in asked if name in self.own), self.common)
+
+    def in_case(self, case: str) -> tuple[int, ...]:
+        """Every seed that some law may meet in a case, in order: those of the reference there."""
+        own = [seeds for name, seeds in self.own.items() if name.partition("@")[2] in ("", case)]
+        return tuple(sorted(set(self.of(case=case)).union(*own)))
 
     @property
     def all(self) -> tuple[int, ...]:
-        """Every seed, in order: those of the reference, which stands beside every law."""
+        """Every seed, in order."""
         return tuple(sorted(set(self.common).union(*self.own.values())))
 
 
@@ -38,7 +44,7 @@ def seed_plan(texts: Iterable[str], allow_tuning: bool = False, tuned_on: Sequen
     ----------
     texts : iterable of str
         ``1:64`` (both ends included), ``1,5,9``, or with a law in front, ``nmpc=1:16``; for one case of a table,
-        ``nmpc@gamma 5=1:200``.
+        ``nmpc@gamma 5=1:200``, or ``@gamma 5=1:200`` for every law that has none of its own.
     allow_tuning : bool
         Accept seeds that are kept for tuning: to try things out, never to judge.
     tuned_on : sequence of int

@@ -7,10 +7,11 @@ from pathlib import Path
 
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
+from gyroctl.harness.seed_ledger import ledger
+from gyroctl.provenance import made
 from gyroctl.studies.forecast.draw import draw
 from gyroctl.studies.forecast.skill import FIRST, LEADS, SOURCES, Skill, skill
 from gyroctl.studies.style import save, styled
-from gyroctl.version import VERSION
 from gyroctl.waves import DriftingSea, SeaState
 from gyroctl.writing import write_json, write_rows
 
@@ -55,8 +56,10 @@ def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, l
     rows = _rows(found)
     write_rows(out / "forecast.csv", [["sea", "source", "moment", *(f"error_at_{lead:g}_s" for lead in LEADS)], *rows])
     at_the_sample = {name: {"estimator": value.now[0], "smoothed": value.now[1]} for name, value in found.items()}
-    head = {"gyroctl_version": VERSION, "seeds": list(seeds), "duration_s": duration, "law": law}
-    write_json(out / "forecast.json", {**head, "error_at_the_sample": at_the_sample})
+    head = {**made(), "seeds": list(seeds), "seed_states": ledger().states(seeds), "duration_s": duration, "law": law}
+    skills = {name: dict(zip(SOURCES, value.error, strict=True)) for name, value in found.items()}
+    content = {"note": note, "error_at_the_sample": at_the_sample, "leads_s": LEADS, "error": skills}
+    write_json(out / "forecast.json", {**head, **content})
     return _text(rows) + _sample(found)
 
 

@@ -14,7 +14,7 @@ from gyroctl.errors import InputError
 from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.orbits.flow import Forcing
 from gyroctl.orbits.guess import estimated_share
-from gyroctl.provenance import provenance
+from gyroctl.provenance import made
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.margins import draw_linear, draw_maps, draw_orbit, draw_robustness, measures
 from gyroctl.studies.margins.borders import control_borders
@@ -83,7 +83,7 @@ def margin_report(
     point, law = f"{asked.sea}; {asked.controls}", f"law {asked.law_name}"
     stages = steps_of(asked) + 6
     stages += (MAP_COLUMNS + 1) + (TONGUE_COLUMNS + 1) + BASIN_COLUMNS + BORDER_STAGES if maps else 0
-    content: dict[str, Any] = {**provenance(), "request": asked.record(), "orbit": measures.orbit_record(orbit)}
+    content: dict[str, Any] = {**made(), "request": asked.record(), "orbit": measures.orbit_record(orbit)}
     kept = Kept(content, out / "margins.json")
     drawn: list[str] = []
 
@@ -139,7 +139,7 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
         borders = control_borders(asked, CC_RANGE, progress.advance) if over_controls else ()
         save(draw_maps.orbit_map(asked, found, borders), out / "lockmap.png")
     content = {
-        **provenance(),
+        **made(),
         "request": asked.record(),
         "map": found.record(),
         "borders": borders,

@@ -11,10 +11,11 @@ from typing import cast
 import numpy as np
 
 from gyroctl.errors import InputError
+from gyroctl.harness.seed_ledger import ledger
+from gyroctl.provenance import made
 from gyroctl.studies.paper.drawing import Drawing, Table
 from gyroctl.studies.paper.ensembles import Setup
 from gyroctl.studies.style import save, styled
-from gyroctl.version import VERSION
 from gyroctl.writing import write_rows, write_text
 
 FIGURES = ("fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "fig14", "fig15")
@@ -60,7 +61,8 @@ def reproduce(figures: Sequence[str], out: Path, quiet: bool = False, setup: Set
         written += files
         if not quiet:
             _say(f"{name}: {', '.join(path.name for path in files)}")
-    record = {"gyroctl_version": VERSION, "seeds": list(setup.seeds), "duration_s": setup.duration, "made": list(names)}
+    record = {**made(), "seeds": list(setup.seeds), "seed_states": ledger().states(setup.seeds)}
+    record |= {"duration_s": setup.duration, "made": list(names)}
     return [*written, write_text(out / "reproduce.json", json.dumps(record, indent=2) + "\n")]
 
 

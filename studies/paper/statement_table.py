@@ -8,11 +8,12 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, Any
 
+from gyroctl.harness.seed_ledger import ledger
+from gyroctl.provenance import made
 from gyroctl.reports.wording import number
 from gyroctl.studies.paper.ensembles import Setup
 from gyroctl.studies.paper.statements import Finding
 from gyroctl.studies.paper.verdicts import Result
-from gyroctl.version import VERSION
 from gyroctl.writing import plain
 
 if TYPE_CHECKING:
@@ -86,8 +87,9 @@ def as_json(findings: Sequence[Finding], setup: Setup) -> str:
         results = plain(finding.results)
         rows.append({"key": s.key, "group": s.group, "paper": s.says, "measure": s.measure, "results": results})
     head = {
-        "gyroctl_version": VERSION,
+        **made(),
         "seeds": list(setup.seeds),
+        "seed_states": ledger().states(setup.seeds),
         "duration_s": setup.duration,
         "tally": tally(findings),
         "statements": rows,

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from gyroctl.controllers.supervisor import Rules
 from gyroctl.harness.registry import law as build
+from gyroctl.harness.seed_ledger import ledger
+from gyroctl.provenance import made
 from gyroctl.statistics import lock_probability
 from gyroctl.studies.startup.draw import draw
 from gyroctl.studies.startup.runs import CG_MIN, Case, Ensemble, lost_runs, rest_runs
@@ -23,6 +25,9 @@ LAWS = ("load_angle", "coupling")
 WITHIN = {"rest": 200.0, "loss": 120.0}
 """Time by which lock must have begun, from the start and from the end of the fault, to count; and it must then hold to
 the end of the run. [s]"""
+
+MEANS = ("starts", "mean_power_w", "stored_w", "turns_kept", "cycle_slips", "outside_share")
+MOTION = ("phi1_p98_rad", "phi1_max_rad", "phi3_max_rad")
 
 PAYBACK = 600.0
 """Time by which the net energy is to be positive for good, from rest. [s]"""
@@ -69,8 +74,10 @@ def startup_report(
     asked = Ensemble(built, seeds, sea, rules, dt, quiet)
     rest, loss = rest_runs(asked, durations[0]), lost_runs(asked, durations[1])
     result = {
+        **made(),
         "sea": {"hs_m": hs, "gamma": gamma, "wp_rad_s": sea.wp},
         "seeds": [int(seed) for seed in seeds],
+        "seed_states": ledger().states(seeds),
         "dt_s": dt,
         "cg_min_nms": CG_MIN,
         "durations_s": list(durations),
@@ -131,8 +138,8 @@ def _rest(case: Case) -> dict[str, Any]:
     c = case.columns
     locked = (c["locked_after_s"] <= WITHIN["rest"]) & (c["catches"] > 0.0)
     counts = {"runs": locked.size, **_share(locked), "repaid": int(np.sum(c["payback_s"] <= PAYBACK))}
-    means = {key: float(c[key].mean()) for key in ("net_power_w", "availability", "starts")}
-    spreads = ("locked_after_s", "motor_j", "payback_s", "phi1_p98_rad", "phi1_max_rad")
+    means = {key: float(c[key].mean()) for key in ("net_power_w", "availability", *MEANS)}
+    spreads = ("locked_after_s", "motor_j", "payback_s", *MOTION)
     return {**counts, **means, **_spreads(c, spreads)}
 
 
@@ -141,8 +148,8 @@ def _loss(case: Case) -> dict[str, Any]:
     c["fault_s"] = c["fault_ends_s"] - 400.0
     locked = c["locked_after_s"] <= WITHIN["loss"]
     counts = {"runs": case.columns["lost"].size, "lost": locked.size, **_share(locked)}
-    spreads = ("locked_after_s", "fault_s", "motor_j", "phi1_p98_rad", "phi1_max_rad")
-    return {**counts, "starts": float(c["starts"].mean()), **_spreads(c, spreads)}
+    spreads = ("locked_after_s", "fault_s", "motor_j", *MOTION)
+    return {**counts, **{key: float(c[key].mean()) for key in MEANS}, **_spreads(c, spreads)}
 
 
 def _share(locked: NDArray[np.bool_]) -> dict[str, Any]:

@@ -103,6 +103,8 @@ def _run(
         "payback_s": found["payback_time"],
         "motor_j": found["motor_energy"],
         "net_power_w": found["generated_w"],
+        "mean_power_w": found["mean_power"],
+        **{name: found[name] for name in ("stored_w", "turns_kept", "cycle_slips", "outside_share")},
         "availability": found["availability"],
         "phi1_p98_rad": float(np.quantile(phi1[after:], 0.98)),
         "phi1_max_rad": float(phi1.max()),

@@ -1,0 +1,1 @@
+"""Blocks of the pages: each a function from committed results to markdown."""

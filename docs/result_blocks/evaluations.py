@@ -1,0 +1,156 @@
+"""Blocks from the tables off the design, of information and of other devices; and these tables in full, as pages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from gyroctl.reports.wording import number
+from result_blocks.source import (
+    FULL,
+    Row,
+    caption,
+    failures,
+    full,
+    largest,
+    law,
+    law_table,
+    outside,
+    ranged,
+    result,
+    seen,
+    states,
+    table,
+)
+
+PAIR = "best_constant"
+
+
+def _seeds(found: Mapping[str, Any], rows: list[Row]) -> str:
+    asked = found["request"]
+    counts = sorted({(row["runs"], row["law"]) for row in rows if row["law"] != PAIR}, reverse=True)
+    most = counts[0][0] if counts else 0
+    fewer = "".join(f", `{name}` {runs}" for runs, name in counts if runs != most)
+    return (
+        f"Runs of {asked['duration_s']:g} s, {most} for each law{fewer}; seeds {states(found['seed_states'])}. "
+        f"Failed runs: {sum(row['failed'] for row in rows)}. {failures(found)}"
+    )
+
+
+def _cell(row: Row | None, head: str) -> str:
+    """Power, lock and step where not whole, and how far out of the model."""
+    if row is None:
+        return ""
+    return f"{head}; {row['locked']}, {row['in_step']} of {row['runs']}; {outside(row)}"
+
+
+def offdesign() -> str:
+    """Power over that of the pair of each sea."""
+    found = result("offdesign")
+    cases = [(f"{case['group']} {case['name']}", {row["law"]: row for row in case["laws"]}) for case in found["cases"]]
+    laws = list(dict.fromkeys(name for _, rows in cases for name in rows if name != PAIR))
+    lines = []
+    for name, rows in cases:
+        cells = [_cell(rows.get(one), f"{number(rows[one]['ratio']['value'])}x" if one in rows else "") for one in laws]
+        lines.append([name, _cell(rows[PAIR], f"{number(rows[PAIR]['power']['value'])} W"), *cells])
+    answers = [
+        [
+            f"`{one}`",
+            judged["answer"],
+            f"{number(judged['least_ratio'])}x ({judged['least_ratio_at']})",
+            "; ".join(judged["worse"]) or "none",
+        ]
+        for one, judged in found["never_worse"].items()
+    ]
+    every = [row for _, rows in cases for row in rows.values()]
+    worst = max(every, key=largest)
+    return "\n\n".join(
+        [
+            table(("sea", "constant pair", *(f"`{one}`" for one in laws)), lines, 1),
+            "In each cell the mean power, as a multiple of that of the best constant pair of that sea; runs that held "
+            "lock and runs in step; share of the time beyond 0.3 rad. Turns kept, slips, stored power and largest "
+            f"motion of every row: [off the design in full](RESULTS/offdesign.md). The largest |φ| is "
+            f"{number(largest(worst), 2)} rad (`{worst['law']}`). {_seeds(found, every)}",
+            table(("law", "never worse?", "least ratio", "worse in"), answers, 4),
+            caption("offdesign"),
+        ]
+    )
+
+
+def robustness() -> str:
+    """Power on each device."""
+    found = result("robustness")
+    cases = {name: {row["law"]: row for row in rows} for name, rows in found["cases"].items()}
+    laws = list(dict.fromkeys(one for rows in cases.values() for one in rows))
+    lines = [
+        [
+            name,
+            *(_cell(rows.get(one), f"{number(rows[one]['power']['value'])} W" if one in rows else "") for one in laws),
+        ]
+        for name, rows in cases.items()
+    ]
+    every = [row for rows in cases.values() for row in rows.values()]
+    worst = max(every, key=largest)
+    return "\n\n".join(
+        [
+            table(("case", *(f"`{one}`" for one in laws)), lines, 1),
+            "In each cell the mean power, runs that held lock and runs in step, share of the time beyond 0.3 rad. The "
+            f"rest of every row: [other devices in full](RESULTS/robustness.md). The largest |φ| is "
+            f"{number(largest(worst), 2)} rad (`{worst['law']}`). {_seeds(found, every)}",
+            caption("robustness"),
+        ]
+    )
+
+
+def information() -> str:
+    """Levels of information, and what each is worth."""
+    found = result("information")
+    levels = [[name, *full(row)] for name, row in found["levels"].items()]
+    worth = [
+        [step["less"], step["more"], f"{ranged(step['difference'])} W", str(step["pairs"]), step["words"]]
+        for step in found["differences"]
+    ]
+    return "\n\n".join(
+        [
+            table(("information", *FULL), levels),
+            table(("less", "more", "worth", "pairs", "in words"), worth, 5),
+            f"Runs of {found['request']['duration_s']:g} s. {failures(found)}",
+            caption("information"),
+        ]
+    )
+
+
+def offdesign_page() -> str:
+    """Every row off the design."""
+    found, text = result("offdesign"), ["# Off the design in full"]
+    text.append(
+        f"Seeds {states(found['seed_states'])}; runs of {found['request']['duration_s']:g} s. {failures(found)}"
+    )
+    for case in found["cases"]:
+        best = case["pair"]
+        remark = "; no pair keeps the motion limit, this is the best without it" if best.get("motion_waived") else ""
+        text.append(f"## {case['group']} {case['name']}")
+        text.append(f"Best constant pair: cc {number(best['cc'])}, cg {number(best['cg'])} Nms{remark}.")
+        text.append(law_table(case["laws"]))
+    return "\n\n".join([*text, caption("offdesign")])
+
+
+def robustness_page() -> str:
+    """Every row on other devices."""
+    found, text = result("robustness"), ["# Other devices in full"]
+    text.append(
+        f"Seeds {states(found['seed_states'])}; runs of {found['request']['duration_s']:g} s. {failures(found)}"
+    )
+    for name, rows in found["cases"].items():
+        lines = [[law(row), seen(row), ranged(row.get("of_nominal")), *full(row)] for row in rows]
+        text += [f"## {name}", table(("law", "sees", "of its nominal power", *FULL), lines, 2)]
+    return "\n\n".join([*text, caption("robustness")])
+
+
+BLOCKS: Mapping[str, Callable[[], str]] = {"offdesign": offdesign, "robustness": robustness, "information": information}
+
+PAGES: Mapping[str, Callable[[], str]] = {
+    "docs/results/offdesign.md": offdesign_page,
+    "docs/results/robustness.md": robustness_page,
+}
+"""Pages that are written whole."""

@@ -1,0 +1,84 @@
+"""Pictures of the pages, drawn from the committed results; each holds the hash of what it was drawn from."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from gyroctl.statistics import Estimate
+from gyroctl.studies.evaluation.rows import Row
+from result_blocks.source import result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+KEY = "Results"
+"""Name of the entry of a PNG that holds the hash."""
+
+
+class Picture(NamedTuple):
+    """A picture: the results that it shows, and how it is drawn."""
+
+    source: str
+    figure: Callable[[], Figure]
+
+    def draw(self, path: Path, key: str) -> None:
+        """Write the picture with its key."""
+        from gyroctl.studies.style import styled
+
+        with styled():
+            self.figure().savefig(path, format="png", metadata={"Software": "gyroctl", KEY: key})
+
+
+def key_of(path: Path) -> str:
+    """Hash of what a picture was drawn from, empty where it says none."""
+    from PIL import Image
+
+    with Image.open(path) as image:
+        return str(image.info.get(KEY, ""))
+
+
+def row_of(record: Mapping[str, Any]) -> Row:
+    """A row of a table from what is kept of it; what is not kept is NaN."""
+    values = {field.name: record.get(field.name, math.nan) for field in fields(Row)}
+    for name in ("power", "cv", "ratio", "lock", "step", "cv_1s", "difference"):
+        values[name] = _estimate(record.get(name))
+    return Row(**{name: math.nan if value is None else value for name, value in values.items()})
+
+
+def _estimate(record: Mapping[str, Any] | None) -> Estimate:
+    if record is None:
+        return Estimate(math.nan, math.nan, math.nan)
+    value, low, high = (math.nan if record[key] is None else record[key] for key in ("value", "low", "high"))
+    return Estimate(value, low, high, record["note"])
+
+
+def _seas() -> Figure:
+    from gyroctl.studies.evaluation.draw import draw_seas
+
+    found = result("seas")
+    tables = {float(sea.removeprefix("gamma")): [row_of(row) for row in rows] for sea, rows in found["seas"].items()}
+    return draw_seas(tables, found["request"])
+
+
+def _forecast() -> Figure:
+    from gyroctl.studies.forecast.draw import draw
+    from gyroctl.studies.forecast.skill import Skill
+
+    found = result("forecast")
+    skills = {
+        sea: Skill(np.array([np.array(rows, float) for rows in sources.values()]), np.zeros((2, 2)))
+        for sea, sources in found["error"].items()
+    }
+    return draw(skills, found["note"])
+
+
+PICTURES: Mapping[str, Picture] = {
+    "docs/seas.png": Picture("docs/results/seas.json", _seas),
+    "docs/forecast.png": Picture("docs/results/forecast.json", _forecast),
+}
