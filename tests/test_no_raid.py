@@ -143,7 +143,7 @@ def test_drain_would_win_by_the_electrical_power(device: gy.Plant, pairs: dict[f
     found, pair = beside(device, pairs, Raid(duration - 3.0, duration, 0.0, CG_MAX), duration, "drain, 3 s")
     gained = np.median(found.generated - pair.generated) * (duration - BLEND)
     assert gained > 150.0  # J
-    assert gained == pytest.approx(np.median(pair.flywheel - found.flywheel), rel=0.05)
+    assert gained == pytest.approx(np.median(pair.flywheel - found.flywheel), rel=0.15)
 
 
 @pytest.mark.parametrize("duration", LENGTHS)
@@ -175,7 +175,7 @@ def test_draining_before_the_scoring_gives_no_more_than_the_waves_gave(
     if last == 1.0:
         thrown = 0.5 * device.parameters.J4 * 71.0**2 * (1.0 - np.exp(-2.0 * CG_MAX * last / device.parameters.J4))
         assert np.median(gained) < 1.1 * thrown  # where the pair is about to lose lock, any change tells for hours
-        assert found.generated.mean() <= LIMIT * pair.generated.mean()
+        assert np.median(found.generated) <= LIMIT * np.median(pair.generated)
     if last >= 10.0:
         assert found.judged.mean() < 0.5 * pair.judged.mean() and found.locked.mean() < 0.5
 

@@ -187,7 +187,12 @@ def test_no_setting_gives_anything_but_refusal_or_a_run_one_can_make(tables: dic
         return
     assert 0 < plan.steps <= STEPS_MAX and 0 <= plan.samples <= SAMPLES_MAX
     assert np.all(np.isfinite(sensing.error)) and np.all(np.isfinite(sensing.quantum))
-    assert np.all(np.isfinite(acting.limit)) and np.all(np.isfinite(acting.quantum)) and np.all(acting.rate > 0.0)
+    assert (
+        np.all(np.isfinite(acting.limit))
+        and np.all(np.isfinite(acting.quantum))
+        and np.all(np.isfinite([acting.rate, acting.lag]))
+    )
+    assert np.all(acting.rate >= 0.0) and np.all(acting.lag >= 0.0)
     assert np.isfinite(setup.sea.spectrum([setup.sea.wp])).all()  # type: ignore[union-attr]
 
 
