@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -384,19 +381,3 @@ def test_simulation_that_is_not_finite_is_an_error(tmp_path: Path, monkeypatch: 
     done = CliRunner().invoke(app, ["simulate", "--law", "constant", "--duration", "120", "--out", str(out)])
     assert isinstance(done.exception, gy.InputError) and "t = 60.0 s" in str(done.exception)
     assert not out.exists() and "nan W" not in done.output
-
-
-@pytest.mark.slow
-def test_stopped_comparison_says_no_word_of_semaphores(tmp_path: Path) -> None:
-    (tmp_path / "mine.toml").write_text("[run]\nseeds = [1, 2, 3, 4, 5, 6]\n[laws.mine]\nlaw = 'laws.py:Slow'\n")
-    slow = LAWS.replace("class Wild", "import time\n\n\nclass Slow").replace("def step(self", "def step(self", 1)
-    slow = slow.replace("return (0.06, 4e-4), (", "time.sleep(2e-3)\n        return (0.06, 4e-4), (")
-    (tmp_path / "laws.py").write_text(slow)
-    command = [sys.executable, "-m", "gyroctl", "compare", "mine.toml", "--out", "out"]
-    running = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    time.sleep(12.0)
-    running.send_signal(signal.CTRL_C_EVENT if os.name == "nt" else signal.SIGINT)
-    _, said = running.communicate(timeout=60.0)
-    assert running.returncode == 130, said
-    assert "Finished runs are kept" in said
-    assert "leaked" not in said and "semaphore" not in said

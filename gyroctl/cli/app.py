@@ -9,6 +9,7 @@ import typer
 
 from gyroctl.cli import bound, compare, evaluate, hydro, laws, margins, reproduce, simulate, tune
 from gyroctl.cli.options import MARKUP
+from gyroctl.cli.stopping import CODE, end_soon_at_interrupt, stopped
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=MARKUP)
 COMPARING = (compare.compare, compare.report, simulate.simulate, tune.tune, evaluate.evaluate)
@@ -42,6 +43,7 @@ def main() -> None:
     """Run the command line; bad input ends with exit code 2 and a message that says what to do."""
     from gyroctl.errors import InputError
 
+    end_soon_at_interrupt()
     try:
         app()
     except ValueError as error:
@@ -50,7 +52,6 @@ def main() -> None:
         print(f"Error: {error}", file=sys.stderr)
         sys.exit(2)
     except (KeyboardInterrupt, SystemExit) as end:  # typer turns Ctrl-C into an exit with code 130
-        if isinstance(end, SystemExit) and end.code != 130:
+        if isinstance(end, SystemExit) and end.code != CODE:
             raise
-        print("Stopped. Finished runs are kept and will not be computed again.", file=sys.stderr)
-        sys.exit(130)
+        stopped()

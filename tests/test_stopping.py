@@ -1,0 +1,59 @@
+"""Ctrl-C ends a command within seconds, with what is finished kept."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from test_first_steps import LAWS
+
+
+@pytest.mark.slow
+def test_stopped_comparison_says_no_word_of_semaphores(tmp_path: Path) -> None:
+    (tmp_path / "mine.toml").write_text("[run]\nseeds = [1, 2, 3, 4, 5, 6]\n[laws.mine]\nlaw = 'laws.py:Slow'\n")
+    slow = LAWS.replace("class Wild", "import time\n\n\nclass Slow").replace("def step(self", "def step(self", 1)
+    slow = slow.replace("return (0.06, 4e-4), (", "time.sleep(2e-3)\n        return (0.06, 4e-4), (")
+    (tmp_path / "laws.py").write_text(slow)
+    command = [sys.executable, "-m", "gyroctl", "compare", "mine.toml", "--out", "out"]
+    running = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    time.sleep(12.0)
+    running.send_signal(signal.CTRL_C_EVENT if os.name == "nt" else signal.SIGINT)
+    _, said = running.communicate(timeout=10.0)
+    assert running.returncode == 130, said
+    assert "Finished runs are kept" in said
+    assert "leaked" not in said and "semaphore" not in said
+
+
+STUBBORN = """
+import threading, time
+from gyroctl.cli import app, stopping
+
+def swallowing():
+    threading.Thread(target=time.sleep, args=(60.0,)).start()  # as a compilation would be waited for
+    print("ready", flush=True)
+    end = time.monotonic() + 60.0
+    while time.monotonic() < end:
+        try:
+            time.sleep(0.1)
+        except KeyboardInterrupt:  # as within the callback of a library
+            pass
+
+app.app = swallowing
+app.main()
+"""
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs a signal to one process")
+def test_stop_is_heard_even_where_a_library_swallows_it(tmp_path: Path) -> None:
+    pipe = subprocess.PIPE
+    running = subprocess.Popen([sys.executable, "-c", STUBBORN], cwd=tmp_path, stderr=pipe, stdout=pipe, text=True)
+    assert running.stdout is not None and running.stdout.readline() == "ready\n"
+    running.send_signal(signal.SIGINT)
+    _, said = running.communicate(timeout=15.0)
+    assert running.returncode == 130
+    assert said.strip() == "Stopped. Finished runs are kept and will not be computed again."
