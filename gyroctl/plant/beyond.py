@@ -223,8 +223,6 @@ def capped(cap: Any, torque: Any) -> Any:
 @inlined
 def coupling_torque(beyond: Any, cc: Any, slip: Any) -> Any:
     """Torque of the magnetic coupling at a slip [rad/s]. [Nm]"""
-    if beyond is None:
-        return cc * slip
     return capped(beyond.cap, falling(beyond.curve, cc, slip))
 
 
@@ -250,7 +248,7 @@ def further(
 
     Parameters
     ----------
-    beyond : Beyond or None
+    beyond : Beyond
         The terms.
     k : Coefficients
         Constants of the device.
@@ -263,8 +261,6 @@ def further(
     signals : (signal_rows * L,) buffer or None
         Signals of the instant from `at` on; None for still water at rest.
     """
-    if beyond is None:
-        return (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     phi1, _, _, v1, v3, w, W = motion
     at_position, by_drag, held = of_waves(beyond, phi1, v1, v3, me1, me3, signals, at, L, l)
     load = 2.0 * k.K * u1 * w - w * (2.0 * k.J3 * (u1 + k.N * w) + k.J4 * (u1 + W))
@@ -289,22 +285,6 @@ def of_waves(
     drag = dragged(beyond.drag, v1, v3, signals, at, L, l)
     held = held_moments(beyond.surface, signals, at, L, l, row + near_rows(beyond.position))
     return position, drag, held
-
-
-@inlined
-def joined(beyond: Any, f: Any, g: Any) -> Any:
-    """Return the four generalised forces `f` with those of `further`."""
-    if beyond is None:
-        return f
-    return f[0] + g[0], f[1] + g[1], f[2] + g[2], f[3] + g[3]
-
-
-@inlined
-def noted(beyond: Any, dx: Any, L: int, l: int, first: int, powers: Any) -> None:
-    """Write the powers of `further` into the ledger from row `first` on."""
-    if beyond is not None:
-        for i in range(len(powers)):
-            dx[(first + i) * L + l] = powers[i]
 
 
 def _weights() -> NDArray[np.float64]:
