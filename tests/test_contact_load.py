@@ -77,7 +77,7 @@ def test_one_state_is_as_good_as_many(plant: Any) -> None:
 
 
 def test_the_rigid_connection_carries_the_flywheel_through_the_contact() -> None:
-    """Geared to the axis, the flywheel turns with it: the contact gives both their share, and the generator's torque."""
+    """Geared to the axis, the flywheel turns with it: the contact carries both, and the torque of the generator."""
     plant = gy.zhang2017(connection="rigid")
     p = plant.parameters
     state = np.zeros(len(plant.labels))
