@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from gyroctl.plant.beyond import coupling_torque, further, joined, ledger_rows, noted
 from gyroctl.plant.compiled import inlined
+from gyroctl.plant.friction import axis_momentum, axis_rows, axis_speed, contact_of, on_axis, put_axis, ring_rate
 from gyroctl.plant.trigonometry import cos_sin
 
 PHI1, PHI3, PSI, OMEGA, PHI1_RATE, PHI3_RATE, PSI_RATE, OMEGA_RATE, RADIATION = range(9)
@@ -75,7 +76,8 @@ def derivative(
     Parameters
     ----------
     x : indexable, at least 8 + n1 + n3 rows
-        State: phi1, phi3, psi, omega [rad], their rates [rad/s], radiation states.
+        State: phi1, phi3, psi, omega [rad], their rates [rad/s], radiation states; with friction in the contact the
+        speed theta' of the spin axis [rad/s].
     dx : indexable, 5 rows more than the state, or 11 beyond the linear model
         Rates of the state, then the powers named by `LEDGER` and `BEYOND` [W].
     L, l : int
@@ -95,7 +97,9 @@ def derivative(
     c, s = cos_sin(psi)
     u1 = c * v1 - s * v3
     u3 = s * v1 + c * v3
-    slip = W - k.N * w
+    contact, last = contact_of(k.beyond), RADIATION + len(k.q1) + len(k.q3)
+    axis = axis_speed(contact, k.N, w, x, last * L + l)
+    slip = W - axis
     mr1 = radiation(x, dx, L, l, RADIATION, k.p1, k.q1, v1)
     mr3 = radiation(x, dx, L, l, RADIATION + len(k.q1), k.p3, k.q3, v3)
 
@@ -107,16 +111,16 @@ def derivative(
     reaction = k.reaction * generator
     lever = k.C2 * w
     Kw = K * w
-    spin = (2.0 * N * J3 * w + J4 * W) * w
+    spin = (axis_momentum(contact, N, J3, w, axis) + J4 * W) * w
     # sin 2psi phi1' + cos 2psi phi3' = s u1 + c u3, and cos 2psi phi1' - sin 2psi phi3' = c u1 - s u3
     f1 = Kw * (s * u1 + c * u3) + s * spin + lever * v3 + c * reaction  # (22)
     f1 = f1 - k.k1 * phi1 - hinge1 - mr1 + me1
     f3 = Kw * (c * u1 - s * u3) + c * spin - lever * v1 - s * reaction  # (23)
     f3 = f3 - k.k3 * phi3 - hinge3 - mr3 + me3
-    fp = N * coupling - (K * u1 + J4 * W) * u3  # (24)
+    fp = on_axis(contact, k, coupling, u1, u3, w, W)  # (24)
     fo = J4 * u3 * w - coupling - generator  # (25)
-    moved = phi1, phi3, psi, v1, v3, w, W
-    more, spent = further(k.beyond, k, moved, u1, me1, me3, signals, at, L, l)
+    moved = phi1, phi3, psi, v1, v3, w, W, axis
+    more, spent, on_ring = further(k.beyond, k, moved, u1, me1, me3, signals, at, L, l)
     f1, f3, fp, fo = joined(k.beyond, (f1, f3, fp, fo), more)
 
     # the inertia couples (phi1, phi3) to (psi, omega) along e = (c, -s) only: eliminate, then a rank-one update
@@ -126,14 +130,22 @@ def derivative(
     share = k.kappa * (c * g1 - s * g3) / (1.0 + k.kappa * (c * e1 + s * e3))
     a1, a3 = g1 - e1 * share, g3 + e3 * share
     ae = c * a1 - s * a3
-    aw = k.Gpp * fp + k.Gpo * fo - k.ap * ae
+    ap = k.Gpp * fp + k.Gpo * fo - k.ap * ae  # of the ring, or of the axis where it may slip on it
+    aw = ring_rate(contact, k, ap, on_ring, u1, u3, W, axis)
     aW = k.Gpo * fp + k.Goo * fo - k.ao * ae
 
     write(dx, L, l, PHI1, (v1, v3, w, W, a1, a3, aw, aW))
-    ledger = RADIATION + len(k.q1) + len(k.q3)
+    put_axis(contact, dx, last * L + l, ap)
+    ledger = last + axis_rows(contact)
     radiated, hinge = mr1 * v1 + mr3 * v3, hinge1 * v1 + hinge3 * v3
     write(dx, L, l, ledger, (me1 * v1 + me3 * v3, radiated, hinge, coupling * slip, generator * W))
     noted(k.beyond, dx, L, l, ledger + len(LEDGER), spent)
+
+
+@inlined
+def states_of(k: Coefficients) -> int:
+    """Rows of the state."""
+    return RADIATION + len(k.q1) + len(k.q3) + axis_rows(contact_of(k.beyond))
 
 
 @inlined

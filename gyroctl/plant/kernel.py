@@ -15,12 +15,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.plant import beyond, compiled, course, equations, trigonometry
+from gyroctl.plant import beyond, compiled, course, equations, friction, trigonometry
 from gyroctl.plant import held as holding
 from gyroctl.plant.beyond import HALF, NEAR, NODES, base_rows, near_rows, node_rows, signal_rows
 from gyroctl.plant.compiled import inlined, put, stamped
 from gyroctl.plant.course import Course, control_at, effective, lag_rate, next_bend
-from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI3, PSI, RADIATION, Coefficients, derivative, powers
+from gyroctl.plant.equations import (
+    OMEGA_RATE,
+    PHI1,
+    PHI1_RATE,
+    PHI3,
+    PHI3_RATE,
+    PSI,
+    PSI_RATE,
+    Coefficients,
+    derivative,
+    powers,
+    states_of,
+)
+from gyroctl.plant.friction import CHANGE, CHANGING, CREEP, FINER, RESOLVED, axis_gear, contact_of, pressing
 from gyroctl.plant.held import extrapolate, renew
 
 Array = NDArray[Any]
@@ -39,19 +52,27 @@ ACCURATE = 50.0
 closed to 1e-6 under a steady coupling; where it switches the closed loop asks for more. A longer `dt` asks for less
 accuracy here as well. [1/s]"""
 
+MANY = 1000.0
+"""More steps than a step of the plant is ever divided into for the friction."""
+
 LAGGED = 2.0
 """How much finer a lag is resolved than the slip at the same rate: Runge-Kutta sees it as Simpson's rule does."""
 
 SOURCES = (
-    *(compiled.__file__, trigonometry.__file__, beyond.__file__, equations.__file__, course.__file__),
+    *(compiled.__file__, trigonometry.__file__, beyond.__file__, friction.__file__),
+    *(equations.__file__, course.__file__),
     *(holding.__file__, __file__),
 )
 
 
 @inlined
 def slip_rate(k: Coefficients, cc: Any) -> Any:
-    """Rate at which the slip decays: cc (N^2/J2 + 1/J4), zero where the flywheel is rigidly geared. [1/s]"""
-    return cc * (k.N * k.N * k.Gpp - 2.0 * k.N * k.Gpo + k.Goo)
+    """Rate at which the slip decays: cc (N^2/J2 + 1/J4), zero where the flywheel is rigidly geared. [1/s]
+
+    Where the spin axis may slip on its track, that of the axis alone.
+    """
+    N = axis_gear(contact_of(k.beyond), k.N)
+    return cc * (N * N * k.Gpp - 2.0 * N * k.Gpo + k.Goo)
 
 
 @inlined
@@ -241,6 +262,54 @@ def advance(
             moments[lane] = moments[2 * signals + lane]
 
 
+@inlined
+def follow(
+    contact: Any,
+    y: Any,
+    x: Any,
+    slope: Any,
+    moments: Any,
+    weight: Any,
+    L: int,
+    k: Coefficients,
+    cc: Any,
+    cg: Any,
+    start: float,
+    hold: float,
+    steps: int,
+    waves: Any,
+    waves_dt: float,
+    moving: Any = None,
+    since: float = 0.0,
+    held: Any = None,
+) -> None:
+    """Advance as `advance` does; with friction in the contact of a single run, each step in as many as that needs."""
+    if contact is None:
+        advance(y, x, slope, moments, weight, L, k, cc, cg, start, hold, steps, waves, waves_dt, moving, since, held)
+    else:
+        h = hold / steps
+        for step in range(steps):
+            finer, ahead = 1, h * stiffness(contact, k, y) / RESOLVED
+            if ahead < MANY:  # also where the run has left all bounds
+                finer = max(int(math.ceil(ahead)), 1)
+            begin, on = start + step * h, since + step * h
+            advance(y, x, slope, moments, weight, L, k, cc, cg, begin, h, finer, waves, waves_dt, moving, on, held)
+
+
+@inlined
+def stiffness(contact: Any, k: Coefficients, y: Any) -> Any:
+    """Rate of the friction in the state `y` of a single run: at which it stops slip on the track, or changes sides. [1/s]"""
+    psi, v1, v3 = y[PSI].real, y[PHI1_RATE].real, y[PHI3_RATE].real
+    u1 = math.cos(psi) * v1 - math.sin(psi) * v3
+    w, axis = y[PSI_RATE].real, y[states_of(k) - 1].real
+    load = pressing(k, u1, w, y[OMEGA_RATE].real, axis)
+    rate = contact.traction * abs(load) / CREEP * (k.Gpp + contact.N * contact.N * contact.ring)
+    if abs(load) < CHANGING:
+        return max(rate, CHANGE)
+    slip = axis + math.copysign(contact.N, load) * w
+    return FINER * rate if abs(slip) > CREEP else rate
+
+
 @stamped(SOURCES)
 def hold_into(
     y: Array,
@@ -259,8 +328,9 @@ def hold_into(
     """Advance one run in place. `work` (5, rows), `controls` (2, 1); float or complex alike."""
     cc, cg = controls[0], controls[1]
     moving, since = None, 0.0
-    advance(
-        y, work[0], work[1:], moments, weight, 1, k, cc, cg, start, hold, steps, waves, waves_dt, moving, since, held
+    contact, x, slope = contact_of(k.beyond), work[0], work[1:]
+    follow(
+        contact, y, x, slope, moments, weight, 1, k, cc, cg, start, hold, steps, waves, waves_dt, moving, since, held
     )
 
 
@@ -307,8 +377,10 @@ def move_into(
         largest = max(cc[0], control_at(moving, 0, until))  # the course is monotone
         rate = max(finer * slip_rate(k, largest), LAGGED * lag_rate(moving, since))
         steps = steps_for(until - since, dt, rate)
-        begin, length, x, slope = start + since, until - since, work[0], work[1:]
-        advance(y, x, slope, moments, weight, 1, k, cc, cg, begin, length, steps, waves, waves_dt, moving, since, held)
+        begin, length, x, slope, on = start + since, until - since, work[0], work[1:], contact_of(k.beyond)
+        follow(
+            on, y, x, slope, moments, weight, 1, k, cc, cg, begin, length, steps, waves, waves_dt, moving, since, held
+        )
         since = until
     moved[0], moved[1] = instant(moving, hold)
     moved[2] = effective(moving, 1, hold)
@@ -385,4 +457,4 @@ def write_down(y: Any, record: Any, i: int) -> None:
 
 def rows(k: Coefficients) -> int:
     """Rows of state and ledger together."""
-    return RADIATION + len(k.q1) + len(k.q3) + powers(k)
+    return states_of(k) + powers(k)

@@ -153,7 +153,7 @@ def check_step(plant: Plant, cc: float, dt: float) -> None:
     """Refuse a step that is no positive number or too long for the slip at `cc`."""
     if not (np.isfinite(dt) and dt > 0.0):
         raise InputError("run.dt", dt, "must be positive", "Give the step in seconds, for example 0.01")
-    rate = float(slip_rate(plant.coefficients, cc))
+    rate = float(slip_rate(plant.rolling.coefficients, cc))
     if dt * rate > UNSTABLE:
         problem = f"the step is unstable for the slip: h * {rate:.0f}/s = {dt * rate:.2f} > {UNSTABLE}"
         raise InputError("run.dt", dt, problem, f"Give dt <= {UNSTABLE / rate:.4f} s, or a smaller cc (now {cc})")
