@@ -12,7 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from gyroctl.plant.beyond import coupling_torque, lost
 from gyroctl.plant.equations import OMEGA_RATE, PHI1_RATE, PHI3_RATE, PSI, PSI_RATE, Coefficients
+from gyroctl.plant.friction import contact_of, pressing
 from gyroctl.plant.plant import Plant
 
 
@@ -23,9 +25,10 @@ class ContactLoad(NamedTuple):
     """Moment that presses the spin axis on the track, about the ring's third axis; negative while it rolls forwards on
     the side where it started. [Nm]"""
     torque: NDArray[np.float64]
-    """Torque lambda of the friction on the spin axis. [Nm]"""
+    """Torque of the friction on the spin axis: lambda, and what rolling resistance there is. [Nm]"""
     traction: NDArray[np.float64]
-    """Coefficient of friction that rolling needs, N |lambda| / |M3|; infinite where nothing presses. [-]"""
+    """Coefficient of friction that rolling needs, N |torque| / |M3|; infinite where nothing presses. Where the axis may
+    slip, what it takes of the friction that there is. [-]"""
 
 
 def contact_load(plant: Plant, x: ArrayLike, u: Any, moments: Any) -> ContactLoad:
@@ -34,13 +37,13 @@ def contact_load(plant: Plant, x: ArrayLike, u: Any, moments: Any) -> ContactLoa
     Parameters
     ----------
     plant : Plant
-        The device, its spin axis rolling.
+        The device.
     x : array_like, (n,) or (n, batch)
         State in the order of `plant.labels`. [rad, rad/s]
     u : (cc, cg)
         Controls, scalars or (batch,). [Nms]
-    moments : (Me1, Me3)
-        Wave moments, scalars or (batch,). [Nm]
+    moments : (Me1, Me3) or (len(channels),)
+        Wave moments [Nm], or all signals in the order of `plant.channels`; scalars or (batch,).
 
     Returns
     -------
@@ -59,14 +62,18 @@ def load_of(k: Coefficients, x: NDArray[np.float64], dx: NDArray[np.float64], u:
     """Load of the contact from the state (n, ...), its rate of change (n, ...) and the controls, see `contact_load`."""
     c, s = np.cos(x[PSI]), np.sin(x[PSI])
     v1, v3, w, W = x[PHI1_RATE], x[PHI3_RATE], x[PSI_RATE], x[OMEGA_RATE]
-    a1, a3, aw, aW = dx[PHI1_RATE], dx[PHI3_RATE], dx[PSI_RATE], dx[OMEGA_RATE]
+    a1, a3, aW = dx[PHI1_RATE], dx[PHI3_RATE], dx[OMEGA_RATE]
+    slips = contact_of(k.beyond) is not None
+    axis, rate = (x[-1], dx[-1]) if slips else (k.N * w, k.N * dx[PSI_RATE])  # of theta
     u1, u3 = c * v1 - s * v3, s * v1 + c * v3
     turning = c * a1 - s * a3 - w * u3  # rate of u1
-    axis, flywheel = 2.0 * k.J3, k.J4
-    M3 = k.K * (s * a1 + c * a3 + 2.0 * u1 * w) - w * (axis * (k.N * w + u1) + flywheel * (W + u1))
-    # the flywheel's own balance gives the torque of whatever connects it with the axis
-    connection = -flywheel * (aW + turning) - u[1] * W
-    torque = axis * (k.N * aw + turning) - connection
+    M3 = k.K * (s * a1 + c * a3) + pressing(k, u1, w, W, axis)
+    bearing, windage, resistance = lost(k.beyond.losses if k.beyond else None, W, axis, M3)
+    if slips or k.Gpo == 0.0:
+        connection = coupling_torque(k.beyond, u[0], W - axis)
+    else:  # geared: the flywheel's own balance says what takes it along
+        connection = -k.J4 * (aW + turning) - u[1] * W - bearing - windage
+    torque = 2.0 * k.J3 * (rate + turning) - connection + resistance
     with np.errstate(divide="ignore", invalid="ignore"):
         traction = np.where(torque == 0.0, 0.0, k.N * np.abs(torque) / np.abs(M3))
     return ContactLoad(M3, torque, traction)

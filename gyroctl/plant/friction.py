@@ -20,7 +20,7 @@ from gyroctl.plant.compiled import inlined
 SIDE = 1.0
 """Moment about which the axis changes to the other side of the track. [Nm]"""
 
-CREEP = 3.0
+CREEP = 2.0
 """Speed of slip about which friction changes its sign: below it the contact creeps. [rad/s]"""
 
 SOFT = 0.01

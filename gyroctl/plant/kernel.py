@@ -447,6 +447,31 @@ def run_lanes(
     write_down(y, record, intervals)
 
 
+@stamped(SOURCES)
+def run_alone(
+    y: Floats,
+    k: Coefficients,
+    controls: Floats,
+    hold: float,
+    steps: int,
+    waves: Floats,
+    waves_dt: float,
+    record: Floats,
+    mark: int,
+    marked: Floats,
+) -> None:
+    """Run one run as `run_lanes` does many: `y`, `marked` (rows,), `controls` (2, 1), `record` (..., intervals + 1)."""
+    work = np.empty((5, y.size))
+    moments, weight = np.empty(3 * signal_rows(k.beyond)), np.empty(TAPS)
+    for i in range(record.shape[1]):
+        if i == mark:
+            put(y, marked)
+        for r in range(len(RECORDED)):
+            record[r, i] = y[RECORDED[r]]
+        if i < record.shape[1] - 1:
+            hold_into(y, work, moments, weight, k, controls, i * hold, hold, steps, waves, waves_dt)
+
+
 @inlined
 def write_down(y: Any, record: Any, i: int) -> None:
     """Copy the rows `RECORDED` into column `i` of the record."""

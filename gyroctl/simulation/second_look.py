@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.plant import Plant
+from gyroctl.plant.beyond import coupling_torque
 from gyroctl.plant.contact import load_of
 from gyroctl.plant.equations import OMEGA_RATE, PSI_RATE
 from gyroctl.plant.kernel import slip_rate
@@ -88,18 +89,23 @@ class _Ends(NamedTuple):
         return _Ends(*(values[:, chosen] for values in self))
 
 
-def look(plant: Plant, record: Record, first: int, moments: Floats) -> Look:
-    """Look at a record again, from sample `first` on, with the wave moments (2, samples) [Nm] there."""
+def look(plant: Plant, record: Record, first: int, signals: Floats) -> Look:
+    """Look at a record again, from sample `first` on, with the signals of the waves there, (channels, samples)."""
     k, states = plant.coefficients, record.states[first:, : len(plant.labels)]
     x = np.concatenate([states[:-1], states[1:]]).T
     u = np.concatenate([record.controls[first:], record.ends[first:]]).T
-    dx = plant.derivative(x, u, np.concatenate([moments[:, :-1], moments[:, 1:]], axis=1))
+    dx = plant.derivative(x, u, np.concatenate([signals[:, :-1], signals[:, 1:]], axis=1))
     load = load_of(k, x, dx, u)
-    slip, gain = x[OMEGA_RATE] - k.N * x[PSI_RATE], dx[OMEGA_RATE] - k.N * dx[PSI_RATE]
-    free = gain + slip_rate(k, u[0]) * slip
-    left = 1.0 - 2.0 * k.J3 * k.N * (k.N * k.Gpp - k.Gpo)  # the rest of the torque turns the axis itself
-    values = u[0], slip, free, load.torque + left * u[0] * slip, load.M3
+    axis, rate = (x[-1], dx[-1]) if plant.slips else (k.N * x[PSI_RATE], k.N * dx[PSI_RATE])
+    law = _Coupling(k.beyond, float(slip_rate(k, 1.0)), 1.0 - 2.0 * k.J3 * k.N * (k.N * k.Gpp - k.Gpo))
+    if plant.slips:  # the grip of the axis settles as fast as the slip: both are taken as they are at the ends
+        law = law._replace(rate=0.0, left=0.0)
+    slip, gain = x[OMEGA_RATE] - axis, dx[OMEGA_RATE] - rate
+    torque = law.torque(u[0], slip)
+    values = u[0], slip, gain + law.rate * torque, load.torque + law.left * torque, load.M3
     ends = _Ends(*(value.reshape(2, -1) for value in values))
+    if plant.slips:
+        ends = ends._replace(free=np.repeat(np.diff(ends.slip, axis=0) / record.period, 2, axis=0))
     ends = ends._replace(**{name: _bent(getattr(ends, name)) for name in ("free", "carried", "M3")})
     before = np.concatenate([record.ends[first - 1 : first, 0] if first else [np.nan], ends.cc[1, :-1]])
     jumps = (ends.cc[0] != before) | (ends.cc[1] != ends.cc[0])
@@ -108,12 +114,29 @@ def look(plant: Plant, record: Record, first: int, moments: Floats) -> Look:
     weak |= ends.M3[0] * ends.M3[1] <= 0.0
     for chosen, parts in ((~jumps & ~weak, STEADY), (jumps & ~weak, TRANSIENT), (weak, FINE)):
         which = np.flatnonzero(chosen)
-        at = _within(k.N, slip_rate(k, 1.0), left, ends.of(chosen), parts * record.period, record.lag)
+        at = _within(k.N, law, ends.of(chosen), parts * record.period, record.lag)
         largest = np.maximum(largest, at.largest)
         span = np.repeat(np.diff(parts) * record.period, which.size)
         parted.append((at.traction.ravel(), span, np.tile(which, parts.size - 1)))
     traction, weight, interval = (np.concatenate(values) for values in zip(*parted, strict=True))
     return Look(traction, weight, interval, ends.M3[:2].T, *map(float, largest))
+
+
+class _Coupling(NamedTuple):
+    """Torque of the coupling, and what it does."""
+
+    beyond: Any  # terms of the plant
+    rate: float  # gain of the slip for each Nm [rad/s^2]
+    left: float  # part of the torque that the contact carries; the rest turns the axis itself
+
+    def torque(self, cc: Floats, slip: Floats) -> Floats:
+        """Torque at a slip [rad/s]. [Nm]"""
+        return np.asarray(coupling_torque(self.beyond, cc, slip))
+
+    def decay(self, cc: Floats, slip: Floats) -> Floats:
+        """Rate at which a slip decays. [1/s]"""
+        moved = np.abs(slip) > 1e-9
+        return np.asarray(self.rate * np.where(moved, self.torque(cc, slip) / np.where(moved, slip, 1.0), cc))
 
 
 class _Within(NamedTuple):
@@ -123,21 +146,23 @@ class _Within(NamedTuple):
     largest: Floats  # torque [Nm], slip [rad/s], loss [W]
 
 
-def _within(N: float, rate: float, left: float, ends: _Ends, edges: Floats, lag: float) -> _Within:
-    """Follow the slip through intervals from edge to edge [s] of their parts; `rate` is that at 1 Nms. [1/s]"""
+def _within(N: float, law: _Coupling, ends: _Ends, edges: Floats, lag: float) -> _Within:
+    """Follow the slip through intervals from edge to edge [s] of their parts."""
     hold, slip = edges[-1], ends.slip[0]
-    tractions, largest = [], _largest(ends.cc[0] * slip, slip)
+    tractions, largest = [], _largest(law.torque(ends.cc[0], slip), slip)
     for begin, end in pairwise(edges):
         middle, span = 0.5 * (begin + end), end - begin
-        free, decay = _between(ends.free, middle / hold), rate * _course(ends.cc, middle, hold, lag)
+        free, decay = _between(ends.free, middle / hold), law.decay(_course(ends.cc, middle, hold, lag), slip)
         settling = np.maximum(decay, 1e-9)
         after = slip * np.exp(-decay * span) - free * np.expm1(-settling * span) / settling
-        torque = (free - (after - slip) / span) / rate if rate > 0.0 else 0.0  # mean, from the balance of the slip
-        needed = N * np.abs(_between(ends.carried, middle / hold) - left * torque)
+        torque = (
+            (free - (after - slip) / span) / law.rate if law.rate > 0.0 else 0.0
+        )  # mean, from the balance of the slip
+        needed = N * np.abs(_between(ends.carried, middle / hold) - law.left * torque)
         with np.errstate(divide="ignore", invalid="ignore"):
             tractions.append(np.where(needed == 0.0, 0.0, needed / np.abs(_between(ends.M3, middle / hold))))
         slip = after
-        largest = np.maximum(largest, _largest(_course(ends.cc, end, hold, lag) * slip, slip))
+        largest = np.maximum(largest, _largest(law.torque(_course(ends.cc, end, hold, lag), slip), slip))
     return _Within(np.array(tractions), largest)
 
 

@@ -15,7 +15,7 @@ from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.hydrodynamics.geometry import Geometry, statics
 from gyroctl.plant import Parameters, Plant
-from gyroctl.plant.equations import LEDGER, PHI1, PHI3, PSI
+from gyroctl.plant.equations import LEDGER, PHI1, PHI3, PSI, PSI_RATE
 from gyroctl.simulation.metrics import MODEL_LIMIT, Record, production
 from gyroctl.simulation.second_look import look
 from gyroctl.waves import WaveRealisation
@@ -113,16 +113,18 @@ def validity(
     depth = float_.draft + np.interp(time, waves.time, waves.elevation) - float_.arm * states[:, PHI3]
     beyond = np.maximum(np.abs(states[:, PHI1]), np.abs(states[:, PHI3])) > MODEL_LIMIT
     dry, under = depth <= 0.0, depth >= float_.height
-    moments = np.array([np.interp(time, waves.time, moment) for moment in waves.moments])
-    seen = look(plant, record, first, moments)
-    pressed = seen.M3.ravel() >= 0.0  # start and end of each interval in turn
+    signals = np.array([np.interp(time, waves.time, signal) for signal in waves.signals(plant)])
+    seen = look(plant, record, first, signals)
+    backwards = seen.M3.ravel() >= 0.0  # start and end of each interval in turn
+    if plant.slips:
+        backwards = states[:, -1] * states[:, PSI_RATE] < 0.0
     slides = np.append(seen.over(GRIP) > 0.0, False)
     return {
         "traction_p99": seen.quantile(0.99),
         "traction_p999": seen.quantile(0.999),
         "traction_over_03": float(seen.over(STEEL).mean()),
         "traction_over_06": float(seen.over(GRIP).mean()),
-        "reversals": float(np.count_nonzero(pressed[1:] & ~pressed[:-1])),
+        "reversals": float(np.count_nonzero(backwards[1:] & ~backwards[:-1])),
         "coupling_torque_max": seen.torque,
         "slip_max": seen.slip,
         "coupling_loss_max": seen.loss,
