@@ -1,4 +1,4 @@
-"""Friction in the rolling contact: equations against a rigid-body engine, energy, stiffness, and a stick-slip oracle."""
+"""Friction in the rolling contact: equations against a rigid-body engine, energy, and dry friction event by event."""
 
 from __future__ import annotations
 

@@ -26,16 +26,6 @@ CREEP = 2.0
 SOFT = 0.01
 """Square of the moment about which the load on the contact changes its sign. [N^2 m^2]"""
 
-RESOLVED = 2.0
-"""Largest product of step and rate of the friction: Runge-Kutta 4 is stable up to 2.78."""
-
-CHANGING, CHANGE = 15.0, 8000.0
-"""Load below which the axis may be about to change sides within 0.01 s [Nm], and the rate at which that is followed
-[1/s]."""
-
-FINER = 6.0
-"""How much finer the contact is followed while it slides: it grips again within its own time constant."""
-
 
 class Friction(NamedTuple):
     """Friction between spin axis and track."""

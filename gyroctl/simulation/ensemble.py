@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
+from gyroctl.plant.alone import run_alone
 from gyroctl.plant.beyond import base_rows
-from gyroctl.plant.kernel import LANES, RECORDED, rows, run_alone, run_lanes, slip_rate, steps_for
+from gyroctl.plant.kernel import LANES, RECORDED, rows, run_lanes, slip_rate, steps_for
 from gyroctl.simulation.balance import spent
 from gyroctl.simulation.lock import loss_time
 from gyroctl.simulation.progress import Progress
@@ -238,9 +239,15 @@ class _Every(NamedTuple):
         """Fill the lanes in use by runs of their own."""
         k, grid = self.plant.coefficients, self.synthesis.grid
         ends, marks = y.reshape(-1, LANES), marked.reshape(-1, LANES)
-        of_seed = {seed: self.synthesis.signals(self.plant, [seed], self.blend)[0] for seed in set(seeds)}
+        several = len(self.plant.channels) > 2
+        found = {
+            seed: self.synthesis.signals(self.plant, [seed], self.blend)
+            if several
+            else self.synthesis.moments_batch([seed], self.blend)
+            for seed in set(seeds)
+        }
         for lane, seed in enumerate(seeds):
-            waves = np.ascontiguousarray(of_seed[seed].T).ravel()
+            waves = np.ascontiguousarray(found[seed][0].T).ravel()
             own, mark = ends[:, lane].copy(), np.empty(ends.shape[0])
             course = np.empty((len(RECORDED), self.intervals + 1))
             pair = np.ascontiguousarray(controls[lane][:, None])

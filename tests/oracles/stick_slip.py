@@ -87,7 +87,7 @@ def memory(x: Any, first: int, p: Any, q: Any, rate: float, dx: Any) -> float:
 
 @njit
 def motion(x: Any, d: Device, cc: float, cg: float, m1: float, m3: float, side: float, slips: float, dx: Any) -> Any:
-    """Write the rates; return friction on the axis and the pressing moment. `slips`: sign of the slip, 0 for sticking."""
+    """Write the rates; return friction on the axis and pressing moment. `slips`: sign of the slip, 0 for sticking."""
     c, s = np.cos(x[PSI]), np.sin(x[PSI])
     v1, v3, w, axis, fly = x[V1], x[V3], x[RING], x[AXIS], x[FLYWHEEL]
     u1, u3 = c * v1 - s * v3, s * v1 + c * v3
@@ -191,10 +191,7 @@ def advance(
             slips = -1.0 if friction > 0.0 else 1.0
         elif event == 3:
             x[AXIS] = side * d.N * x[RING]
-            if broken(x, d, cc, cg, spline, t, side, 0.0, room) == 0:
-                slips = 0.0
-            else:
-                slips = -slips
+            slips = 0.0 if broken(x, d, cc, cg, spline, t, side, 0.0, room) == 0 else -slips
     return x, side, slips, total
 
 
