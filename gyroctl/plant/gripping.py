@@ -29,7 +29,8 @@ def substeps(contact: Any, k: Coefficients, y: Any, h: float) -> int:
     """Number of steps into which the friction divides one of `h` [s] that begins at the state `y` of a single run."""
     needed = h * stiffness(contact, k, y) / RESOLVED
     if needed < MANY:
-        return max(math.ceil(needed), 1)
+        steps: int = max(math.ceil(needed), 1)
+        return steps
     return 1  # the run has left all bounds
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.hydrodynamics.geometry import Geometry, statics
-from gyroctl.plant import Parameters, Plant
+from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, PHI1, PHI3, PSI, PSI_RATE
 from gyroctl.simulation.metrics import MODEL_LIMIT, Record, production
 from gyroctl.simulation.second_look import look
@@ -56,20 +56,23 @@ class Floating(NamedTuple):
 
 
 def floating(plant: Plant) -> Floating:
-    """How the float of the plant lies at rest, its lever inclined as in the paper; NaN where no draft carries it."""
-    return _floating(plant.parameters, plant.depth)
+    """How the float of the plant lies at rest: as in the geometry of its hydrodynamics, or inclined as in the paper."""
+    p, geometry = plant.parameters, plant.geometry
+    if not isinstance(geometry, Geometry):
+        moment = p.m1 * p.a + (p.m2 + p.m3 + p.m4) * (p.a + p.b)
+        geometry = Geometry(p.d, p.c, p.a + p.b, moment=moment, depth=plant.depth)
+    return _floating(geometry)
 
 
 @lru_cache(maxsize=64)
-def _floating(p: Parameters, depth: float) -> Floating:
-    moment = p.m1 * p.a + (p.m2 + p.m3 + p.m4) * (p.a + p.b)
-    geometry = Geometry(p.d, p.c, p.a + p.b, moment=moment, depth=depth)
-    half = 0.5 * p.d + 0.5 * p.c * float(abs(geometry.axis[2]))
+def _floating(geometry: Geometry) -> Floating:
+    """Float at rest; the draft is NaN where none carries it."""
+    half = 0.5 * geometry.diameter + 0.5 * geometry.cylinder * float(abs(geometry.axis[2]))
     try:
         centre = statics(geometry).height
     except InputError:
         centre = float("nan")
-    return Floating(geometry.arm * float(geometry.axis[1]), half - centre, 2.0 * half)
+    return Floating(geometry.reach, half - centre, 2.0 * half)
 
 
 def validity(
