@@ -11,10 +11,12 @@ from oracles import Engine, Forcing, random_states
 from oracles.stick_slip import run as stick_slip
 
 import gyroctl as gy
+from gyroctl.comparison.compare import Realisations, compare
 from gyroctl.harness.arguments import law_of
 from gyroctl.harness.run import run_law
 from gyroctl.harness.start import locked_start
 from gyroctl.plant.friction import CREEP
+from gyroctl.plant.kernel import hold_one, rows
 from gyroctl.simulation.ensemble import run_ensemble
 from gyroctl.simulation.metrics import evaluate
 
@@ -167,6 +169,38 @@ def test_verdict_on_reversals_is_that_of_dry_friction_event_by_event(rolling: An
                 crept.append((states[-1, -1] - dry.rubbed) / waves.duration)
     assert agreed >= 9
     assert len(crept) >= 4 and 0.0 < max(crept) < 0.3
+
+
+@pytest.mark.slow
+def test_a_reversal_follows_from_the_same_state(rolling: Any) -> None:
+    """From where dry friction is two seconds before it, the smoothed one reverses at the same time to 0.3 s."""
+    device = rolling.replace(contact="friction", traction=0.3)
+    k, n = device.coefficients, len(device.labels)
+    waves = gy.realise(device, SEA, 2, 240.0)
+    start, (cc, cg) = locked_start(device, SEA)
+    dry = stick_slip(device, start, waves, lambda t, x: (cc, cg)).states
+    backwards = dry[:, 5] * dry[:, 6] < 0.0
+    flat = np.ascontiguousarray(waves.moments.T).ravel()
+    entered = [i for i in np.flatnonzero(backwards[1:] & ~backwards[:-1]) + 1 if not backwards[i - 30 : i].any()][:4]
+    assert len(entered) >= 2
+    for i in entered:
+        x = dry[i - 20]
+        state = np.concatenate([x[:3], [0.0], x[3:6], x[7:], x[6:7], np.zeros(rows(k) - n)])
+        turned = []
+        for j in range(i - 20, i + 10):
+            state = hold_one(state, k, cc, cg, 0.1 * j, 0.1, 10, flat, waves.dt)
+            turned.append(state[6] * state[n - 1] < 0.0)
+        assert abs(int(np.argmax(turned)) - 19) <= 3 and any(turned)
+
+
+def test_comparison_takes_it_and_tells_its_card(plant: Any) -> None:
+    """Two laws on one realisation: finite power, ledger closed, traction within what there is."""
+    waves = Realisations(SEA, (1,), 60.0)
+    laws = {"constant": law_of("constant"), "load_angle": law_of("load_angle")}
+    ds = compare(plant, laws, waves, gy.Settings(blend=20.0), 1, tuning_seeds=(), quiet=True)
+    assert not ds.failed.any() and float(ds.ledger_residual.max()) < 5e-6
+    assert float(ds.traction_p999.max()) < 0.65 and float(ds.reversals.max()) == 0.0
+    assert 0.0 < float(ds.coupling_torque_max.min()) and float(ds.slip_max.max()) < 100.0
 
 
 def test_ensemble_is_served_by_single_runs(rolling: Any) -> None:
