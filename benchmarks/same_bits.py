@@ -27,6 +27,12 @@ duration = 300.0
 seeds = [1, 2, 3]
 """
 CLOCKED = ("step_ms_median", "step_ms_p99", "deadline_misses")
+CARD = (
+    *("traction_p99", "traction_p999", "traction_over_03", "traction_over_06", "reversals", "beyond_validity"),
+    *("coupling_torque_max", "slip_max", "coupling_loss_max", "kx_max"),
+    *("immersion_max", "immersion_min", "dry_share", "submerged_share"),
+)
+"""What is said of a run beside its metrics: left out, so that checkouts without it compare."""
 TASK = """
 law = "load_angle"
 [knobs]
@@ -64,7 +70,7 @@ def comparison(folder: Path) -> dict[str, str]:
     found = {}
     with xr.open_dataset(folder / "compared" / "results.nc", engine="h5netcdf") as ds:
         for law in ds.law.values:
-            for name in sorted(set(ds.data_vars) - set(CLOCKED)):
+            for name in sorted(set(ds.data_vars) - {*CLOCKED, *CARD}):
                 if "law" in ds[name].dims and ds[name].dtype.kind in "fiub":
                     values = np.ascontiguousarray(ds[name].sel(law=law).values)
                     found.setdefault(str(law), []).append((name, digest(values)))

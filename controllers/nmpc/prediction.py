@@ -55,7 +55,7 @@ class Model(NamedTuple):
 
 def constants(plant: Plant) -> NDArray[np.float64]:
     """Constants of a device as one array, in the order of `Coefficients`."""
-    linear = plant.coefficients[: len(LINEAR)]  # the plan is that of the linear model
+    linear = plant.rolling.coefficients[: len(LINEAR)]  # the plan is that of the linear model
     return np.array([number for value in linear for number in np.atleast_1d(value)])
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -36,6 +37,7 @@ def simulate(
     import gyroctl as gy
     from gyroctl.harness.run import lead_in
     from gyroctl.provenance import command_line
+    from gyroctl.reports.resting import in_words
     from gyroctl.simulation.metrics import evaluate
     from gyroctl.simulation.progress import Progress
     from gyroctl.simulation.trajectory import record_of
@@ -65,6 +67,8 @@ def simulate(
     with written_whole(out) as part:
         ds.assign_attrs(command=command_line()).to_netcdf(part, engine="h5netcdf")
     typer.echo(f"{law}: {_closing(ds, found, wp, rest)}. Trajectory: {out}")
+    card = {name: math.nan if value is None else value for name, value in json.loads(ds.attrs["validity"]).items()}
+    typer.echo(in_words(card))
 
 
 def _closing(ds: xarray.Dataset, found: Mapping[str, float], wp: float, rest: bool) -> str:

@@ -26,6 +26,7 @@ from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
 from gyroctl.simulation.lock import load_share
 from gyroctl.simulation.metrics import Record, evaluate
+from gyroctl.simulation.validity import validity
 from gyroctl.waves import Sea, WaveRealisation, prepare, realise
 from gyroctl.waves.energy import wave_power
 
@@ -140,6 +141,7 @@ def _performed(item: Item) -> Outcome:
     record, timing = run_law(plant, item.law, waves, settings, item.name, time_limit=item.time_limit)
     rest, scored = settings.start == "rest", (settings.score_from, item.available)
     values = evaluate(plant, record, waves.moments[1], waves.dt, wp, *scored, from_rest=rest)
+    values |= validity(plant, record, waves, settings.score_from, rest)
     values |= {
         "saturations": float(record.saturations),
         "step_ms_median": timing.median,

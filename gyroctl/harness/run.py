@@ -30,8 +30,10 @@ from gyroctl.provenance import provenance
 from gyroctl.simulation.ensemble import check_step
 from gyroctl.simulation.metrics import Record
 from gyroctl.simulation.trajectory import trajectory
+from gyroctl.simulation.validity import validity
 from gyroctl.waves import WaveRealisation
 from gyroctl.waves.checks import DURATION_MAX, positive, within
+from gyroctl.writing import plain
 
 if TYPE_CHECKING:
     import xarray
@@ -187,7 +189,8 @@ def run_law(
         last = python.state
     if isinstance(law, Counting):
         timing = replace(timing, counters=dict(law.counters(last)))
-    return Record(states, commands, controls, actuators.period, int(saturations[0]), moved), timing
+    record = Record(states, commands, controls, actuators.period, int(saturations[0]), moved, float(actuators.cc_lag))
+    return record, timing
 
 
 def ticks_of(law: Law, name: str, actuators: Actuators) -> int:
@@ -240,7 +243,7 @@ def simulate(
     Returns
     -------
     xarray.Dataset
-        See `gyroctl.simulation.trajectory`.
+        See `gyroctl.simulation.trajectory`; its attribute ``validity`` is the card of `gyroctl.simulation.validity`.
 
     Raises
     ------
@@ -277,6 +280,7 @@ def simulate(
         "saturations": record.saturations,
         "step_ms_median": timing.median,
         "start": settings.start,
+        "validity": plain(validity(plant, record, acting, settings.score_from, settings.start == "rest")),
         **provenance(),
     }
     return trajectory(plant, record, signals, attributes)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.orbits.search import search_orbit
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import PSI
+from gyroctl.plant.equations import PSI, PSI_RATE
 from gyroctl.waves import Regular, Sea
 
 STARTS = ("locked", "rest")
@@ -29,11 +29,16 @@ REFERENCE = ((0.052, 3.5e-4), (0.104, 1.5e-4), (0.052, 1e-4), (0.104, 3e-5))
 def locked_start(plant: Plant, sea: Sea) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """State (n,) on the locked orbit of the equivalent regular wave (height Hs/sqrt 2) and the controls there.
 
+    Where the spin axis may slip, the orbit is that of rolling.
+
     Raises
     ------
     InputError
         Where no such orbit exists for any of the reference controls.
     """
+    if plant.slips:
+        rolling, controls = locked_start(plant.rolling, sea)
+        return np.append(rolling, plant.parameters.N * rolling[PSI_RATE]), controls
     wave = Regular(height=sea.hs / math.sqrt(2.0), wp=sea.wp, heading=sea.heading)
     key = (plant.coefficients, plant.excitation.sha256, wave.height, wave.wp, wave.heading)
     if key not in _found:

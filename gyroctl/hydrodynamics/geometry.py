@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -114,6 +115,12 @@ class Statics(NamedTuple):
     """Buoyancy stiffness of phi3 without the gravity term, as in Table 1. [Nm/rad]"""
 
 
+@cache
+def _gauss() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Nodes and weights on [-1, 1] for a piece of the float; working them out takes longer than all that they serve."""
+    return np.polynomial.legendre.leggauss(200)
+
+
 def _submerged(geometry: Geometry, height: float) -> tuple[float, NDArray[np.float64], float]:
     """Volume, centre and waterplane moment about the hinge of the tilted capsule, slice by slice along its axis.
 
@@ -123,7 +130,7 @@ def _submerged(geometry: Geometry, height: float) -> tuple[float, NDArray[np.flo
     radius, half = geometry.diameter / 2.0, geometry.cylinder / 2.0
     axis = geometry.axis
     normal = np.array([0.0, -axis[2], axis[1]])  # in the vertical plane, normal to the axis, upwards
-    nodes, weights = np.polynomial.legendre.leggauss(200)
+    nodes, weights = _gauss()
     volume, moment, waterplane = 0.0, np.zeros(3), 0.0
     for low, high in ((-half - radius, -half), (-half, half), (half, half + radius)):
         s = 0.5 * (low + high) + 0.5 * (high - low) * nodes

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.errors import InputError
 from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PSI_RATE, Coefficients, powers
@@ -42,7 +43,16 @@ class Forcing:
 
     @classmethod
     def of(cls, plant: Plant, wave: RegularWave) -> Forcing:
-        """Return the moments that a wave exerts on a device."""
+        """Return the moments that a wave exerts on a device.
+
+        Raises
+        ------
+        InputError
+            For a device whose spin axis may slip on its track.
+        """
+        if plant.slips:
+            problem = "an axis that sticks and slips has no orbit that could be differentiated"
+            raise InputError("plant.contact", "friction", problem, "Give plant.rolling, the same device that rolls")
         he = transfers(plant, np.array([wave.wp]), wave.heading)[:, 0]
         return cls(0.5 * wave.height * he, wave.wp)
 

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.plant.compiled import inlined
+from gyroctl.plant.friction import SOFT, axis_gear, pressing, rubbing
 from gyroctl.plant.trigonometry import sine
 
 BEYOND = ("second_order", "drag", "bearing", "windage", "rolling_resistance", "contact")
@@ -44,9 +45,6 @@ SLOW = 1.0
 
 STILL = 1e-6
 """Square of the velocity about which drag changes its sign. [m^2/s^2]"""
-
-SOFT = 0.01
-"""Square of the moment about which the load on the rolling contact changes its sign. [N^2 m^2]"""
 
 
 class Position(NamedTuple):
@@ -222,7 +220,9 @@ def capped(cap: Any, torque: Any) -> Any:
 
 @inlined
 def coupling_torque(beyond: Any, cc: Any, slip: Any) -> Any:
-    """Torque of the magnetic coupling at a slip [rad/s]. [Nm]"""
+    """Torque of the magnetic coupling at a slip [rad/s]; without `beyond` its straight line. [Nm]"""
+    if beyond is None:
+        return cc * slip
     return capped(beyond.cap, falling(beyond.curve, cc, slip))
 
 
@@ -253,7 +253,7 @@ def further(
     k : Coefficients
         Constants of the device.
     motion : tuple
-        phi1, phi3, psi and the rates of phi1, phi3, psi, omega.
+        phi1, phi3, psi and the rates of phi1, phi3, psi, omega, theta.
     u1 : scalar
         Rate of the lever about the spin axis. [rad/s]
     me1, me3 : scalar
@@ -261,16 +261,17 @@ def further(
     signals : (signal_rows * L,) buffer or None
         Signals of the instant from `at` on; None for still water at rest.
     """
-    phi1, _, _, v1, v3, w, W = motion
+    phi1, _, _, v1, v3, w, W, axis = motion
     at_position, by_drag, held = of_waves(beyond, phi1, v1, v3, me1, me3, signals, at, L, l)
-    load = 2.0 * k.K * u1 * w - w * (2.0 * k.J3 * (u1 + k.N * w) + k.J4 * (u1 + W))
-    bearing, windage, resistance = lost(beyond.losses, W, k.N * w, load)
+    load = pressing(k, u1, w, W, axis)
+    friction, on_ring, rubbed = rubbing(beyond.contact, load, axis, w)
+    bearing, windage, resistance = lost(beyond.losses, W, axis, load)
     more1, more3 = at_position[0] + held[0], at_position[1] + held[1]
     drag1, drag3 = by_drag
-    forces = more1 + drag1, more3 + drag3, -k.N * resistance, -bearing - windage
+    forces = more1 + drag1, more3 + drag3, friction - axis_gear(beyond.contact, k.N) * resistance, -bearing - windage
     work = more1 * v1 + more3 * v3, -drag1 * v1 - drag3 * v3
-    powers = (work[0], work[1], bearing * W, windage * W, resistance * k.N * w, 0.0 * w)
-    return forces, powers
+    powers = (work[0], work[1], bearing * W, windage * W, resistance * axis, rubbed)
+    return forces, powers, on_ring
 
 
 @inlined

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from gyroctl.plant.beyond import coupling_torque, further, ledger_rows
 from gyroctl.plant.compiled import inlined
+from gyroctl.plant.friction import axis_momentum, axis_rows, axis_speed, contact_of, on_axis, put_axis, ring_rate
 from gyroctl.plant.trigonometry import cos_sin
 
 PHI1, PHI3, PSI, OMEGA, PHI1_RATE, PHI3_RATE, PSI_RATE, OMEGA_RATE, RADIATION = range(9)
@@ -76,7 +77,8 @@ def derivative(
     Parameters
     ----------
     x : indexable, at least 8 + n1 + n3 rows
-        State: phi1, phi3, psi, omega [rad], their rates [rad/s], radiation states.
+        State: phi1, phi3, psi, omega [rad], their rates [rad/s], radiation states; with friction in the contact the
+        speed theta' of the spin axis [rad/s].
     dx : indexable, 5 rows more than the state, or 11 beyond the linear model
         Rates of the state, then the powers named by `LEDGER` and `BEYOND` [W].
     L, l : int
@@ -98,7 +100,11 @@ def derivative(
     c, s = cos_sin(psi)
     u1 = c * v1 - s * v3
     u3 = s * v1 + c * v3
-    slip = W - k.N * w
+    last = RADIATION + len(k.q1) + len(k.q3)
+    axis = k.N * w
+    if more is not None:
+        axis = axis_speed(more.contact, axis, x, last * L + l)
+    slip = W - axis
     mr1 = radiation(x, dx, L, l, RADIATION, k.p1, k.q1, v1)
     mr3 = radiation(x, dx, L, l, RADIATION + len(k.q1), k.p3, k.q3, v3)
 
@@ -112,7 +118,10 @@ def derivative(
     reaction = k.reaction * generator
     lever = k.C2 * w
     Kw = K * w
-    spin = (2.0 * N * J3 * w + J4 * W) * w
+    along = 2.0 * N * J3 * w  # momentum of the spin axis about itself
+    if more is not None:
+        along = axis_momentum(more.contact, along, J3, axis)
+    spin = (along + J4 * W) * w
     # sin 2psi phi1' + cos 2psi phi3' = s u1 + c u3, and cos 2psi phi1' - sin 2psi phi3' = c u1 - s u3
     f1 = Kw * (s * u1 + c * u3) + s * spin + lever * v3 + c * reaction  # (22)
     f1 = f1 - k.k1 * phi1 - hinge1 - mr1 + me1
@@ -120,10 +129,11 @@ def derivative(
     f3 = f3 - k.k3 * phi3 - hinge3 - mr3 + me3
     fp = N * coupling - (K * u1 + J4 * W) * u3  # (24)
     fo = J4 * u3 * w - coupling - generator  # (25)
-    ledger = RADIATION + len(k.q1) + len(k.q3)
+    ledger, on_ring = last, 0.0
     if more is not None:
-        moved = phi1, phi3, psi, v1, v3, w, W
-        g, spent = further(more, k, moved, u1, me1, me3, signals, at, L, l)
+        fp, ledger = on_axis(more.contact, fp, coupling, J3, u3, w), last + axis_rows(more.contact)
+        moved = phi1, phi3, psi, v1, v3, w, W, axis
+        g, spent, on_ring = further(more, k, moved, u1, me1, me3, signals, at, L, l)
         f1, f3, fp, fo = f1 + g[0], f3 + g[1], fp + g[2], fo + g[3]
         write(dx, L, l, ledger + len(LEDGER), spent)
 
@@ -137,9 +147,18 @@ def derivative(
     aw = k.Gpp * fp + k.Gpo * fo - k.ap * ae
     aW = k.Gpo * fp + k.Goo * fo - k.ao * ae
 
+    if more is not None:  # where the spin axis may slip, it was the axis that answered in the place of the ring
+        put_axis(more.contact, dx, last * L + l, aw)
+        aw = ring_rate(more.contact, aw, k, on_ring, u1, u3, W, axis)
     write(dx, L, l, PHI1, (v1, v3, w, W, a1, a3, aw, aW))
     radiated, hinge = mr1 * v1 + mr3 * v3, hinge1 * v1 + hinge3 * v3
     write(dx, L, l, ledger, (me1 * v1 + me3 * v3, radiated, hinge, coupling * slip, generator * W))
+
+
+@inlined
+def states_of(k: Coefficients) -> int:
+    """Rows of the state."""
+    return RADIATION + len(k.q1) + len(k.q3) + axis_rows(contact_of(k.beyond))
 
 
 @inlined

@@ -15,13 +15,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.plant import beyond, compiled, course, equations, trigonometry
+from gyroctl.plant import beyond, compiled, course, equations, friction, gripping, trigonometry
 from gyroctl.plant import held as holding
 from gyroctl.plant import near as nearby
 from gyroctl.plant.beyond import BEYOND, base_rows, near_rows, node_rows, signal_room, signal_rows
 from gyroctl.plant.compiled import inlined, put, stamped
 from gyroctl.plant.course import Course, control_at, effective, lag_rate, next_bend
-from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, RADIATION, Coefficients, derivative, powers
+from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, Coefficients, derivative, powers, states_of
+from gyroctl.plant.friction import axis_gear, contact_of
+from gyroctl.plant.gripping import substeps
 from gyroctl.plant.held import extrapolate, renew
 from gyroctl.plant.near import forget, near, stand
 
@@ -45,15 +47,19 @@ LAGGED = 2.0
 """How much finer a lag is resolved than the slip at the same rate: Runge-Kutta sees it as Simpson's rule does."""
 
 SOURCES = (
-    *(compiled.__file__, trigonometry.__file__, beyond.__file__, equations.__file__, course.__file__),
-    *(nearby.__file__, holding.__file__, __file__),
+    *(compiled.__file__, trigonometry.__file__, beyond.__file__, friction.__file__, equations.__file__),
+    *(course.__file__, gripping.__file__, nearby.__file__, holding.__file__, __file__),
 )
 
 
 @inlined
 def slip_rate(k: Coefficients, cc: Any) -> Any:
-    """Rate at which the slip decays: cc (N^2/J2 + 1/J4), zero where the flywheel is rigidly geared. [1/s]"""
-    return cc * (k.N * k.N * k.Gpp - 2.0 * k.N * k.Gpo + k.Goo)
+    """Rate at which the slip decays: cc (N^2/J2 + 1/J4), zero where the flywheel is rigidly geared. [1/s]
+
+    Where the spin axis may slip on its track, that of the axis alone.
+    """
+    N = axis_gear(contact_of(k.beyond), k.N)
+    return cc * (N * N * k.Gpp - 2.0 * N * k.Gpo + k.Goo)
 
 
 @inlined
@@ -210,6 +216,39 @@ def advance(
             moments[lane] = moments[2 * signals + lane]
 
 
+@inlined
+def grip(
+    contact: Any,
+    y: Any,
+    x: Any,
+    slope: Any,
+    moments: Any,
+    weight: Any,
+    k: Coefficients,
+    cc: Any,
+    cg: Any,
+    start: float,
+    hold: float,
+    steps: int,
+    waves: Any,
+    waves_dt: float,
+    moving: Any = None,
+    since: float = 0.0,
+    held: Any = None,
+    more: Any = None,
+) -> None:
+    """Advance one run as `advance` does; with friction in the contact each step in as many as that needs."""
+    if contact is None:
+        advance(
+            y, x, slope, moments, weight, 1, k, cc, cg, start, hold, steps, waves, waves_dt, moving, since, held, more
+        )
+    else:
+        h = hold / steps
+        for step in range(steps):
+            finer, t, on = substeps(contact, k, y, h), start + step * h, since + step * h
+            advance(y, x, slope, moments, weight, 1, k, cc, cg, t, h, finer, waves, waves_dt, moving, on, held, more)
+
+
 @stamped(SOURCES)
 def hold_into(
     y: Array,
@@ -228,26 +267,8 @@ def hold_into(
     """Advance one run in place. `work` (5, rows), `controls` (2, 1); float or complex alike."""
     cc, cg = controls[0], controls[1]
     moving, since = None, 0.0
-    advance(
-        y,
-        work[0],
-        work[1:],
-        moments,
-        weight,
-        1,
-        k,
-        cc,
-        cg,
-        start,
-        hold,
-        steps,
-        waves,
-        waves_dt,
-        moving,
-        since,
-        held,
-        k.beyond,
-    )
+    on, x, slope, more = contact_of(k.beyond), work[0], work[1:], k.beyond
+    grip(on, y, x, slope, moments, weight, k, cc, cg, start, hold, steps, waves, waves_dt, moving, since, held, more)
 
 
 @stamped(SOURCES)
@@ -286,6 +307,7 @@ def move_into(
         Receives cc, cg at the end, and the root of the mean square of cg over the interval. [Nms]
     """
     cc, cg = controls[0], controls[1]
+    on, x, slope, more = contact_of(k.beyond), work[0], work[1:], k.beyond
     since = 0.0
     while since < hold:
         until = next_bend(moving, since, hold)
@@ -293,8 +315,8 @@ def move_into(
         largest = max(cc[0], control_at(moving, 0, until))  # the course is monotone
         rate = max(finer * slip_rate(k, largest), LAGGED * lag_rate(moving, since))
         steps = steps_for(until - since, dt, rate)
-        begin, length, x, slope = start + since, until - since, work[0], work[1:]
-        advance(y, x, slope, moments, weight, 1, k, cc, cg, begin, length, steps, waves, waves_dt, moving, since, held)
+        t, part = start + since, until - since
+        grip(on, y, x, slope, moments, weight, k, cc, cg, t, part, steps, waves, waves_dt, moving, since, held, more)
         since = until
     moved[0], moved[1] = instant(moving, hold)
     moved[2] = effective(moving, 1, hold)
@@ -388,4 +410,4 @@ def write_down(y: Any, record: Any, i: int) -> None:
 
 def rows(k: Coefficients) -> int:
     """Rows of state and ledger together."""
-    return RADIATION + len(k.q1) + len(k.q3) + powers(k)
+    return states_of(k) + powers(k)

@@ -15,6 +15,7 @@ from gyroctl.errors import InputError
 from gyroctl.plant import equations
 from gyroctl.plant.beyond import BEYOND, HALF, Beyond
 from gyroctl.plant.equations import LEDGER, Coefficients
+from gyroctl.plant.friction import contact_of
 from gyroctl.plant.near import near_signals
 from gyroctl.plant.parameters import Parameters
 from gyroctl.plant.radiation import Radiation
@@ -168,7 +169,17 @@ class Plant:
         """Names of the states in their order."""
         chain = [f"z{j}_{i + 1}" for j, r in zip((1, 3), self.radiation, strict=True) for i in range(len(r.q))]
         mechanical = ("phi1", "phi3", "psi", "omega", "phi1_rate", "phi3_rate", "psi_rate", "omega_rate")
-        return (*mechanical, *chain)
+        return (*mechanical, *chain, *(("theta_rate",) if self.slips else ()))
+
+    @property
+    def slips(self) -> bool:
+        """Whether the spin axis may slip on its track: its speed is then a state of its own."""
+        return self.parameters.contact == "friction"
+
+    @cached_property
+    def rolling(self) -> Plant:
+        """The same device with a contact that rolls: what laws are designed with and orbits are found on."""
+        return self.replace(contact="rolling", name=self.name) if self.slips else self
 
     def derivative(self, x: ArrayLike, u: Any, moments: Any) -> NDArray[Any]:
         """Rate of change of the state, (22)-(25), (28).
@@ -289,12 +300,14 @@ def coefficients(
     """Derive the constants of the equations from the device."""
     p = parameters
     N, K, J2, J3, J4 = p.N, p.K, p.J2, p.J3, p.J4
-    if p.connection == "magnetic":
+    column = np.array([2.0 * N * J3, J4])  # inertia between (psi, omega) and the direction (cos psi, -sin psi)
+    if p.contact == "friction":  # in place of psi the spin axis alone
+        G, column = np.diag([0.5 / J3, 1.0 / J4]), np.array([2.0 * J3, J4])
+    elif p.connection == "magnetic":
         G = np.diag([1.0 / J2, 1.0 / J4])
     else:  # omega' = N psi': the inverse inertia on the constraint
         along = np.array([1.0, N])
         G = np.outer(along, along) / (J2 + N**2 * J4)
-    column = np.array([2.0 * N * J3, J4])  # inertia between (psi, omega) and the direction (cos psi, -sin psi)
     reaction = G @ column
     return Coefficients(
         N=N,
@@ -329,6 +342,10 @@ def stored_energy(k: Coefficients, x: NDArray[Any]) -> Any:
     v1, v3 = x[equations.PHI1_RATE], x[equations.PHI3_RATE]
     w, W = x[equations.PSI_RATE], x[equations.OMEGA_RATE]
     u1 = np.cos(psi) * v1 - np.sin(psi) * v3
+    if contact_of(k.beyond) is not None:
+        axis, alone = x[-1], 1.0 / k.beyond.contact.ring
+        kinetic = v1**2 / k.i1 + v3**2 / k.i3 + k.K * u1**2 + alone * w**2 + 2.0 * k.J3 * axis**2 + k.J4 * W**2
+        return 0.5 * (kinetic + k.k1 * phi1**2 + k.k3 * phi3**2) + (2.0 * k.J3 * axis + k.J4 * W) * u1
     J2 = ring_inertia(k)
     kinetic = v1**2 / k.i1 + v3**2 / k.i3 + k.K * u1**2 + J2 * w**2 + k.J4 * W**2
     return 0.5 * (kinetic + k.k1 * phi1**2 + k.k3 * phi3**2) + (2.0 * k.N * k.J3 * w + k.J4 * W) * u1

@@ -6,7 +6,7 @@ from typing import Any
 
 from gyroctl.plant import equations
 from gyroctl.plant.beyond import signal_rows
-from gyroctl.plant.equations import RADIATION, Coefficients, powers
+from gyroctl.plant.equations import Coefficients, powers, states_of
 
 
 def casadi_derivative(k: Coefficients) -> Any:
@@ -26,7 +26,7 @@ def casadi_derivative(k: Coefficients) -> Any:
 
     # numpy functions of the text then return casadi values; the older behaviour differs by the type of the input
     casadi.GlobalOptions.setNumpyMode(1)
-    n = RADIATION + len(k.q1) + len(k.q3)
+    n = states_of(k)
     x, u, moments = casadi.SX.sym("x", n), casadi.SX.sym("u", 2), casadi.SX.sym("moments", signal_rows(k.beyond))
     dx: list[Any] = [0.0] * (n + powers(k))
     equations.derivative(x, dx, 1, 0, k, u[0], u[1], moments[0], moments[1], k.beyond, moments)

@@ -6,6 +6,7 @@ from typing import Any
 
 from gyroctl.errors import InputError
 from gyroctl.plant.beyond import Beyond, Cap, Curve, Drag, Losses, Position
+from gyroctl.plant.friction import Friction
 from gyroctl.plant.parameters import Parameters
 
 
@@ -24,7 +25,7 @@ def terms(p: Parameters, geometry: Any) -> Beyond | None:
     InputError
         For a choice that is not there yet.
     """
-    for name, usual in (("wetted", "linear"), ("contact", "rolling")):
+    for name, usual in (("wetted", "linear"),):
         if getattr(p, name) != usual:
             raise InputError(f"plant.{name}", getattr(p, name), "is not built in", f'Choose "{usual}"')
     drag = None
@@ -40,5 +41,6 @@ def terms(p: Parameters, geometry: Any) -> Beyond | None:
         curve=Curve(float(p.coupling_slip)) if p.coupling_slip > 0.0 else None,
         cap=Cap(float(p.coupling_cap)) if p.coupling_cap > 0.0 else None,
         losses=losses,
+        contact=Friction(p.traction / p.N, p.N, 1.0 / p.lever_inertia) if p.contact == "friction" else None,
     )
     return None if all(term is None for term in found) else found

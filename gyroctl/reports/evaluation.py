@@ -87,6 +87,7 @@ class LawResult:
     net_energy: float  # mean energy of the generator less that of the motor [J]
     starts: int | None  # of a supervisor, sum over realisations
     unloads: int | None  # of a supervisor, sum over realisations
+    card: Mapping[str, float] = field(default_factory=dict)  # what the numbers rest on, see `_card`
 
     @property
     def failed(self) -> int:
@@ -216,8 +217,16 @@ def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawR
         step_ms_p99=finite_largest(row["step_ms_p99"]),
         lock_begins=_usual(row["lock_begins"]),
         payback_time=_usual(row["payback_time"]),
+        card=_card(row),
         **same,
     )
+
+
+def _card(row: Mapping[str, NDArray[np.float64]]) -> dict[str, float]:
+    """What the numbers of a law rest on: largest and smallest sizes of any run, counts and shares as means."""
+    extreme = {"immersion_min": lambda values: -finite_largest(-values)}
+    extreme |= {name: finite_largest for name in layout.CARD if name.endswith("_max")}
+    return {name: float(extreme.get(name, finite_mean)(row[name])) for name in layout.CARD}
 
 
 def _flags(values: NDArray[np.float64]) -> NDArray[np.bool_]:

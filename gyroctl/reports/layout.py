@@ -29,9 +29,27 @@ REQUIRED = (*POWER, *LOCK, *MOTION, *FLOWS, "ledger_residual")
 
 EXTRAS = ("power_cv_1s", "capture_width_ratio", "saturations", "outside_model")
 JUDGED = ("generated_w", "turns_kept", "in_step", "outside_share", "phi1_max", "phi3_max")
+CARD = (
+    "traction_p99",
+    "traction_p999",
+    "traction_over_03",
+    "traction_over_06",
+    "reversals",
+    "coupling_torque_max",
+    "slip_max",
+    "coupling_loss_max",
+    "immersion_max",
+    "immersion_min",
+    "dry_share",
+    "submerged_share",
+    "kx_max",
+    "beyond_validity",
+)
+"""What the numbers rest on, see `gyroctl.simulation.validity`."""
+
 STEPS = ("step_ms_median", "step_ms_p99", "deadline_misses", "fallbacks")
 SUPERVISED = ("availability", "motor_energy", "net_energy", "lock_begins", "payback_time", "starts", "unloads")
-OPTIONAL = (*EXTRAS, *JUDGED, *STEPS, *SUPERVISED)
+OPTIONAL = (*EXTRAS, *JUDGED, *CARD, *STEPS, *SUPERVISED)
 """Variables over (law, realisation) shown where present, and as unknown in files that are older than they are."""
 
 EXAMPLES = ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from gyroctl.reports import figures, layout, wording
 from gyroctl.reports.evaluation import Evaluation, evaluate
 from gyroctl.reports.pareto import pareto
+from gyroctl.reports.resting import in_words
 from gyroctl.reports.theme import DARK, LIGHT, law_styles, template
 from gyroctl.reports.timeseries import time_series
 from gyroctl.reports.verdict import judge
@@ -87,6 +88,7 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
         lstrip_blocks=True,
     )
     # what words the text and the figures words the page: each function of `wording` is a filter
+    environment.filters["in_words"] = in_words
     environment.filters |= {name: words for name, words in vars(wording).items() if callable(words)}
     verdict = judge(found)
     return environment.get_template("report.html.j2").render(

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from gyroctl.reports import layout
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
+from gyroctl.reports.resting import in_words
 from gyroctl.statistics import Estimate, PairedDifference
 from gyroctl.writing import plain
 
@@ -94,6 +95,7 @@ def _law(law: LawResult) -> dict[str, Any]:
         "outside_share": law.outside_share,
         "phi1_max": law.phi1_max,
         "phi3_max": law.phi3_max,
+        **_card(law),
         "wave_input_w": law.wave_input_w,
         "radiated_w": law.radiated_w,
         "hinge_w": law.hinge_w,
@@ -115,6 +117,14 @@ def _law(law: LawResult) -> dict[str, Any]:
         "ratio_ci95": _interval(law.ratio),
         "notes": {name: estimate.note for name, estimate in estimates.items() if estimate.note},
     }
+
+
+def _card(law: LawResult) -> dict[str, Any]:
+    """What the numbers rest on, with units in the names, and in words."""
+    units = {"coupling_torque_max": "nm", "slip_max": "rad_s", "coupling_loss_max": "w"}
+    units |= {"immersion_max": "m", "immersion_min": "m"}
+    named = {f"{name}_{units[name]}" if name in units else name: value for name, value in law.card.items()}
+    return {**named, "validity": in_words(law.card, law.name)}
 
 
 def _difference(difference: PairedDifference) -> dict[str, Any]:

@@ -243,6 +243,7 @@ def _caveats(evaluation: Evaluation) -> list[str]:
     laws = evaluation.laws
     over = [f"{law.name} {law.over_limit} of {law.runs}" for law in laws if law.over_limit]
     outside = [_outside(law) for law in laws if law.outside_model]
+    turned = [_turned(law) for law in laws if law.card.get("reversals", 0.0) > 0.0]
     behind = [f"{law.name} {_behind(law)}" for law in laws if law.in_step is not None and 2 * law.in_step < law.locked]
     sliding = [f"{law.name} {number(law.cycle_slips, 2)}" for law in laws if law.cycle_slips > max(10.0, 2.0 * usual)]
     fallen = [f"{law.name} {law.fallbacks}" for law in laws if law.fallbacks]
@@ -251,6 +252,11 @@ def _caveats(evaluation: Evaluation) -> list[str]:
     for concerned, lead, tail in (
         (over, f"Runs over the motion limit of {plain(evaluation.motion_limit)} rad", ""),
         (outside, "Outside the small-angle model (|phi| above 0.3 rad) for part of the time", ""),
+        (
+            turned,
+            "The spin axis would change sides on its track and roll backwards",
+            ", which the rolling contact leaves out",
+        ),
         (behind, "Locked but not in step with the waves", ": no stall, but the ring loses turns"),
         (sliding, "Many cycle slips per 1000 waves", f"{against}. Power won by sliding is not locked power"),
         (noted, "What the numbers leave out", ""),
@@ -278,6 +284,11 @@ def _outside(law: LawResult) -> str:
     if law.outside_share != law.outside_share:  # a file that does not record it
         return f"{law.name} in {law.outside_model} of {law.runs} runs"
     return f"{law.name} {percent(100.0 * law.outside_share)} (up to {number(max(law.phi1_max, law.phi3_max), 2)} rad)"
+
+
+def _turned(law: LawResult) -> str:
+    times = number(law.card["reversals"], 2)
+    return f"{law.name} {times} times a run"
 
 
 def _behind(law: LawResult) -> str:

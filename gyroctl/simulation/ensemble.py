@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
+from gyroctl.plant.alone import run_alone
 from gyroctl.plant.beyond import base_rows
 from gyroctl.plant.kernel import LANES, RECORDED, rows, run_lanes, slip_rate, steps_for
 from gyroctl.simulation.balance import spent
@@ -153,7 +154,7 @@ def check_step(plant: Plant, cc: float, dt: float) -> None:
     """Refuse a step that is no positive number or too long for the slip at `cc`."""
     if not (np.isfinite(dt) and dt > 0.0):
         raise InputError("run.dt", dt, "must be positive", "Give the step in seconds, for example 0.01")
-    rate = float(slip_rate(plant.coefficients, cc))
+    rate = float(slip_rate(plant.rolling.coefficients, cc))
     if dt * rate > UNSTABLE:
         problem = f"the step is unstable for the slip: h * {rate:.0f}/s = {dt * rate:.2f} > {UNSTABLE}"
         raise InputError("run.dt", dt, problem, f"Give dt <= {UNSTABLE / rate:.4f} s, or a smaller cc (now {cc})")
@@ -193,13 +194,16 @@ class _Every(NamedTuple):
         k, n, used = plant.coefficients, len(plant.labels), len(seeds)
         lane_of = np.minimum(np.arange(LANES), used - 1)  # idle lanes repeat the last run
         unique = list(dict.fromkeys(seeds))
-        waves = self._side_by_side(unique, [unique.index(seeds[lane]) for lane in lane_of])
         cc, cg = np.ascontiguousarray(controls[lane_of].T)
         first_state = np.zeros((rows(k), LANES))
         first_state[:n] = self.start[:, None]
         y = first_state.ravel()
         record, marked = np.empty((len(RECORDED), intervals + 1, LANES)), y.copy()
-        run_lanes(y, k, cc, cg, self.period, steps, waves, self.synthesis.grid.dt, record, first, marked)
+        if plant.slips:  # each run takes steps of its own
+            self._one_by_one(y, steps, controls, seeds, record, marked)
+        else:
+            waves = self._side_by_side(unique, [unique.index(seeds[lane]) for lane in lane_of])
+            run_lanes(y, k, cc, cg, self.period, steps, waves, self.synthesis.grid.dt, record, first, marked)
         phi1, phi3, psi, speed = record
         end, mark = y.reshape(-1, LANES), marked.reshape(-1, LANES)
         energy = dict(zip(plant.ledger, end[n:] - mark[n:], strict=True))
@@ -222,6 +226,34 @@ class _Every(NamedTuple):
                 energy["wave_input"] / scored,
             )
         return np.stack(results)[:, :used]
+
+    def _one_by_one(
+        self,
+        y: NDArray[np.float64],
+        steps: int,
+        controls: NDArray[np.float64],
+        seeds: Sequence[int],
+        record: NDArray[np.float64],
+        marked: NDArray[np.float64],
+    ) -> None:
+        """Fill the lanes in use by runs of their own."""
+        k, grid = self.plant.coefficients, self.synthesis.grid
+        ends, marks = y.reshape(-1, LANES), marked.reshape(-1, LANES)
+        several = len(self.plant.channels) > 2
+        found = {
+            seed: self.synthesis.signals(self.plant, [seed], self.blend)
+            if several
+            else self.synthesis.moments_batch([seed], self.blend)
+            for seed in set(seeds)
+        }
+        for lane, seed in enumerate(seeds):
+            waves = np.ascontiguousarray(found[seed][0].T).ravel()
+            own, mark = ends[:, lane].copy(), np.empty(ends.shape[0])
+            course = np.empty((len(RECORDED), self.intervals + 1))
+            pair = np.ascontiguousarray(controls[lane][:, None])
+            run_alone(own, k, pair, self.period, steps, waves, grid.dt, course, self.first, mark)
+            record[:, :, lane], ends[:, lane], marks[:, lane] = course, own, mark
+        record[:, :, len(seeds) :] = record[:, :, len(seeds) - 1 : len(seeds)]
 
     def _side_by_side(self, seeds: Sequence[int], of_lane: Sequence[int]) -> NDArray[np.float64]:
         """Signals of all lanes as the kernel takes them, see `kernel.interpolate`; `of_lane` counts in `seeds`."""

@@ -64,6 +64,8 @@ class Record:
     moved : (n, 3) array, optional
         Where controls move between the samples: cc, cg at the end of each interval, and the root of the mean square of
         cg over it. [Nms]
+    lag : float
+        Time constant with which the coupling moves between the samples. [s]
     """
 
     states: NDArray[np.float64]
@@ -72,6 +74,7 @@ class Record:
     period: float
     saturations: int
     moved: NDArray[np.float64] | None = None
+    lag: float = 0.0
 
     @property
     def ends(self) -> NDArray[np.float64]:

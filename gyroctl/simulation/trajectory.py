@@ -23,6 +23,7 @@ LONG_NAMES = {
     "phi3_rate": ("rad/s", "rate of phi3"),
     "psi_rate": ("rad/s", "ring speed"),
     "omega_rate": ("rad/s", "flywheel speed"),
+    "theta_rate": ("rad/s", "speed of the spin axis on its track"),
 }
 
 

@@ -108,6 +108,27 @@ class Engine:
         mujoco.mj_inverse(self.model, self.data)
         return np.asarray(self.speeds.T @ (applied - self.data.qfrc_inverse), dtype=np.float64)
 
+    def contact(self, accelerations: Array, u: tuple[float, float], forcing: Forcing) -> tuple[float, float]:
+        """Return what holds spin axis and flywheel while the device accelerates so (inverse dynamics) [Nm].
+
+        First the moment about the ring's third axis between ring and both bodies, from the forces in the joints. Then
+        the torque about the spin axis that makes it roll, which the torque on the ring must answer `gear` times.
+        """
+        self._load(u, forcing)
+        mujoco.mj_forward(self.model, self.data)
+        applied = self.data.qfrc_smooth + self.data.qfrc_bias
+        self.data.qacc[:] = self.speeds @ accelerations
+        mujoco.mj_rnePostConstraint(self.model, self.data)
+        across = self.data.xmat[self.body["ring"]].reshape(3, 3)[:, 2]
+        arm = self.data.subtree_com[self.body["float"]] - self.data.xpos[self.body["ring"]]
+        joints = [self.data.cfrc_int[self.body[name]] for name in ("axis", "flywheel")]
+        pressing = sum(float(across @ (joint[:3] + np.cross(arm, joint[3:]))) for joint in joints)
+        self.data.xfrc_applied[:] = 0.0
+        mujoco.mj_inverse(self.model, self.data)
+        needed = self.data.qfrc_inverse - applied
+        np.testing.assert_allclose(needed[-3], -self.gear * needed[-2], rtol=1e-9, atol=1e-9)
+        return pressing, float(needed[-2])
+
     def tilt(self) -> Array:
         """Return phi1 and phi3 as a surveyor would: position of the float across and above, over its distance [rad]."""
         along = self.data.xmat[self.body["float"]].reshape(3, 3)[:, 1]

@@ -103,7 +103,7 @@ class MomentEstimator(NamedTuple):
             raise InputError("estimator.period", period, "must be positive", "Give the sampling period in seconds")
         if isinstance(delay, bool) or delay != int(delay) or delay < 0:
             raise InputError("estimator.delay", delay, "must be whole samples, zero or more", "Give an integer")
-        sea = sea or SeaState()
+        sea, plant = sea or SeaState(), plant.rolling
         _, gains = gains_of(plant, sea, noise, period, spread, unmodelled)
         return cls(
             plant.coefficients,
