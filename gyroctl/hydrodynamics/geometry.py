@@ -8,6 +8,7 @@ water level plumb below the centre of the float, so that the wave elevation is r
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -101,6 +102,11 @@ class Statics(NamedTuple):
     """Buoyancy stiffness of phi3 without the gravity term, as in Table 1. [Nm/rad]"""
 
 
+@cache
+def _gauss() -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    return np.polynomial.legendre.leggauss(200)
+
+
 def _submerged(geometry: Geometry, height: float) -> tuple[float, NDArray[np.float64], float]:
     """Volume, centre and waterplane moment about the hinge of the tilted capsule, slice by slice along its axis.
 
@@ -110,7 +116,7 @@ def _submerged(geometry: Geometry, height: float) -> tuple[float, NDArray[np.flo
     radius, half = geometry.diameter / 2.0, geometry.cylinder / 2.0
     axis = geometry.axis
     normal = np.array([0.0, -axis[2], axis[1]])  # in the vertical plane, normal to the axis, upwards
-    nodes, weights = np.polynomial.legendre.leggauss(200)
+    nodes, weights = _gauss()
     volume, moment, waterplane = 0.0, np.zeros(3), 0.0
     for low, high in ((-half - radius, -half), (-half, half), (half, half + radius)):
         s = 0.5 * (low + high) + 0.5 * (high - low) * nodes
