@@ -11,7 +11,7 @@ from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.hydrodynamics.geometry import Geometry
 from gyroctl.hydrodynamics.panels import Hull, capsule
 from gyroctl.plant.wetted import ALONG, DOWN, PRESSURE, ROWS, beyond_linear, evaluate, surface_moments
-from gyroctl.waves.pressure import SHORTEST, _along, _down, pressure_rows, wetted_surface
+from gyroctl.waves.pressure import SHORTEST, powers_along, powers_down, pressure_rows, wetted_surface
 
 DEPTH, RHO, G = 0.7, 1000.0, 9.81
 OMEGA = np.linspace(0.4, 7.6, 73)
@@ -97,12 +97,12 @@ def test_polynomials_converge_with_their_degrees() -> None:
 
     def along(count: int) -> float:
         return float(
-            np.max(np.abs(np.einsum("pk,ps->ks", _along(k * span, count), s ** np.arange(count)[:, None]) - wave))
+            np.max(np.abs(np.einsum("pk,ps->ks", powers_along(k * span, count), s ** np.arange(count)[:, None]) - wave))
         )
 
     def down(count: int) -> float:
         powers = z ** np.arange(count)[:, None]
-        return float(np.max(np.abs(np.einsum("pk,pz->kz", _down(k * below, k * DEPTH, count), powers) - decay)))
+        return float(np.max(np.abs(np.einsum("pk,pz->kz", powers_down(k * below, k * DEPTH, count), powers) - decay)))
 
     assert along(ALONG) < 0.01 and down(DOWN) < 0.005
     assert along(7) > 10.0 * along(9) > 10.0 * along(11) > 50.0 * along(13)

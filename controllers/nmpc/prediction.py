@@ -28,6 +28,9 @@ GAMMA = 1.0 - math.sqrt(0.5)
 DELTA = 1.0 - 1.0 / (2.0 * GAMMA)
 
 Orders = tuple[int, int, int, int]
+
+LINEAR = tuple(name for name in Coefficients._fields if name != "beyond")
+"""Constants of the linear model, the radiation filters last."""
 """Numbers of coefficients of the radiation filters: p1, q1, p3, q3."""
 
 STEPS = 2
@@ -52,7 +55,8 @@ class Model(NamedTuple):
 
 def constants(plant: Plant) -> NDArray[np.float64]:
     """Constants of a device as one array, in the order of `Coefficients`."""
-    return np.array([number for value in plant.coefficients for number in np.atleast_1d(value)])
+    linear = plant.coefficients[: len(LINEAR)]  # the plan is that of the linear model
+    return np.array([number for value in linear for number in np.atleast_1d(value)])
 
 
 @lru_cache(maxsize=4)
@@ -133,7 +137,7 @@ def orders_of(plant: Plant) -> Orders:
 def _symbolic_constants(orders: Orders) -> tuple[Coefficients, Any]:
     import casadi
 
-    scalars = len(Coefficients._fields) - len(orders)
+    scalars = len(LINEAR) - len(orders)
     symbols = casadi.SX.sym("k", scalars + sum(orders))
     each: Iterator[Any] = iter(casadi.vertsplit(symbols))
     return Coefficients(*islice(each, scalars), *(tuple(islice(each, order)) for order in orders)), symbols

@@ -16,6 +16,7 @@ from gyroctl.harness import actuation, sensing
 from gyroctl.harness.actuation import ActuatorArrays, actuate
 from gyroctl.harness.sensing import SensorArrays, measure
 from gyroctl.plant import measurement
+from gyroctl.plant.beyond import signal_rows
 from gyroctl.plant.compiled import entry_point, put, source_stamp
 from gyroctl.plant.course import Course, control_at, set_out
 from gyroctl.plant.equations import Coefficients
@@ -27,12 +28,13 @@ of a steady coupling the ledger would be off by 3e-4 under random switching (4e-
 
 
 class Kernel(NamedTuple):
-    """What the loop needs to advance the plant: constants, moments on their grid, longest step."""
+    """What the loop needs to advance the plant: constants, signals of the waves on their grid, longest step."""
 
     k: Coefficients
     waves: NDArray[np.float64]  # flat, sample by sample [Nm]
     waves_dt: float  # [s]
     dt: float  # [s]
+    held: Any = None  # moments that are held from outside, see `gyroctl.plant.held`
 
 
 def _closed_loop(stamp: str) -> Callable[..., int]:
@@ -85,7 +87,7 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
         u = np.zeros(2)
         state = record[0].copy()
         work = np.empty((5, state.size))
-        moments, weight = np.empty(6), np.empty(8)
+        moments, weight = np.empty(3 * signal_rows(kernel.k.beyond)), np.empty(8)
         now, aim = np.empty((2, 1)), held.copy()
         course = Course(np.empty(2), np.empty(2), np.empty(2), np.empty(2), np.empty(2), np.empty(2))
         for sample in range(commands.shape[0]):
@@ -116,6 +118,7 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
                     kernel.waves,
                     kernel.waves_dt,
                     moved[sample],
+                    kernel.held,
                 )
                 held[0], held[1] = moved[sample, 0], moved[sample, 1]
             else:
@@ -124,7 +127,18 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
                 now[0, 0], now[1, 0] = held[0], held[1]
                 steps = steps_for(tick, kernel.dt, finer * slip_rate(kernel.k, held[0]))
                 hold_into(
-                    state, work, moments, weight, kernel.k, now, begin, tick, steps, kernel.waves, kernel.waves_dt
+                    state,
+                    work,
+                    moments,
+                    weight,
+                    kernel.k,
+                    now,
+                    begin,
+                    tick,
+                    steps,
+                    kernel.waves,
+                    kernel.waves_dt,
+                    kernel.held,
                 )
             put(state, record[sample + 1])
         return -1

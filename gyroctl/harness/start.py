@@ -29,11 +29,14 @@ REFERENCE = ((0.052, 3.5e-4), (0.104, 1.5e-4), (0.052, 1e-4), (0.104, 3e-5))
 def locked_start(plant: Plant, sea: Sea) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """State (n,) on the locked orbit of the equivalent regular wave (height Hs/sqrt 2) and the controls there.
 
+    A wetted surface cannot be differentiated: its runs start where the reduced one locks.
+
     Raises
     ------
     InputError
         Where no such orbit exists for any of the reference controls.
     """
+    plant = plant.smooth
     wave = Regular(height=sea.hs / math.sqrt(2.0), wp=sea.wp, heading=sea.heading)
     key = (plant.coefficients, plant.excitation.sha256, wave.height, wave.wp, wave.heading)
     if key not in _found:

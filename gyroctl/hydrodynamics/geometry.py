@@ -74,6 +74,11 @@ class Geometry:
         angle = np.deg2rad(self.inclination)
         return np.array([0.0, np.cos(angle), -np.sin(angle)])
 
+    @property
+    def reach(self) -> float:
+        """Horizontal distance from the hinge to the centre of the float. [m]"""
+        return float(self.arm * self.axis[1])
+
     def hinge(self, height: float) -> NDArray[np.float64]:
         """Position of the hinge when the centre of the float is `height` above the mean water level. (3,) [m]."""
         return np.array([0.0, 0.0, height]) - self.arm * self.axis

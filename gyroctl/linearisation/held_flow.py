@@ -96,7 +96,8 @@ class HeldFlow:
         columns += [self._hold(at, u + 1j * STEP * row, waves, sample, begin, end) for row in np.eye(2)]
         for i in range(2):
             raised = waves.copy()
-            raised[i::2] += 1j * STEP
+            for row in of_moment(self.plant.channels, INPUTS[2 + i]):
+                raised[row :: len(self.plant.channels)] += 1j * STEP
             columns.append(self._hold(at, u, raised, sample, begin, end))
         slope = np.stack(columns, axis=1).imag[self.free] / STEP
         return slope[:, : self.free.size], slope[:, self.free.size :]
@@ -128,6 +129,11 @@ class HeldFlow:
         start = PADDING * self.forcing.dt + (sample % self.samples + begin) * self.period
         stretch = Stretch(start, (end - begin) * self.period, steps, waves, self.forcing.dt)
         return run(self.plant.coefficients, x, u[0], u[1], stretch)[: x.size]
+
+
+def of_moment(channels: tuple[str, ...], moment: str) -> list[int]:
+    """Rows of the signals that hold a moment: at rest, and at all positions."""
+    return [row for row, name in enumerate(channels) if name.partition("@")[0] == moment]
 
 
 def samples_per_wave(wave_period: float, period: float) -> int:

@@ -8,10 +8,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.errors import InputError
 from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI_RATE, Coefficients
+from gyroctl.plant.equations import OMEGA_RATE, PSI_RATE, Coefficients, powers
 from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
+from gyroctl.waves.channels import transfers
 
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
@@ -30,8 +32,8 @@ class Forcing:
 
     Parameters
     ----------
-    amplitude : (2,) complex array
-        Moments of the wave. [Nm]
+    amplitude : (channels,) complex array
+        Moments of the wave [Nm], and further signals that the plant asks for, see `Plant.channels`.
     wp : float
         Angular frequency. [rad/s]
     """
@@ -42,7 +44,11 @@ class Forcing:
     @classmethod
     def of(cls, plant: Plant, wave: RegularWave) -> Forcing:
         """Return the moments that a wave exerts on a device."""
-        he = plant.excitation(np.array([wave.wp]), wave.heading)[:, 0]
+        beyond = plant.coefficients.beyond
+        if beyond is not None and beyond.surface is not None:
+            problem = "cannot be differentiated: its moments are held between evaluations"
+            raise InputError("plant.wetted", "surface", problem, 'Choose wetted = "reduced"')
+        he = transfers(plant, np.array([wave.wp]), wave.heading)[:, 0]
         return cls(0.5 * wave.height * he, wave.wp)
 
     @property
@@ -73,8 +79,8 @@ class Stretch(NamedTuple):
 
 
 def run(k: Coefficients, x: NDArray[Any], cc: complex, cg: complex, stretch: Stretch) -> NDArray[Any]:
-    """State and ledger (n + 5,) after a stretch that begins at the state `x` (n,), with which the ledger begins too."""
-    return hold_one(np.concatenate([x, np.zeros(len(LEDGER), x.dtype)]), k, cc, cg, *stretch)
+    """State and ledger after a stretch that begins at the state `x` (n,), with which the ledger begins too."""
+    return hold_one(np.concatenate([x, np.zeros(powers(k), x.dtype)]), k, cc, cg, *stretch)
 
 
 def step_count(k: Coefficients, cc: float, duration: float, dt: float) -> int:
@@ -104,8 +110,8 @@ def flow(
 
     Returns
     -------
-    (n + 5,) array
-        State, then the five energies of the ledger [J].
+    (n + 5,) array, or more
+        State, then the energies of the ledger [J].
     """
     periods = float(periods)
     duration = periods * forcing.period

@@ -101,7 +101,9 @@ def find_modes(orbit: Orbit) -> tuple[Mode, ...]:
     if orbit.status == "no orbit":
         return ()
     slip = float(slip_rate(orbit.plant.coefficients, orbit.cc))  # zero where the flywheel is geared
-    blocks = segment_jacobians(orbit, max(SEGMENTS, int(np.ceil(0.5 * orbit.period * slip / DECAY))))
+    symmetric = orbit.plant.parameters.symmetric
+    pieces = max(SEGMENTS, int(np.ceil(0.5 * orbit.period * slip / DECAY)))
+    blocks = segment_jacobians(orbit, pieces) if symmetric else segment_jacobians(orbit, 2 * pieces, 2)
     halves, shares, shapes = _cyclic_eigenvalues(orbit, blocks)
     groups = _group_shares(orbit, shares)
     single = np.abs(halves.imag) <= 1e-7 * np.abs(halves)
@@ -110,7 +112,9 @@ def find_modes(orbit: Orbit) -> tuple[Mode, ...]:
     modes = []
     for i in kept:
         half = complex(halves[i].real) if single[i] else complex(halves[i])
-        turned = -half if names[i] in FLIPPED else half
+        if not symmetric:  # of the whole period: the frequency is told up to half of that of the wave
+            half = complex(np.sqrt(half + 0j))
+        turned = -half if symmetric and names[i] in FLIPPED else half
         frequency = 0.0 if single[i] and turned.real > 0.0 else abs(float(np.angle(turned))) / (0.5 * orbit.period)
         multiplier = half**2 if (half**2).imag >= 0.0 else (half**2).conjugate()
         rate, share = float(np.log(abs(half))) / (0.5 * orbit.period), float(groups[names[i]][i])

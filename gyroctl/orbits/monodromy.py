@@ -79,7 +79,7 @@ def _casadi(orbit: Orbit, steps: int) -> NDArray[np.float64]:
 
     n, h, moments = orbit.x.size, orbit.period / steps, _moments(orbit)
     f = orbit.plant.casadi()
-    x, m = casadi.SX.sym("x", n), [casadi.SX.sym(f"m{i}", 2) for i in range(3)]
+    x, m = casadi.SX.sym("x", n), [casadi.SX.sym(f"m{i}", f.numel_in(2)) for i in range(3)]
     u = casadi.DM([orbit.cc, orbit.cg])
     k1 = f(x, u, m[0])
     k2 = f(x + 0.5 * h * k1, u, m[1])
@@ -89,7 +89,7 @@ def _casadi(orbit: Orbit, steps: int) -> NDArray[np.float64]:
     step = casadi.Function("step", [x, *m], [end, casadi.jacobian(end, x)])
     state, total = orbit.x, np.eye(n)
     for i in range(steps):
-        at = [moments((i + part) * h) for part in (0.0, 0.5, 1.0)]
+        at = [orbit.plant.near(state, moments((i + part) * h)) for part in (0.0, 0.5, 1.0)]
         new, jacobian = step(state, *at)
         state, total = np.asarray(new).ravel(), np.asarray(jacobian) @ total
     return total

@@ -2,7 +2,8 @@
 
 The forced system maps to itself under half a period and phi -> -phi, z -> -z, psi -> psi - pi (times the sense of
 rotation). The fixed point of the half-period map followed by that reflection is the orbit; it halves the work, and
-the square of the half map's Jacobian against the full map's is a free check of accuracy.
+the square of the half map's Jacobian against the full map's is a free check of accuracy. Where a choice of the plant
+breaks the symmetry, the fixed point is that of the full map.
 """
 
 from __future__ import annotations
@@ -52,7 +53,8 @@ class Orbit:
     multipliers : (n - 1,) complex array
         Floquet multipliers over one period, largest first; without the angle omega, which is cyclic.
     error : float
-        Largest difference between the multipliers of the full map and the squares of the half map's.
+        Largest difference between the Jacobian of the full map and the square of the half map's, or, where there is
+        no symmetry, the product of those of the two halves.
     residual : float
         What remains of the fixed-point equation.
     power : float
@@ -71,7 +73,7 @@ class Orbit:
         Height [m], angular frequency [rad/s] and heading [deg].
     half_multipliers : (n - 1,) complex array
         Eigenvalues of the reflected half map, in the order of `multipliers`, which are their squares: they know the
-        frequency of a mode up to twice that of the period.
+        frequency of a mode up to twice that of the period. Without the symmetry the principal roots of `multipliers`.
     nearest_height : float
         The nearest wave height with an orbit where there is none at this; NaN where none was found. [m]
     """
@@ -113,24 +115,29 @@ class Orbit:
 
 
 def describe(problem: LockProblem, forcing: Forcing, x: Vector, residual: float) -> Orbit:
-    """Return the orbit through the fixed point `x` (n,) of the half map, with everything that is told of it."""
+    """Return the orbit through the fixed point `x` (n,), with everything that is told of it."""
     plant, cc, cg, _, dt, _ = problem
-    free, n = free_rows(plant), x.size
-    _, half = flow_jacobian(plant, x, cc, cg, forcing, 0.5, dt)
+    free, n, symmetric = free_rows(plant), x.size, plant.parameters.symmetric
+    middle, half = flow_jacobian(plant, x, cc, cg, forcing, 0.5, dt)
     _, full = flow_jacobian(plant, x, cc, cg, forcing, 1.0, dt)
-    reflected = (signs(n)[:, None] * half)[np.ix_(free, free)]
-    squared = reflected @ reflected
-    halves = np.linalg.eigvals(reflected).astype(complex)
+    if symmetric:
+        reflected = (signs(n)[:, None] * half)[np.ix_(free, free)]
+        twice = reflected @ reflected
+        halves = np.linalg.eigvals(reflected).astype(complex)
+    else:
+        _, later = flow_jacobian(plant, middle, cc, cg, Forcing(-forcing.amplitude, forcing.wp), 0.5, dt)
+        twice = later[np.ix_(free, free)] @ half[np.ix_(free, free)]
+        halves = np.sqrt(np.linalg.eigvals(full[np.ix_(free, free)]).astype(complex))
     halves = halves[np.argsort(-np.abs(halves), kind="stable")]
     multipliers = halves**2
-    error = float(np.max(np.abs(squared - full[np.ix_(free, free)])))
+    error = float(np.max(np.abs(twice - full[np.ix_(free, free)])))
     end = flow(plant, x, cc, cg, forcing, 1.0, dt)
     power = float(np.real(end[n + 4])) / forcing.period
-    rates = []
+    rates, span = [], 0.5 if symmetric else 1.0
     for i in range(PIECES):
-        state = np.real(flow(plant, x, cc, cg, forcing, 0.5 * i / PIECES, dt)[:n]) if i else x
+        state = np.real(flow(plant, x, cc, cg, forcing, span * i / PIECES, dt)[:n]) if i else x
         rates.append(np.exp(1j * state[PSI]) * (state[PHI1_RATE] + 1j * state[PHI3_RATE]))
-    mean = complex(np.mean(rates))  # the second half of the period repeats the first
+    mean = complex(np.mean(rates))  # with the symmetry the second half of the period repeats the first
     angle, share = float(np.angle(mean)), plant.parameters.N * cg / (plant.parameters.J4 * abs(mean))
     stable = bool(np.abs(multipliers[0]) < 1.0)
     status: Status = "stable" if stable else "unstable"

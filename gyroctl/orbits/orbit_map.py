@@ -17,7 +17,8 @@ from gyroctl.orbits.sensitivity import CONTROLS, DEVICE, PARAMETERS, Setting, pa
 from gyroctl.orbits.symmetry import free_rows, signs
 from gyroctl.orbits.wave import Wave
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import OMEGA_RATE, PSI, PSI_RATE
+from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI, PSI_RATE
+from gyroctl.waves.channels import transfers
 
 LEAST = {"cc": 0.0, "cg": 0.0, "d1": 0.0, "phase": -np.inf, "N": 1.0}
 """Least value of a parameter; the others must be positive."""
@@ -126,10 +127,15 @@ class OrbitMap:
     symmetric: bool = True
 
     def __post_init__(self) -> None:
-        """Refuse unknown parameters."""
+        """Refuse unknown parameters; take the whole period where the device has no symmetry."""
+        if self.symmetric and not self.plant.parameters.symmetric:
+            object.__setattr__(self, "symmetric", False)
         for name in self.parameters:
             if name not in PARAMETERS:
                 raise InputError("parameter", name, "cannot be continued in", f"Choose one of {', '.join(PARAMETERS)}")
+            if name in ("wp", "phase") and self.plant.coefficients.beyond is not None:
+                problem = "cannot be continued in beyond the linear model"
+                raise InputError("parameter", name, problem, "Choose cc, cg, height, d1, k1 or N")
 
     def value(self, name: str) -> float:
         """Present value of a parameter."""
@@ -196,7 +202,7 @@ class OrbitMap:
         turn = np.zeros(n)
         turn[PSI] = self.sense * np.pi * halves
         plain = run(k, state, cc, cg, stretch)
-        image, power = (sign * plain[:n] - turn)[free], float(plain[-1]) / hold
+        image, power = (sign * plain[:n] - turn)[free], float(plain[n + LEDGER.index("generator")]) / hold
         if not derivative:
             return Evaluation(image, np.empty((0, 0)), np.empty((0, 0)), power)
         starts = complex_steps(state, k.N if self.plant.parameters.connection == "rigid" else None)
@@ -222,19 +228,19 @@ class OrbitMap:
     def _wave(self, at: dict[str, float]) -> tuple[float, float, NDArray[np.complex128]]:
         """Frequency [rad/s], height [m] and excitation (2,) at parameter values."""
         wp = at.get("wp", self.wave.wp)
-        he = self._present_he if wp == self.wave.wp else self.plant.excitation(np.array([wp]), self.wave.heading)[:, 0]
+        he = self._present_he if wp == self.wave.wp else transfers(self.plant, np.array([wp]), self.wave.heading)[:, 0]
         return wp, at.get("height", self.wave.height), with_phase(he, at["phase"]) if "phase" in at else he
 
     @cached_property
     def _present_he(self) -> NDArray[np.complex128]:
         """Excitation at the wave's own frequency: the table is slower than the flow."""
-        return np.asarray(self.plant.excitation(np.array([self.wave.wp]), self.wave.heading)[:, 0])
+        return np.asarray(transfers(self.plant, np.array([self.wave.wp]), self.wave.heading)[:, 0])
 
     def _change(self, name: str, values: Vector, halves: int) -> Vector:
         """Derivative of the grid of moments with respect to a parameter of the wave, at the same phase."""
         at = self._named(values)
         wp, height, he = self._wave(at)
-        slope = np.zeros(2, complex)
+        slope = np.zeros(he.size, complex)
         if name == "height":
             slope = 0.5 * he
         elif name == "phase":

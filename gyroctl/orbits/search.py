@@ -8,7 +8,7 @@ from gyroctl.errors import InputError
 from gyroctl.orbits.flow import Forcing, Vector, flow, flow_jacobian
 from gyroctl.orbits.guess import estimated_share, harmonic_balance
 from gyroctl.orbits.orbit import LockProblem, Orbit, describe
-from gyroctl.orbits.symmetry import free_rows, reflect, signs
+from gyroctl.orbits.symmetry import free_rows, reflect, signs, unwound
 from gyroctl.orbits.wave import RegularWave, Wave
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA, OMEGA_RATE, PSI, PSI_RATE
@@ -71,15 +71,16 @@ def _from_guess(problem: LockProblem, forcing: Forcing, guess: Vector) -> Orbit 
 
 
 def _newton(problem: LockProblem, forcing: Forcing, x: Vector) -> tuple[Vector, float]:
-    """Fixed point of the reflected half map in all states but omega."""
+    """Fixed point in all states but omega: of the reflected half map, or of the whole one where symmetry fails."""
     plant, cc, cg, sense, dt, _ = problem
-    free = free_rows(plant)
-    sign = signs(x.size)
+    free, symmetric = free_rows(plant), plant.parameters.symmetric
+    sign = signs(x.size) if symmetric else np.ones(x.size)
+    periods = 0.5 if symmetric else 1.0
     scale = np.maximum(np.abs(x[free]), 1e-2)
     size = np.inf
     for _ in range(ITERATIONS):
-        end, jacobian = flow_jacobian(plant, x, cc, cg, forcing, 0.5, dt)
-        gap = (reflect(end, sense) - x)[free]
+        end, jacobian = flow_jacobian(plant, x, cc, cg, forcing, periods, dt)
+        gap = ((reflect(end, sense) if symmetric else unwound(end, sense)) - x)[free]
         size = float(np.max(np.abs(gap) / scale))
         if not np.isfinite(size) or size < TOLERANCE:
             break

@@ -115,5 +115,12 @@ def parameter_column(plant: Plant, setting: Setting, name: str, x: Vector, stret
 
 def complex_coefficients(k: Coefficients) -> Coefficients:
     """Return the same constants as complex numbers: one compiled kernel then serves every parameter."""
-    values: list[Any] = [tuple(map(complex, v)) if isinstance(v, tuple) else complex(v) for v in k]
-    return Coefficients(*values)
+    return _complex(k)  # type: ignore[no-any-return]
+
+
+def _complex(value: Any) -> Any:
+    """Numbers as complex ones, in tuples of any depth; what is off stays off."""
+    if isinstance(value, tuple):
+        parts = map(_complex, value)
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return value if value is None else complex(value)

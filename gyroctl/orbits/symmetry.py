@@ -1,4 +1,7 @@
-"""The symmetry of the forced device: half a period later, phi and z change sign and the ring is half a turn on."""
+"""The symmetry of the forced device: half a period later, phi and z change sign and the ring is half a turn on.
+
+It fails where the float moves through the waves or its wetted surface does: `Parameters.symmetric`.
+"""
 
 from __future__ import annotations
 
@@ -26,4 +29,11 @@ def reflect(x: NDArray[np.float64], sense: int) -> NDArray[np.float64]:
     """Undo half a period of a state (n,) by symmetry."""
     out = signs(x.size) * x
     out[PSI] = x[PSI] - sense * np.pi
+    return out
+
+
+def unwound(x: NDArray[np.float64], sense: int) -> NDArray[np.float64]:
+    """Undo the turn of the ring in a whole period, of a state (n,)."""
+    out = x.copy()
+    out[PSI] = x[PSI] - sense * 2.0 * np.pi
     return out

@@ -11,13 +11,17 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from gyroctl.plant.beyond import coupling_torque, further, joined, ledger_rows, noted
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.trigonometry import cos_sin
 
 PHI1, PHI3, PSI, OMEGA, PHI1_RATE, PHI3_RATE, PSI_RATE, OMEGA_RATE, RADIATION = range(9)
 
 LEDGER = ("wave_input", "radiated", "hinge", "slip", "generator")
-"""Powers that `derivative` writes behind the state, in this order. [W]"""
+"""Powers that `derivative` writes behind the state, in this order; those of `beyond.BEYOND` follow. [W]"""
+
+INPUTS = ("wave_input", "second_order")
+"""Powers of the ledger that the waves bring in; all others take."""
 
 
 class Coefficients(NamedTuple):
@@ -49,18 +53,31 @@ class Coefficients(NamedTuple):
     q1: tuple[float, ...]  # radiation denominator of phi1 without its leading 1
     p3: tuple[float, ...]
     q3: tuple[float, ...]
+    beyond: Any = None  # what acts beyond the linear model, see `gyroctl.plant.beyond.Beyond`
 
 
 @inlined
-def derivative(x: Any, dx: Any, L: int, l: int, k: Coefficients, cc: Any, cg: Any, me1: Any, me3: Any) -> None:
+def derivative(
+    x: Any,
+    dx: Any,
+    L: int,
+    l: int,
+    k: Coefficients,
+    cc: Any,
+    cg: Any,
+    me1: Any,
+    me3: Any,
+    signals: Any = None,
+    at: int = 0,
+) -> None:
     """Write the rate of change of state `x` and the powers of the energy ledger into `dx`.
 
     Parameters
     ----------
     x : indexable, at least 8 + n1 + n3 rows
         State: phi1, phi3, psi, omega [rad], their rates [rad/s], radiation states.
-    dx : indexable, 5 rows more than the state
-        Rates of the state, then the powers named by `LEDGER` [W].
+    dx : indexable, 5 rows more than the state, or 11 beyond the linear model
+        Rates of the state, then the powers named by `LEDGER` and `BEYOND` [W].
     L, l : int
         Number of runs side by side and the run meant.
     k : Coefficients
@@ -68,7 +85,11 @@ def derivative(x: Any, dx: Any, L: int, l: int, k: Coefficients, cc: Any, cg: An
     cc, cg : scalar
         Magnetic coupling and generator gain. [Nms]
     me1, me3 : scalar
-        Wave excitation moments. [Nm]
+        Wave excitation moments at rest. [Nm]
+    signals : indexable, optional
+        All signals of the waves beyond the linear model, see `gyroctl.plant.beyond`; without them the water is still.
+    at : int
+        Where they begin.
     """
     phi1, phi3, psi, v1, v3, w, W = motion(x, L, l)
     c, s = cos_sin(psi)
@@ -81,7 +102,7 @@ def derivative(x: Any, dx: Any, L: int, l: int, k: Coefficients, cc: Any, cg: An
     # generalised forces, everything but the accelerations
     K, J3, J4, N = k.K, k.J3, k.J4, k.N
     generator = cg * W
-    coupling = cc * slip
+    coupling = coupling_torque(k.beyond, cc, slip)
     hinge1, hinge3 = k.d1 * v1, k.d3 * v3
     reaction = k.reaction * generator
     lever = k.C2 * w
@@ -94,6 +115,9 @@ def derivative(x: Any, dx: Any, L: int, l: int, k: Coefficients, cc: Any, cg: An
     f3 = f3 - k.k3 * phi3 - hinge3 - mr3 + me3
     fp = N * coupling - (K * u1 + J4 * W) * u3  # (24)
     fo = J4 * u3 * w - coupling - generator  # (25)
+    moved = phi1, phi3, psi, v1, v3, w, W
+    more, spent = further(k.beyond, k, moved, u1, me1, me3, signals, at, L, l)
+    f1, f3, fp, fo = joined(k.beyond, (f1, f3, fp, fo), more)
 
     # the inertia couples (phi1, phi3) to (psi, omega) along e = (c, -s) only: eliminate, then a rank-one update
     held = k.ap * fp + k.ao * fo
@@ -109,6 +133,13 @@ def derivative(x: Any, dx: Any, L: int, l: int, k: Coefficients, cc: Any, cg: An
     ledger = RADIATION + len(k.q1) + len(k.q3)
     radiated, hinge = mr1 * v1 + mr3 * v3, hinge1 * v1 + hinge3 * v3
     write(dx, L, l, ledger, (me1 * v1 + me3 * v3, radiated, hinge, coupling * slip, generator * W))
+    noted(k.beyond, dx, L, l, ledger + len(LEDGER), spent)
+
+
+@inlined
+def powers(k: Coefficients) -> int:
+    """Rows of the energy ledger."""
+    return len(LEDGER) + ledger_rows(k.beyond)
 
 
 @inlined

@@ -15,10 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.plant import compiled, course, equations, trigonometry
+from gyroctl.plant import beyond, compiled, course, equations, lagrange, reduced, trigonometry, wetted
+from gyroctl.plant import held as holding
+from gyroctl.plant.beyond import HALF, NEAR, NODES, base_rows, near_rows, node_rows, signal_rows
 from gyroctl.plant.compiled import inlined, put, stamped
 from gyroctl.plant.course import Course, control_at, effective, lag_rate, next_bend
-from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, RADIATION, Coefficients, derivative
+from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI3, PSI, RADIATION, Coefficients, derivative, powers
+from gyroctl.plant.held import extrapolate, renew
+from gyroctl.plant.lagrange import TAPS, lagrange_weights
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]
@@ -29,8 +33,6 @@ LANES = 16
 RECORDED = (PHI1, PHI3, PSI, OMEGA_RATE)
 """Rows that `run_lanes` writes down."""
 
-TAPS = 8
-LAGRANGE = tuple(1.0 / math.prod(i - j for j in range(TAPS) if j != i) for i in range(TAPS))
 ACCURATE = 50.0
 """Largest product of step and slip rate in `steps_for`, per second of `dt`: 0.5 at dt = 0.01 s, which keeps the ledger
 closed to 1e-6 under a steady coupling; where it switches the closed loop asks for more. A longer `dt` asks for less
@@ -39,7 +41,10 @@ accuracy here as well. [1/s]"""
 LAGGED = 2.0
 """How much finer a lag is resolved than the slip at the same rate: Runge-Kutta sees it as Simpson's rule does."""
 
-SOURCES = (compiled.__file__, trigonometry.__file__, equations.__file__, course.__file__, __file__)
+SOURCES = (
+    *(compiled.__file__, trigonometry.__file__, beyond.__file__, equations.__file__, course.__file__),
+    *(holding.__file__, lagrange.__file__, reduced.__file__, wetted.__file__, __file__),
+)
 
 
 @inlined
@@ -55,28 +60,93 @@ def steps_for(hold: float, dt: float, rate: float) -> int:
 
 
 @inlined
-def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: int) -> None:
-    """Write the 2 L moments at `position` [grid steps] into `out`, from row `at` on.
+def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: int, more: Any = None) -> None:
+    """Write the signals at `position` [grid steps] into `out`, for the instant `at` of a step.
 
-    `waves` holds L values of Me1, then L of Me3, for each sample in turn.
+    `waves` holds for each sample in turn L values of Me1, then L of Me3 and of each further signal of `more`
+    (`Beyond`); then, where the position moves, of each run the moments Me1 and Me3 at all nodes.
     """
-    samples = waves.size // (2 * L)
+    rows = base_rows(more)
+    width = (rows + node_rows(more)) * L
+    samples = waves.size // width
     first = min(max(int(math.floor(position)) - (TAPS // 2 - 1), 0), samples - TAPS)
     u = position - first
-    before = 1.0
-    for i in range(TAPS):
-        weight[i] = before * LAGRANGE[i]
-        before = before * (u - i)
-    after = 1.0
-    for i in range(TAPS):
-        weight[TAPS - 1 - i] = weight[TAPS - 1 - i] * after
-        after = after * (u - (TAPS - 1 - i))
-    base = first * 2 * L
-    for lane in range(2 * L):
+    lagrange_weights(u, weight)
+    base = first * width
+    for lane in range(rows * L):
         total = weight[0] * waves[base + lane]
         for i in range(1, TAPS):
-            total += weight[i] * waves[base + i * 2 * L + lane]
-        out[at * 2 * L + lane] = total
+            total += weight[i] * waves[base + i * width + lane]
+        out[at * signal_rows(more) * L + lane] = total
+    if more is not None:
+        near(more.position, waves, L, base + rows * L, width, weight, out, (at * signal_rows(more) + rows) * L)
+
+
+@inlined
+def near(position: Any, waves: Any, L: int, base: int, width: int, weight: Any, out: Any, row: int) -> None:
+    """Write the polynomials of the moments about the positions of the runs, in Newton's form, from `row` on.
+
+    The node at which they begin is there already, see `stand`. `base` is where the nodes of the first sample begin.
+    """
+    if position is not None:
+        for l in range(L):
+            origin = int(out[row + 2 * NEAR * L + l].real) + HALF
+            for m in range(2):
+                source = base + (2 * l + m) * NODES + origin
+                for j in range(NEAR):
+                    total = weight[0] * waves[source + j]
+                    for i in range(1, TAPS):
+                        total += weight[i] * waves[source + i * width + j]
+                    out[row + (m * NEAR + j) * L + l] = total
+        for m in range(2):
+            for n in range(1, NEAR):  # divided differences; the nodes are one apart
+                share = 1.0 / n
+                for j in range(NEAR - 1, n - 1, -1):
+                    for l in range(L):
+                        to = row + (m * NEAR + j) * L + l
+                        out[to] = (out[to] - out[to - L]) * share
+
+
+@inlined
+def stand(position: Any, x: Any, L: int, out: Any, row: int, size: int) -> bool:
+    """Write the node at which the polynomials about the positions begin, and tell whether any is another one.
+
+    It stands in row `row` of each of the three instants of a step, `size` entries apart.
+    """
+    changed = False
+    if position is not None:
+        low, high = -1.0 * HALF, 1.0 * (HALF - NEAR + 1)
+        for l in range(L):
+            _, s = trigonometry.cos_sin(x[PHI1 * L + l].real)
+            first = np.floor(HALF * s) - (NEAR // 2 - 1)
+            if not first > low:  # also where a run has left all bounds
+                first = low
+            if first > high:
+                first = high
+            if out[row + l].real != first:
+                changed = True
+            for instant in range(3):
+                out[instant * size + row + l] = first
+    return changed
+
+
+@inlined
+def stand_at(more: Any, x: Any, L: int, out: Any) -> bool:
+    """Look where the floats are, see `stand`."""
+    if more is None:
+        return False
+    row = (base_rows(more) + near_rows(more.position) - 1) * L
+    return stand(more.position, x, L, out, row, signal_rows(more) * L)
+
+
+@inlined
+def hold_on(more: Any, held: Any, t: float, h: float, x: Any, L: int, out: Any) -> None:
+    """Write the held moments into the three instants of the step of `h` [s] that begins at `t` [s]."""
+    if held is not None:
+        renew(held, t, x, L)
+        size = signal_rows(more) * L
+        for instant in range(3):
+            extrapolate(held, t + 0.5 * instant * h, L, out, (instant + 1) * size - 2 * L)
 
 
 @inlined
@@ -97,6 +167,7 @@ def advance(
     waves_dt: float,
     moving: Any = None,
     since: float = 0.0,
+    held: Any = None,
 ) -> None:
     """Advance L runs by `hold` seconds in `steps` equal Runge-Kutta steps with constant `cc`, `cg`, or moving ones.
 
@@ -108,40 +179,48 @@ def advance(
         Working space: state at a stage. Apart from `y`, so that the compiler may vectorise.
     slope : (4, rows * L) array
         Working space: slopes of the four stages.
-    moments : (3 * 2 * L,) array
-        Working space: moments at the start, the middle and the end of a step.
+    moments : (3 * signal_rows * L,) array
+        Working space: signals at the start, the middle and the end of a step.
     weight : (8,) array
         Working space of the interpolation.
     cc, cg : (L,) arrays
         Controls. [Nms]
     start, hold : float
         Time at the start of the interval, its length. [s]
-    waves : (samples * 2 * L,) array
-        Moments on the grid, see `interpolate`. [Nm]
+    waves : flat array
+        Moments on the grid [Nm] and further signals, see `interpolate`.
     waves_dt : float
         Its spacing. [s]
     moving : Course, optional
         How the controls of a single run move: `cc`, `cg` then hold their values at `since`, and are working space.
     since : float
         Time between the start of that course and this interval. [s]
+    held : Held, optional
+        Moments that are held from outside.
     """
     h = hold / steps
     size = y.size
-    states = size - len(LEDGER) * L  # nothing depends on the ledger: its rows need no stages
+    states = size - powers(k) * L  # nothing depends on the ledger: its rows need no stages
     for i in range(states):
         x[i] = y[i]
-    interpolate(waves, L, start / waves_dt, weight, moments, 0)
+    more, signals = k.beyond, signal_rows(k.beyond) * L
+    stand_at(more, x, L, moments)
+    interpolate(waves, L, start / waves_dt, weight, moments, 0, more)
     for step in range(steps):
-        interpolate(waves, L, (start + (step + 0.5) * h) / waves_dt, weight, moments, 1)
-        interpolate(waves, L, (start + (step + 1.0) * h) / waves_dt, weight, moments, 2)
+        if stand_at(more, x, L, moments):
+            interpolate(waves, L, (start + step * h) / waves_dt, weight, moments, 0, more)
+        interpolate(waves, L, (start + (step + 0.5) * h) / waves_dt, weight, moments, 1, more)
+        interpolate(waves, L, (start + (step + 1.0) * h) / waves_dt, weight, moments, 2, more)
+        hold_on(more, held, start + step * h, h, x, L, moments)
         for stage in range(4):
             ahead = 0.5 * h if stage < 2 else h
-            point = (stage + 1) // 2 * 2 * L
+            point = (stage + 1) // 2 * signals
             dx = slope[stage]
             if moving is not None and stage % 2 == 1:  # the middle; the end, which is the start of the next step
                 cc[0], cg[0] = instant(moving, since + (step + 0.5 * ((stage + 1) // 2)) * h)
             for l in range(L):
-                derivative(x, dx, L, l, k, cc[l], cg[l], moments[point + l], moments[point + L + l])
+                me1, me3 = moments[point + l], moments[point + L + l]
+                derivative(x, dx, L, l, k, cc[l], cg[l], me1, me3, moments, point)
             if stage < 3:
                 for i in range(states):
                     x[i] = y[i] + ahead * dx[i]
@@ -150,8 +229,8 @@ def advance(
             y[i] = y[i] + h / 6.0 * (first[i] + 2.0 * (second[i] + third[i]) + fourth[i])
         for i in range(states):
             x[i] = y[i]
-        for lane in range(2 * L):
-            moments[lane] = moments[4 * L + lane]
+        for lane in range(signals):
+            moments[lane] = moments[2 * signals + lane]
 
 
 @stamped(SOURCES)
@@ -167,10 +246,14 @@ def hold_into(
     steps: int,
     waves: Array,
     waves_dt: float,
+    held: Any = None,
 ) -> None:
     """Advance one run in place. `work` (5, rows), `controls` (2, 1); float or complex alike."""
     cc, cg = controls[0], controls[1]
-    advance(y, work[0], work[1:], moments, weight, 1, k, cc, cg, start, hold, steps, waves, waves_dt)
+    moving, since = None, 0.0
+    advance(
+        y, work[0], work[1:], moments, weight, 1, k, cc, cg, start, hold, steps, waves, waves_dt, moving, since, held
+    )
 
 
 @stamped(SOURCES)
@@ -189,12 +272,13 @@ def move_into(
     waves: Floats,
     waves_dt: float,
     moved: Floats,
+    held: Any = None,
 ) -> None:
     """Advance one run in place while its controls move, smooth piece by smooth piece.
 
     Parameters
     ----------
-    y, work, moments, weight, k, start, hold, waves, waves_dt
+    y, work, moments, weight, k, start, hold, waves, waves_dt, held
         As in `hold_into`.
     controls : (2, 1) array
         Working space.
@@ -215,10 +299,8 @@ def move_into(
         largest = max(cc[0], control_at(moving, 0, until))  # the course is monotone
         rate = max(finer * slip_rate(k, largest), LAGGED * lag_rate(moving, since))
         steps = steps_for(until - since, dt, rate)
-        begin, length = start + since, until - since
-        advance(
-            y, work[0], work[1:], moments, weight, 1, k, cc, cg, begin, length, steps, waves, waves_dt, moving, since
-        )
+        begin, length, x, slope = start + since, until - since, work[0], work[1:]
+        advance(y, x, slope, moments, weight, 1, k, cc, cg, begin, length, steps, waves, waves_dt, moving, since, held)
         since = until
     moved[0], moved[1] = instant(moving, hold)
     moved[2] = effective(moving, 1, hold)
@@ -237,7 +319,8 @@ def hold_one(
     out = y.copy()
     controls = np.array([[cc], [cg]], y.dtype)
     work = np.empty((5, y.size), y.dtype)
-    hold_into(out, work, np.empty(6, waves.dtype), np.empty(TAPS), k, controls, start, hold, steps, waves, waves_dt)
+    moments = np.empty(3 * signal_rows(k.beyond), waves.dtype)
+    hold_into(out, work, moments, np.empty(TAPS), k, controls, start, hold, steps, waves, waves_dt)
     return out
 
 
@@ -254,6 +337,7 @@ def run_lanes(
     record: Floats,
     mark: int,
     marked: Floats,
+    held: Any = None,
 ) -> None:
     """Run LANES runs with constant controls, in place.
 
@@ -261,7 +345,7 @@ def run_lanes(
     ----------
     y : (rows * LANES,) array
         State and ledger, those of the end afterwards.
-    cc, cg, hold, steps, waves, waves_dt
+    cc, cg, hold, steps, waves, waves_dt, held
         As in `advance`; every interval begins a `hold` after the one before, the first at 0.
     record : (len(RECORDED), intervals + 1, LANES) array
         Receives the rows `RECORDED` at both ends of every interval.
@@ -269,13 +353,17 @@ def run_lanes(
         Interval at whose beginning `marked`, of the shape of `y`, receives state and ledger.
     """
     x, slope = np.empty(y.size), np.empty((4, y.size))
-    moments, weight = np.empty(6 * LANES), np.empty(TAPS)
+    moments, weight = np.empty(3 * signal_rows(k.beyond) * LANES), np.empty(TAPS)
+    moving, since = None, 0.0
     intervals = record.shape[1] - 1
     for i in range(intervals):
         if i == mark:
             put(y, marked)
         write_down(y, record, i)
-        advance(y, x, slope, moments, weight, LANES, k, cc, cg, i * hold, hold, steps, waves, waves_dt)
+        begin = i * hold
+        advance(
+            y, x, slope, moments, weight, LANES, k, cc, cg, begin, hold, steps, waves, waves_dt, moving, since, held
+        )
     write_down(y, record, intervals)
 
 
@@ -289,4 +377,4 @@ def write_down(y: Any, record: Any, i: int) -> None:
 
 def rows(k: Coefficients) -> int:
     """Rows of state and ledger together."""
-    return RADIATION + len(k.q1) + len(k.q3) + len(LEDGER)
+    return RADIATION + len(k.q1) + len(k.q3) + powers(k)

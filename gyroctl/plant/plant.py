@@ -13,10 +13,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.plant import equations
+from gyroctl.plant.beyond import BEYOND, HALF, Beyond
 from gyroctl.plant.equations import LEDGER, Coefficients
+from gyroctl.plant.near import near_signals
 from gyroctl.plant.parameters import Parameters
 from gyroctl.plant.radiation import Radiation
+from gyroctl.plant.reduced import undisturbed_names
 from gyroctl.plant.symbolic import casadi_derivative
+from gyroctl.plant.terms import terms
 
 NAMED = 6
 """Changes that the name of a plant tells one by one."""
@@ -37,6 +41,37 @@ class Excitation(Protocol):
         """Return He_1, He_3 (2, n) [Nm/m] at `omega` (n,) [rad/s] for `heading` [deg], time factor exp(+iwt)."""
 
 
+class Float(Protocol):
+    """Where the float is in the water, and in which water."""
+
+    @property
+    def reach(self) -> float:
+        """Horizontal distance from the hinge to the centre of the float. [m]"""
+
+    @property
+    def rho(self) -> float:
+        """Density of the water. [kg/m^3]"""
+
+    @property
+    def g(self) -> float:
+        """Gravity. [m/s^2]"""
+
+    @property
+    def hull(self) -> Any:
+        """Surface of the float."""
+
+    @property
+    def reduced(self) -> Any:
+        """Polynomials of the wetted surface, or None."""
+
+    @property
+    def undisturbed(self) -> Excitation | None:
+        """Froude-Krylov moments, or None."""
+
+    def choice(self, wetted: str) -> Float:
+        """Return itself, or refuse a wetted surface that it cannot serve."""
+
+
 @dataclass(frozen=True)
 class Plant:
     """GyroPTO with its radiation and excitation.
@@ -55,11 +90,13 @@ class Plant:
         Water depth, for the power that the waves carry; infinite where unknown. [m]
     origin : Plant, optional
         The plant that was changed into this one, for its name.
+    geometry : Float, optional
+        Needed where the float moves through the waves, has drag, or a wetted surface of its own.
 
     Raises
     ------
     InputError
-        If the radiation is no pair of `Radiation`.
+        If the radiation is no pair of `Radiation`, or a choice needs the geometry and there is none.
     """
 
     parameters: Parameters
@@ -68,6 +105,7 @@ class Plant:
     name: str = "custom"
     depth: float = math.inf
     origin: Plant | None = dataclasses.field(default=None, repr=False, compare=False)
+    geometry: Float | None = dataclasses.field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         """Refuse what is no pair of radiation functions."""
@@ -75,6 +113,17 @@ class Plant:
         if not (isinstance(pair, tuple) and len(pair) == 2 and all(isinstance(r, Radiation) for r in pair)):
             mend = "Leave it out, choose accurate, paper or fine, or give two Radiation"
             raise InputError("plant.radiation", pair, "must be a pair of Radiation, for phi1 and phi3", mend)
+        if self.parameters.in_the_waves and self.geometry is None:
+            choices = {name: getattr(self.parameters, name) for name in ("position", "drag", "wetted")}
+            name = next(n for n, v in choices.items() if v not in ("rest", 0.0, "linear"))
+            mend = "Build the database with gyroctl hydro build, which stores it, or leave the choice out"
+            raise InputError(f"plant.{name}", choices[name], "these hydrodynamics have no geometry of the float", mend)
+        if self.geometry is not None:
+            self.geometry.choice(self.parameters.wetted)
+        if self.parameters.wetted != "linear" and getattr(self.excitation, "phase", "complex") != "complex":
+            mend = 'Choose excitation_phase = "complex", or wetted = "linear"'
+            problem = "needs the phases of the moments, which were dropped"
+            raise InputError("plant.wetted", self.parameters.wetted, problem, mend)
 
     def __getstate__(self) -> dict[str, Any]:
         """Fields alone: the same plant has the same bytes, whatever has been asked of it before."""
@@ -114,7 +163,37 @@ class Plant:
     @cached_property
     def coefficients(self) -> Coefficients:
         """Constants of the equations of motion."""
-        return coefficients(self.parameters, self.radiation)
+        return coefficients(self.parameters, self.radiation, self.geometry)
+
+    @cached_property
+    def channels(self) -> tuple[str, ...]:
+        """Signals that the plant asks of a realisation, in their order.
+
+        Me1, Me3: moments at rest [Nm]. With drag u, w: velocity of the water along x3 and upwards [m/s]. With a moving
+        position Me1@-10 .. Me1@10, then those of Me3: moments at X = l i/10 along x3 [Nm]. With a reduced wetted
+        surface F1, F3 between them: linear Froude-Krylov moments [Nm], with a moving position F1^0 .. F1^10 and those
+        of F3, their coefficients over powers of X/l.
+        """
+        beyond = self.coefficients.beyond or Beyond()
+        nodes = range(-HALF, HALF + 1) if beyond.position is not None else ()
+        return (
+            *("Me1", "Me3"),
+            *(("u", "w") if beyond.drag is not None else ()),
+            *(undisturbed_names(beyond.reduced.moving) if beyond.reduced is not None else ()),
+            *(f"{moment}@{i}" for moment in ("Me1", "Me3") for i in nodes),
+        )
+
+    @cached_property
+    def ledger(self) -> tuple[str, ...]:
+        """Names of the powers in the energy ledger, in their order."""
+        return LEDGER if self.coefficients.beyond is None else (*LEDGER, *BEYOND)
+
+    @cached_property
+    def smooth(self) -> Plant:
+        """The device as far as it can be differentiated: polynomials, where there are any, for a wetted surface."""
+        if self.parameters.wetted != "surface" or self.geometry is None:
+            return self
+        return self.replace(wetted="linear" if self.geometry.reduced is None else "reduced")
 
     @cached_property
     def labels(self) -> tuple[str, ...]:
@@ -132,8 +211,9 @@ class Plant:
             State in the order of `labels`; real or complex. [rad, rad/s]
         u : (cc, cg)
             Magnetic coupling and generator gain, scalars or (batch,). [Nms]
-        moments : (Me1, Me3)
-            Wave excitation moments, scalars or (batch,). [Nm]
+        moments : (Me1, Me3) or (len(channels),)
+            Wave excitation moments, scalars or (batch,) [Nm]; beyond the linear model all signals in the order of
+            `channels`, or the two alone for still water and a float at rest.
 
         Returns
         -------
@@ -142,19 +222,19 @@ class Plant:
         return self._evaluate(x, u, moments)[: len(self.labels)]
 
     def powers(self, x: ArrayLike, u: Any, moments: Any) -> dict[str, NDArray[Any]]:
-        """Powers of the energy ledger by name: wave_input, radiated, hinge, slip, generator. [W]
+        """Powers by the names of `ledger`: wave_input, radiated, hinge, slip, generator, and those beyond. [W]
 
         The state `x`, the controls `u` and the `moments` are those of `derivative`.
         """
         values = self._evaluate(x, u, moments)[len(self.labels) :]
-        return dict(zip(LEDGER, values, strict=True))
+        return dict(zip(self.ledger, values, strict=True))
 
     def power(self, x: ArrayLike, u: Any) -> Any:
-        """Electrical power cg omega'^2 of state `x` under controls `u`, see `derivative`. [W]
+        """Electrical power of state `x` under controls `u`, see `derivative`: efficiency times cg omega'^2. [W]
 
         The paper's text prints cg omega', its figures show the square.
         """
-        return u[1] * np.asarray(x)[equations.OMEGA_RATE] ** 2
+        return self.parameters.generator_efficiency * u[1] * np.asarray(x)[equations.OMEGA_RATE] ** 2
 
     def stored_energy(self, x: ArrayLike) -> Any:
         """Kinetic energy and the energy of the two springs of state `x` (n,) or (n, batch). [J]
@@ -164,8 +244,21 @@ class Plant:
         return stored_energy(self.coefficients, np.asarray(x))
 
     def casadi(self) -> Any:
-        """Return the casadi function (x, u, moments) -> derivative, built from the same text."""
+        """Return the casadi function (x, u, moments) -> derivative, built from the same text.
+
+        Beyond the linear model `moments` are the signals that `near` returns.
+        """
         return casadi_derivative(self.coefficients)
+
+    def near(self, x: ArrayLike, moments: Any) -> NDArray[Any]:
+        """Signals as the equations see them next to the float: polynomials in place of the moments at all nodes.
+
+        Parameters
+        ----------
+        x, moments
+            As in `derivative`.
+        """
+        return near_signals(self.coefficients.beyond, np.asarray(x), moments)
 
     def jacobians(self, x: ArrayLike, u: Any, moments: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Exact Jacobians of `derivative` by complex step.
@@ -179,8 +272,8 @@ class Plant:
         -------
         A : (n, n) array
             With respect to the state.
-        B : (n, 4) array
-            With respect to cc, cg, Me1, Me3.
+        B : (n, 2 + len(moments)) array
+            With respect to cc, cg and the moments as given.
         """
         point = np.array([*np.asarray(x, float), *u, *moments], complex)
         n, step = len(self.labels), 1e-30
@@ -195,8 +288,9 @@ class Plant:
             mend = "Give an array of shape (n,) or (n, batch) in the order of plant.labels"
             raise InputError("x", state.shape, f"the state has {len(self.labels)} rows", mend)
         kind = np.result_type(state, *map(np.asarray, u), *map(np.asarray, moments), float)
-        dx = np.empty((state.shape[0] + len(LEDGER), *state.shape[1:]), kind)
-        equations.derivative(state, dx, 1, 0, self.coefficients, u[0], u[1], moments[0], moments[1])
+        dx = np.empty((state.shape[0] + len(self.ledger), *state.shape[1:]), kind)
+        signals = None if len(moments) == 2 else self.near(state, moments)
+        equations.derivative(state, dx, 1, 0, self.coefficients, u[0], u[1], moments[0], moments[1], signals)
         return dx
 
 
@@ -220,7 +314,9 @@ def _in_words(value: object) -> str:
     return f"{value:.6g}" if isinstance(value, float | int) else str(value)
 
 
-def coefficients(parameters: Parameters, radiation: tuple[Radiation, Radiation]) -> Coefficients:
+def coefficients(
+    parameters: Parameters, radiation: tuple[Radiation, Radiation], geometry: Float | None = None
+) -> Coefficients:
     """Derive the constants of the equations from the device."""
     p = parameters
     N, K, J2, J3, J4 = p.N, p.K, p.J2, p.J3, p.J4
@@ -254,6 +350,7 @@ def coefficients(parameters: Parameters, radiation: tuple[Radiation, Radiation])
         q1=radiation[0].q,
         p3=radiation[1].p,
         q3=radiation[1].q,
+        beyond=terms(p, geometry),
     )
 
 

@@ -186,7 +186,7 @@ class WettedSurface(NamedTuple):
         """R1, R3 of a run at time `t` [s]. [Nm]"""
         position = t / fields.dt
         samples = fields.rows.shape[1]
-        first = min(max(int(math.floor(position)) - (TAPS // 2 - 1), 0), samples - TAPS)
+        first = min(max(math.floor(position) - (TAPS // 2 - 1), 0), samples - TAPS)
         lagrange_weights(position - first, fields.weight)
         some = fields.rows[fields.of_run[l]]
         for row in range(ROWS):

@@ -17,11 +17,13 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import LEDGER
+from gyroctl.plant.beyond import base_rows
 from gyroctl.plant.kernel import LANES, RECORDED, rows, run_lanes, slip_rate, steps_for
+from gyroctl.simulation.balance import spent
 from gyroctl.simulation.lock import loss_time
 from gyroctl.simulation.progress import Progress
 from gyroctl.waves import Sea, Synthesis, prepare
+from gyroctl.waves.wetted import held_moments
 
 UNSTABLE = 2.5
 """Product of step and slip rate beyond which Runge-Kutta 4 is unstable."""
@@ -192,25 +194,25 @@ class _Every(NamedTuple):
         k, n, used = plant.coefficients, len(plant.labels), len(seeds)
         lane_of = np.minimum(np.arange(LANES), used - 1)  # idle lanes repeat the last run
         unique = list(dict.fromkeys(seeds))
-        of_seed = self.synthesis.moments_batch(unique, self.blend)
-        moments = of_seed[[unique.index(seeds[lane]) for lane in lane_of]]
-        waves = np.ascontiguousarray(moments.transpose(2, 1, 0)).ravel()
+        of_lane = [unique.index(seeds[lane]) for lane in lane_of]
+        waves = self._side_by_side(unique, of_lane)
         cc, cg = np.ascontiguousarray(controls[lane_of].T)
         first_state = np.zeros((rows(k), LANES))
         first_state[:n] = self.start[:, None]
         y = first_state.ravel()
         record, marked = np.empty((len(RECORDED), intervals + 1, LANES)), y.copy()
-        run_lanes(y, k, cc, cg, self.period, steps, waves, self.synthesis.grid.dt, record, first, marked)
+        held = held_moments(plant, self.synthesis, unique, of_lane, self.blend)
+        run_lanes(y, k, cc, cg, self.period, steps, waves, self.synthesis.grid.dt, record, first, marked, held)
         phi1, phi3, psi, speed = record
         end, mark = y.reshape(-1, LANES), marked.reshape(-1, LANES)
-        energy = dict(zip(LEDGER, end[n:] - mark[n:], strict=True))
+        energy = dict(zip(plant.ledger, end[n:] - mark[n:], strict=True))
         stored = plant.stored_energy(end[:n]) - plant.stored_energy(mark[:n])
         scored = (intervals - first) * self.period
-        mean = energy["generator"] / scored
-        power = cg * speed[first:] ** 2
+        worth = plant.parameters.generator_efficiency
+        mean = worth * energy["generator"] / scored
+        power = worth * cg * speed[first:] ** 2
         edge = 0.5 * (power[0] ** 2 + power[-1] ** 2)
         second = (np.sum(power**2, axis=0) - edge) / (intervals - first)
-        spent = (end[n:] - mark[n:])[1:].sum(axis=0)
         with np.errstate(invalid="ignore", divide="ignore"):
             results = (
                 loss_time(psi, self.period, self.synthesis.sea.wp, self.sense),
@@ -218,11 +220,26 @@ class _Every(NamedTuple):
                 np.sqrt(np.maximum(second - mean**2, 0.0)) / mean,
                 np.quantile(np.abs(phi1[first:]), 0.98, axis=0),
                 np.quantile(np.abs(phi3[first:]), 0.98, axis=0),
-                np.abs(energy["wave_input"] - spent - stored) / np.abs(energy["wave_input"]),
+                np.abs(energy["wave_input"] - spent(energy) - stored) / np.abs(energy["wave_input"]),
                 energy["slip"] / scored,
                 energy["wave_input"] / scored,
             )
         return np.stack(results)[:, :used]
+
+    def _side_by_side(self, seeds: Sequence[int], of_lane: Sequence[int]) -> NDArray[np.float64]:
+        """Signals of all lanes as the kernel takes them, see `kernel.interpolate`; `of_lane` counts in `seeds`."""
+        plant = self.plant
+        if len(plant.channels) == 2:
+            of_seed = self.synthesis.moments_batch(seeds, self.blend)
+            return np.ascontiguousarray(of_seed[of_lane].transpose(2, 1, 0)).ravel()
+        of_seed = self.synthesis.signals(plant, seeds, self.blend)
+        rows, count = base_rows(plant.coefficients.beyond), len(of_lane)
+        waves = np.empty((of_seed.shape[2], of_seed.shape[1] * count))
+        for lane, seed in enumerate(of_lane):
+            nodes = of_seed[seed, rows:].T
+            waves[:, lane : rows * count : count] = of_seed[seed, :rows].T
+            waves[:, rows * count + lane * nodes.shape[1] :][:, : nodes.shape[1]] = nodes
+        return waves.ravel()
 
 
 def _bounded(

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI
+from gyroctl.simulation.balance import electrical, spent
 from gyroctl.simulation.lock import THRESHOLD, WINDOW, cycle_slips, loss_time, turns_kept, wave_phasor
 
 MODEL_LIMIT = 0.3
@@ -131,7 +132,8 @@ def evaluate(
     n = len(plant.labels)
     period, states = record.period, record.states
     first = round(score_from / period)
-    psi, net = states[:, PSI], states[:, n + LEDGER.index("generator")]
+    worth = plant.parameters.generator_efficiency
+    psi, net = states[:, PSI], electrical(states[:, n + LEDGER.index("generator")], worth)
     in_production = production(psi, net, period, wp, sense)
     begins = float(np.argmax(in_production)) * period if np.any(in_production) else np.nan
     if from_rest and np.isfinite(begins):
@@ -140,16 +142,17 @@ def evaluate(
         lost = float(loss_time(psi, period, wp, sense))
 
     scored = (states.shape[0] - 1 - first) * period
-    energy = dict(zip(LEDGER, states[-1, n:] - states[first, n:], strict=True))
-    whole = dict(zip(LEDGER, states[-1, n:], strict=True))
+    energy = dict(zip(plant.ledger, states[-1, n:] - states[first, n:], strict=True))
+    whole = dict(zip(plant.ledger, states[-1, n:], strict=True))
     stored = plant.stored_energy(states[[0, first, -1], :n].T)
-    spent = sum(whole[name] for name in LEDGER[1:]) + stored[2] - stored[0]
-    generated, gained = energy["generator"] / scored, float(stored[2] - stored[1]) / scored
+    taken = spent(whole) + stored[2] - stored[0]
+    given = float(net[-1] - net[first])
+    generated, gained = given / scored, worth * float(stored[2] - stored[1]) / scored
     judged = generated + gained
 
-    speed, cg = states[first:, OMEGA_RATE], record.cg_rms[first:]
+    speed, cg = states[first:, OMEGA_RATE], worth * record.cg_rms[first:]
     begin, end = cg * speed[:-1] ** 2, cg * speed[1:] ** 2  # cg jumps at the samples: both ends of each interval
-    power = record.controls[first:, 1] * speed[:-1] ** 2
+    power = worth * record.controls[first:, 1] * speed[:-1] ** 2
     second = 0.5 * float(np.mean(begin**2) + np.mean(end**2))
     per_second = round(1.0 / period)
     mean_1s = np.diff(net[first::per_second]) / (per_second * period)
@@ -182,11 +185,11 @@ def evaluate(
         "radiated_w": energy["radiated"] / scored,
         "hinge_w": energy["hinge"] / scored,
         "slip_loss_w": energy["slip"] / scored,
-        "ledger_residual": float(abs(whole["wave_input"] - spent) / abs(whole["wave_input"])),
+        "ledger_residual": float(abs(whole["wave_input"] - taken) / abs(whole["wave_input"])),
         "capture_width_ratio": judged / available,
         "availability": float(np.mean(in_production[max(first, round(WINDOW / period)) :])),
         "motor_energy": float(np.sum(np.maximum(-np.diff(net[first:]), 0.0))),
-        "net_energy": energy["generator"],
+        "net_energy": given,
         "lock_begins": begins,
         "payback_time": repaid * period if repaid < net.size else np.nan,
     }

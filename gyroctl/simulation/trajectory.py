@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import LEDGER, OMEGA_RATE
+from gyroctl.plant.equations import OMEGA_RATE
 from gyroctl.simulation.metrics import Record
 
 if TYPE_CHECKING:
@@ -59,9 +59,9 @@ def trajectory(plant: Plant, record: Record, signals: dict[str, Any], attributes
         data[label] = ("time", controls[:, column], {"units": "Nms", "long_name": name})
         attrs = {"units": "Nms", "long_name": f"{name} asked for by the law"}
         data[f"{label}_command"] = ("time", record.commands[last, column], attrs)
-    power = controls[:, 1] * record.states[:, OMEGA_RATE] ** 2
+    power = plant.parameters.generator_efficiency * controls[:, 1] * record.states[:, OMEGA_RATE] ** 2
     data["power"] = ("time", power, {"units": "W", "long_name": "electrical power"})
-    for i, label in enumerate(LEDGER):
+    for i, label in enumerate(plant.ledger):
         energy = record.states[:, len(plant.labels) + i]
         data[f"energy_{label}"] = ("time", energy, {"units": "J", "long_name": f"energy: {label.replace('_', ' ')}"})
     units = {
@@ -88,7 +88,7 @@ def record_of(plant: Plant, ds: xarray.Dataset) -> Record:
     ds : xarray.Dataset
         The labelled run.
     """
-    names = [*plant.labels, *(f"energy_{label}" for label in LEDGER)]
+    names = [*plant.labels, *(f"energy_{label}" for label in plant.ledger)]
     states = np.stack([ds[name].values for name in names], axis=1)
     commands, controls = (
         np.stack([ds[f"{name}{asked}"].values[:-1] for name in ("cc", "cg")], axis=1) for asked in ("_command", "")

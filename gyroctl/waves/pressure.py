@@ -60,7 +60,6 @@ def wetted_surface(hull: Hull, depth: float, heading: float = 0.0, rho: float = 
     # a panel counts as one whose height is spread evenly with the same variance: half width^2 = 3 variance
     extent[:, : len(centres)] += 3.0 * np.stack([spread[:, 1, 1], spread[:, 1, 2], spread[:, 2, 2]])
     angle = np.deg2rad(heading)
-    size = float(np.max(np.hypot(hull.vertices[:, 0], hull.vertices[:, 1])))
     tall = float(np.ptp(hull.vertices[:, 2]))
     bare = Surface(
         place=place,
@@ -71,7 +70,7 @@ def wetted_surface(hull: Hull, depth: float, heading: float = 0.0, rho: float = 
         reach=hull.reach,
         along=float(np.cos(angle)),
         across=float(np.sin(angle)),
-        span=size + hull.reach * float(np.sin(SWING)),
+        span=half_range(hull),
         below=min(tall, depth),
         shallow=1.0 / depth,
         still=0.0,
@@ -104,14 +103,25 @@ def pressure_rows(surface: Surface, omega: Floats, g: float = 9.81) -> Complexes
     rows = np.zeros((ROWS, len(omega)), dtype=np.complex128)
     depth = 1.0 / surface.shallow if surface.shallow > 0.0 else float("inf")
     k = wavenumber(np.asarray(omega, dtype=np.float64), depth, g)
-    inside = k * surface.span <= SHORTEST
+    inside = followed(k, surface.span)
     k = k[inside]
-    along, down = _along(k * surface.span, ALONG), _down(k * surface.below, k * depth, DOWN)
+    along, down = powers_along(k * surface.span, ALONG), powers_down(k * surface.below, k * depth, DOWN)
     head = (down[:, None, :] * along[None, :, :]).reshape(PRESSURE, -1)
     at_rest = linear_moments(surface) @ head
     rows[:PRESSURE, inside] = head
     rows[PRESSURE:, inside] = (at_rest[:, None, :] * along[None, :, :]).reshape(2 * ALONG, -1)
     return rows
+
+
+def half_range(hull: Hull) -> float:
+    """Half the range of the polynomials along the waves: as far as the hull comes. [m]"""
+    size = float(np.max(np.hypot(hull.vertices[:, 0], hull.vertices[:, 1])))
+    return size + hull.reach * float(np.sin(SWING))
+
+
+def followed(k: Floats, span: float) -> NDArray[np.bool_]:
+    """Which waves of wavenumber `k` [rad/m] are long enough for polynomials over half a range of `span` [m]."""
+    return np.asarray(k * span <= SHORTEST)
 
 
 def linear_moments(surface: Surface) -> Floats:
@@ -131,8 +141,8 @@ def linear_moments(surface: Surface) -> Floats:
     return np.asarray(np.einsum("jn,n,pqn->jpq", surface.weight[1:], wet, powers).reshape(2, -1))
 
 
-def _along(kL: Floats, count: int) -> Complexes:
-    """Powers of s in exp(-i kL s) on [-1, 1], (count, k), from the Jacobi-Anger series."""
+def powers_along(kL: Floats, count: int) -> Complexes:
+    """Return powers of s in exp(-i kL s) on [-1, 1], (count, k), from the Jacobi-Anger series."""
     from scipy.special import jv
 
     order = np.arange(count)
@@ -143,8 +153,8 @@ def _along(kL: Floats, count: int) -> Complexes:
     return np.asarray(powers @ series, dtype=np.complex128)
 
 
-def _down(kD: Floats, kh: Floats, count: int) -> Floats:
-    """Powers of z in cosh(k (h + D z)) / cosh(k h) on [-1, 0], (count, k); 1 at z = 0."""
+def powers_down(kD: Floats, kh: Floats, count: int) -> Floats:
+    """Return powers of z in cosh(k (h + D z)) / cosh(k h) on [-1, 0], (count, k); 1 at z = 0."""
     z = -0.5 * (1.0 - np.cos(np.pi * (np.arange(40) + 0.5) / 40.0))  # Chebyshev's points weigh the ends
     sink = kD[None, :] * z[:, None]
     echo = np.exp(-2.0 * kh)[None, :]  # 0 in deep water

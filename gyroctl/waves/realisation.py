@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,12 @@ from gyroctl.waves.components import Sea
 from gyroctl.waves.excitation import Excited, equivalent_amplitude
 from gyroctl.waves.grid import TimeGrid
 from gyroctl.waves.identity import content_hash
-from gyroctl.waves.synthesis import prepare
+from gyroctl.waves.synthesis import Synthesis, prepare
+from gyroctl.waves.wetted import held_moments
+
+if TYPE_CHECKING:
+    from gyroctl.plant import Plant
+    from gyroctl.plant.held import Held
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +47,8 @@ class WaveRealisation:
         Hash of the excitation.
     blend : float
         Length of the blend from the regular wave at the start. [s]
+    synthesis : Synthesis, optional
+        Gives the further signals that a plant asks for.
     """
 
     sea: Sea
@@ -52,6 +60,58 @@ class WaveRealisation:
     regular: NDArray[np.complex128]
     hydrodynamics: str
     blend: float = 0.0
+    synthesis: Synthesis | None = field(default=None, repr=False)
+    _further: dict[Any, NDArray[np.float64]] = field(default_factory=dict, repr=False, init=False)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out the signals that can be made again."""
+        return {**self.__dict__, "_further": {}}
+
+    def signals(self, plant: Plant) -> NDArray[np.float64]:
+        """All signals that a plant asks for; made when they are first asked for, and kept.
+
+        Parameters
+        ----------
+        plant : Plant
+            With the excitation of this realisation.
+
+        Returns
+        -------
+        ndarray, shape (channels, n)
+            In the order of `plant.channels`; the first two are `moments`.
+
+        Raises
+        ------
+        InputError
+            Where further signals are asked for and these waves know no components, or those of another excitation.
+        """
+        if len(plant.channels) == 2:
+            return self.moments
+        key = plant.channels, plant.depth, plant.geometry, plant.parameters.drag_height
+        if key not in self._further:
+            found = self._components().signals(plant, [self.seed], self.blend)[0]
+            found[:2] = self.moments
+            self._further[key] = found
+        return self._further[key]
+
+    def held(self, plant: Plant) -> Held | None:
+        """Moments that a plant holds between its steps, None where it has none; see `wetted.held_moments`.
+
+        Raises
+        ------
+        InputError
+            As `signals`.
+        """
+        beyond = plant.coefficients.beyond
+        if beyond is None or beyond.surface is None:
+            return None
+        return held_moments(plant, self._components(), [self.seed], blend=self.blend)
+
+    def _components(self) -> Synthesis:
+        if self.synthesis is None:
+            mend = "Realise the sea with gyroctl.realise, or leave position, drag and wetted out"
+            raise InputError("waves", self.seed, "these moments come without the waves that belong to them", mend)
+        return self.synthesis
 
     @property
     def dt(self) -> float:
@@ -139,4 +199,5 @@ def realise(plant: Excited, sea: Sea, seed: int, duration: float = 2000.0, dt: f
         phases=synthesis.phases(seed),
         regular=synthesis.regular,
         hydrodynamics=synthesis.hydrodynamics,
+        synthesis=synthesis,
     )

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError, check_kind
 from gyroctl.waves.blending import blend_signals, check_blend
+from gyroctl.waves.channels import response
 from gyroctl.waves.components import Components, Sea, components
 from gyroctl.waves.excitation import Excited, band, regular_amplitude
 from gyroctl.waves.grid import TimeGrid, time_grid
@@ -19,7 +20,7 @@ from gyroctl.waves.phases import random_phases
 from gyroctl.waves.physical import Sized, check_sea
 
 if TYPE_CHECKING:
-    from gyroctl.plant import Excitation
+    from gyroctl.plant import Excitation, Plant
 
 LOST_SHARE_MAX = 0.2
 """Greatest share of the wave variance that may lie where no moment is known [-]."""
@@ -109,6 +110,33 @@ class Synthesis:
         blend_signals(result, self.regular, self.sea.wp, self.grid.dt, length)
         return result
 
+    def signals(self, plant: Plant, seeds: Sequence[int], blend: float = 0.0) -> NDArray[np.float64]:
+        """All signals that a plant asks for, of many seeds, see `Plant.channels`.
+
+        Returns
+        -------
+        ndarray, shape (len(seeds), channels, n)
+
+        Raises
+        ------
+        InputError
+            Field ``plant.excitation``: another one than that of this synthesis. Else as `moments_batch`.
+        """
+        if plant.excitation.sha256 != self.hydrodynamics:
+            problem = "the waves were made for another excitation, beyond the linear model it must be the same"
+            raise InputError("plant.excitation", plant.name, problem, "Realise the waves with this plant")
+        length = check_blend(blend, self.grid.duration)
+        of_wave, regular = response(plant, self.sea, self.waves.omega)
+        result = np.empty((len(seeds), len(plant.channels), self.grid.n))
+        for seed, rows in zip(seeds, result, strict=True):
+            self.superposed(of_wave, seed, rows)
+        blend_signals(result, regular, self.sea.wp, self.grid.dt, length)
+        return result
+
+    def superposed(self, of_wave: NDArray[np.complex128], seed: int, out: NDArray[np.float64]) -> None:
+        """Write signals of the waves into `out` (rows, n): `of_wave` (rows, k) per metre of each component."""
+        self.waves.superpose(self._turned(of_wave * self.waves.amplitude, seed), out)
+
     def _turned(self, amplitudes: NDArray[np.complex128], seed: int) -> NDArray[np.complex128]:
         phases = self.phases(seed)
         return amplitudes * np.exp(1j * phases) if phases.size else amplitudes
@@ -146,8 +174,8 @@ def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float = 0.05
     _check_share(sea, waves, plant.excitation)
     if isinstance(plant, Sized):
         check_sea(plant, sea)
-    response = plant.excitation(waves.omega, sea.heading) * waves.amplitude
-    return Synthesis(sea, grid, waves, response, regular, plant.excitation.sha256)
+    moments = plant.excitation(waves.omega, sea.heading) * waves.amplitude
+    return Synthesis(sea, grid, waves, moments, regular, plant.excitation.sha256)
 
 
 def _check_share(sea: Sea, waves: Components, excitation: Excitation) -> None:

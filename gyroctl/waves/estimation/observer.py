@@ -17,10 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.plant import compiled, equations, kernel, trigonometry
+from gyroctl.plant import kernel
 from gyroctl.plant.compiled import stamped
 from gyroctl.plant.equations import (
-    LEDGER,
     OMEGA_RATE,
     PHI1,
     PHI1_RATE,
@@ -31,6 +30,7 @@ from gyroctl.plant.equations import (
     RADIATION,
     Coefficients,
     derivative,
+    powers,
 )
 from gyroctl.plant.kernel import rows, slip_rate, steps_for
 from gyroctl.plant.plant import Plant
@@ -40,7 +40,7 @@ from gyroctl.waves.spectrum import SeaState
 SENSOR_NOISE = (1.1e-3, 0.02, 0.1, 1e-3, 1e-3, 4e-3, 4e-3)
 """Standard deviations of psi (with its resolution), psi', omega', phi1, phi3, phi1', phi3'. [rad, rad/s]"""
 
-SOURCES = (compiled.__file__, trigonometry.__file__, equations.__file__, kernel.__file__, __file__)
+SOURCES = (*kernel.SOURCES, __file__)
 
 COARSEST = 0.025
 """Longest Runge-Kutta step; where the coupling is strong, shorter ones follow the decay of the slip, see `steps_for`.
@@ -119,7 +119,7 @@ class MomentEstimator(NamedTuple):
 
     def init(self) -> EstimatorState:
         """Return a fresh state; the first sample fills it."""
-        n = rows(self.k) - len(LEDGER)
+        n = rows(self.k) - powers(self.k)
         return EstimatorState(
             x_hat=np.zeros(n),
             me_hat=np.zeros(2),

@@ -1,0 +1,49 @@
+"""The terms beyond the linear model that a device's choices switch on."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from gyroctl.errors import InputError
+from gyroctl.plant.beyond import HALF, Beyond, Cap, Curve, Drag, Losses
+from gyroctl.plant.parameters import Parameters
+from gyroctl.plant.reduced import reduced
+
+
+def terms(p: Parameters, geometry: Any) -> Beyond | None:
+    """Terms of the device, None where it is linear.
+
+    Parameters
+    ----------
+    p : Parameters
+        The choices.
+    geometry : Float or None
+        Reach of the lever [m] and density of the water [kg/m^3].
+
+    Raises
+    ------
+    InputError
+        For a choice that is not there yet.
+    """
+    if p.contact != "rolling":
+        raise InputError("plant.contact", p.contact, "is not built in", 'Choose "rolling"')
+    moving = p.position == "moving"
+    polynomials = reduced(geometry.choice(p.wetted).reduced, moving) if p.wetted == "reduced" else None
+    surface = geometry.choice(p.wetted) if p.wetted == "surface" else None
+    drag = None
+    if p.drag > 0.0:
+        factor = 0.5 * geometry.rho * p.drag * geometry.reach
+        drag = Drag(factor * p.drag_area[0], factor * p.drag_area[1], float(geometry.reach))
+    losses = None
+    if p.bearing > 0.0 or p.windage > 0.0 or p.rolling_resistance > 0.0:
+        losses = Losses(float(p.bearing), float(p.windage), p.rolling_resistance / p.r2)
+    found = Beyond(
+        position=float(HALF) if moving else None,
+        drag=drag,
+        curve=Curve(float(p.coupling_slip)) if p.coupling_slip > 0.0 else None,
+        cap=Cap(float(p.coupling_cap)) if p.coupling_cap > 0.0 else None,
+        losses=losses,
+        reduced=polynomials,
+        surface=None if surface is None else 1.0,
+    )
+    return None if all(term is None for term in found) else found
