@@ -16,7 +16,7 @@ from gyroctl.harness import actuation, sensing
 from gyroctl.harness.actuation import ActuatorArrays, actuate
 from gyroctl.harness.sensing import SensorArrays, measure
 from gyroctl.plant import measurement
-from gyroctl.plant.beyond import signal_rows
+from gyroctl.plant.beyond import signal_room
 from gyroctl.plant.compiled import entry_point, put, source_stamp
 from gyroctl.plant.course import Course, control_at, set_out
 from gyroctl.plant.equations import Coefficients
@@ -87,7 +87,7 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
         u = np.zeros(2)
         state = record[0].copy()
         work = np.empty((5, state.size))
-        moments, weight = np.empty(3 * signal_rows(kernel.k.beyond)), np.empty(8)
+        moments, weight = np.empty(signal_room(kernel.k.beyond, 1)), np.empty(8)
         now, aim = np.empty((2, 1)), held.copy()
         course = Course(np.empty(2), np.empty(2), np.empty(2), np.empty(2), np.empty(2), np.empty(2))
         for sample in range(commands.shape[0]):

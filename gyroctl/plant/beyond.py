@@ -7,19 +7,21 @@ rows of signals. Their order at an instant, each row `L` runs wide:
     Me1, Me3; u, w with drag; F1, F3 with a reduced wetted surface, each as a polynomial in sin phi1 where the position
     moves; the moments about the present position with a moving one; R1, R3, held from outside, with a wetted surface.
 
-The moments over positions are known at even nodes across the reach of the lever. A realisation carries all of them,
-the equations see those next to the float as a polynomial in Newton's form, see `kernel.interpolate`.
+The moments over positions are known at even nodes across the reach of the lever. A realisation carries all of them;
+the equations see a cubic about a place next to the float, from the eight nodes around it, see `kernel.near`.
 """
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.reduced import places, reduced_moments, undisturbed
-from gyroctl.plant.trigonometry import cos_sin
+from gyroctl.plant.trigonometry import sine
 
 BEYOND = ("second_order", "drag", "bearing", "windage", "rolling_resistance", "contact")
 """Powers of the energy ledger that these terms add behind the others, in this order. [W]"""
@@ -32,6 +34,12 @@ NEAR = 8
 """Nodes next to the float through which its moments are interpolated: error 4e-4 of their deviation in a sea of
 gamma 1 and 3.6 rad/s, less in any narrower or longer one."""
 
+ORDER = 4
+"""Coefficients of the moments about a place: as many as the order of the integrator."""
+
+PLACES = 4
+"""Such places per spacing of the nodes; the float is within 13 mm of one when a step begins."""
+
 SLOW = 1.0
 """Speed about which bearing, windage and rolling resistance change their sign. [rad/s]"""
 
@@ -40,6 +48,12 @@ STILL = 1e-6
 
 SOFT = 0.01
 """Square of the moment about which the load on the rolling contact changes its sign. [N^2 m^2]"""
+
+
+class Position(NamedTuple):
+    """Moments at the float's own position."""
+
+    scale: float = float(HALF)  # reach over the spacing of the nodes
 
 
 class Drag(NamedTuple):
@@ -73,7 +87,7 @@ class Losses(NamedTuple):
 class Beyond(NamedTuple):
     """The terms of a plant; None for what is off."""
 
-    position: Any = None  # nodes of the position on either side of rest, as a number
+    position: Any = None  # Position
     drag: Any = None  # Drag
     curve: Any = None  # Curve
     cap: Any = None  # Cap
@@ -120,10 +134,10 @@ def node_rows(beyond: Any) -> int:
 
 @inlined
 def near_rows(position: Any) -> int:
-    """Rows of the polynomials about the present position: two of them, and the node at which they begin."""
+    """Rows of the polynomials about a place next to the float: two of them, and the place."""
     if position is None:
         return 0
-    return 2 * NEAR + 1
+    return 2 * ORDER + 1
 
 
 @inlined
@@ -132,6 +146,20 @@ def signal_rows(beyond: Any) -> int:
     if beyond is None:
         return 2
     return base_rows(beyond) + near_rows(beyond.position) + pair(beyond.surface)
+
+
+@inlined
+def signal_room(beyond: Any, L: int) -> int:
+    """Numbers for the signals at the three instants of a step of L runs, and for what is worked out on the way."""
+    if beyond is None:
+        return 6 * L
+    return 3 * signal_rows(beyond) * L + pair(beyond.position) // 2 * signal_rest(L)
+
+
+@inlined
+def signal_rest(L: int) -> int:
+    """Numbers behind the signals: cubics of four samples, and where and when they hold, see `kernel.near`."""
+    return (8 * ORDER + 2) * L
 
 
 @inlined
@@ -149,18 +177,20 @@ def ledger_rows(beyond: Any) -> int:
 def displaced(position: Any, phi1: Any, me1: Any, me3: Any, signals: Any, at: int, L: int, l: int, row: int) -> Any:
     """What the moments at the float's position have more than those at rest. [Nm]
 
-    The position is l sin phi1 along x3; it is counted in spacings of the nodes from the first one that is near.
+    The position is l sin phi1 along x3; it is counted in spacings of the nodes.
     """
     if position is None:
         return 0.0, 0.0
-    _, s = cos_sin(phi1)
-    t = position * s - signals[at + (row + 2 * NEAR) * L + l]
-    one, three = signals[at + (row + NEAR - 1) * L + l], signals[at + (row + 2 * NEAR - 1) * L + l]
-    for i in range(NEAR - 1):
-        j = NEAR - 2 - i
-        one = signals[at + (row + j) * L + l] + (t - j) * one
-        three = signals[at + (row + NEAR + j) * L + l] + (t - j) * three
+    t = position.scale * sine(phi1) - signals[at + (row + 2 * ORDER) * L + l]
+    one = cubic(signals, at + row * L + l, L, t)
+    three = cubic(signals, at + (row + ORDER) * L + l, L, t)
     return one - me1, three - me3
+
+
+@inlined
+def cubic(c: Any, at: int, L: int, t: Any) -> Any:
+    """Value of a cubic of four coefficients, L entries apart; in halves, which a processor works out side by side."""
+    return (c[at] + t * c[at + L]) + t * t * (c[at + 2 * L] + t * c[at + 3 * L])
 
 
 @inlined
@@ -294,3 +324,19 @@ def noted(beyond: Any, dx: Any, L: int, l: int, first: int, powers: Any) -> None
     if beyond is not None:
         for i in range(len(powers)):
             dx[(first + i) * L + l] = powers[i]
+
+
+def _weights() -> NDArray[np.float64]:
+    """Weights (places, NEAR, ORDER) of the nodes in value and derivatives/n! at all places along eight nodes."""
+    at = np.arange((NEAR - 1) * PLACES + 1) / PLACES
+    table = np.zeros((at.size, NEAR, ORDER))
+    for j in range(NEAR):
+        others = [i for i in range(NEAR) if i != j]
+        basis = np.polynomial.Polynomial.fromroots(others) / np.prod([j - i for i in others])
+        for n in range(ORDER):
+            table[:, j, n] = (basis.deriv(n) if n else basis)(at) / math.factorial(n)
+    return table
+
+
+WEIGHTS = _weights()
+"""See `_weights`."""

@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from gyroctl.plant import beyond, compiled, course, equations, lagrange, reduced, trigonometry, wetted
 from gyroctl.plant import held as holding
-from gyroctl.plant.beyond import HALF, NEAR, NODES, base_rows, near_rows, node_rows, signal_rows
+from gyroctl.plant import near as nearby
+from gyroctl.plant.beyond import base_rows, near_rows, node_rows, signal_room, signal_rows
 from gyroctl.plant.compiled import inlined, put, stamped
 from gyroctl.plant.course import Course, control_at, effective, lag_rate, next_bend
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI3, PSI, RADIATION, Coefficients, derivative, powers
 from gyroctl.plant.held import extrapolate, renew
 from gyroctl.plant.lagrange import TAPS, lagrange_weights
+from gyroctl.plant.near import forget, near, stand
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]
@@ -43,7 +45,7 @@ LAGGED = 2.0
 
 SOURCES = (
     *(compiled.__file__, trigonometry.__file__, beyond.__file__, equations.__file__, course.__file__),
-    *(holding.__file__, lagrange.__file__, reduced.__file__, wetted.__file__, __file__),
+    *(nearby.__file__, holding.__file__, lagrange.__file__, reduced.__file__, wetted.__file__, __file__),
 )
 
 
@@ -79,63 +81,17 @@ def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: 
             total += weight[i] * waves[base + i * width + lane]
         out[at * signal_rows(more) * L + lane] = total
     if more is not None:
-        near(more.position, waves, L, base + rows * L, width, weight, out, (at * signal_rows(more) + rows) * L)
+        near(more.position, waves, L, rows * L, width, position, out, at)
 
 
 @inlined
-def near(position: Any, waves: Any, L: int, base: int, width: int, weight: Any, out: Any, row: int) -> None:
-    """Write the polynomials of the moments about the positions of the runs, in Newton's form, from `row` on.
-
-    The node at which they begin is there already, see `stand`. `base` is where the nodes of the first sample begin.
-    """
-    if position is not None:
-        for l in range(L):
-            origin = int(out[row + 2 * NEAR * L + l].real) + HALF
-            for m in range(2):
-                source = base + (2 * l + m) * NODES + origin
-                for j in range(NEAR):
-                    total = weight[0] * waves[source + j]
-                    for i in range(1, TAPS):
-                        total += weight[i] * waves[source + i * width + j]
-                    out[row + (m * NEAR + j) * L + l] = total
-        for m in range(2):
-            for n in range(1, NEAR):  # divided differences; the nodes are one apart
-                share = 1.0 / n
-                for j in range(NEAR - 1, n - 1, -1):
-                    for l in range(L):
-                        to = row + (m * NEAR + j) * L + l
-                        out[to] = (out[to] - out[to - L]) * share
-
-
-@inlined
-def stand(position: Any, x: Any, L: int, out: Any, row: int, size: int) -> bool:
-    """Write the node at which the polynomials about the positions begin, and tell whether any is another one.
-
-    It stands in row `row` of each of the three instants of a step, `size` entries apart.
-    """
-    changed = False
-    if position is not None:
-        low, high = -1.0 * HALF, 1.0 * (HALF - NEAR + 1)
-        for l in range(L):
-            _, s = trigonometry.cos_sin(x[PHI1 * L + l].real)
-            first = np.floor(HALF * s) - (NEAR // 2 - 1)
-            if not first > low:  # also where a run has left all bounds
-                first = low
-            if first > high:
-                first = high
-            if out[row + l].real != first:
-                changed = True
-            for instant in range(3):
-                out[instant * size + row + l] = first
-    return changed
-
-
-@inlined
-def stand_at(more: Any, x: Any, L: int, out: Any) -> bool:
-    """Look where the floats are, see `stand`."""
+def stand_at(more: Any, x: Any, L: int, out: Any, begin: bool) -> bool:
+    """Look where the floats are, see `stand`, at the beginning of an interval or of a step."""
     if more is None:
         return False
     row = (base_rows(more) + near_rows(more.position) - 1) * L
+    if begin:
+        forget(more.position, L, out)
     return stand(more.position, x, L, out, row, signal_rows(more) * L)
 
 
@@ -179,7 +135,7 @@ def advance(
         Working space: state at a stage. Apart from `y`, so that the compiler may vectorise.
     slope : (4, rows * L) array
         Working space: slopes of the four stages.
-    moments : (3 * signal_rows * L,) array
+    moments : (signal_room,) array
         Working space: signals at the start, the middle and the end of a step.
     weight : (8,) array
         Working space of the interpolation.
@@ -204,10 +160,10 @@ def advance(
     for i in range(states):
         x[i] = y[i]
     more, signals = k.beyond, signal_rows(k.beyond) * L
-    stand_at(more, x, L, moments)
+    stand_at(more, x, L, moments, True)
     interpolate(waves, L, start / waves_dt, weight, moments, 0, more)
     for step in range(steps):
-        if stand_at(more, x, L, moments):
+        if stand_at(more, x, L, moments, False):
             interpolate(waves, L, (start + step * h) / waves_dt, weight, moments, 0, more)
         interpolate(waves, L, (start + (step + 0.5) * h) / waves_dt, weight, moments, 1, more)
         interpolate(waves, L, (start + (step + 1.0) * h) / waves_dt, weight, moments, 2, more)
@@ -319,7 +275,7 @@ def hold_one(
     out = y.copy()
     controls = np.array([[cc], [cg]], y.dtype)
     work = np.empty((5, y.size), y.dtype)
-    moments = np.empty(3 * signal_rows(k.beyond), waves.dtype)
+    moments = np.empty(signal_room(k.beyond, 1), waves.dtype)
     hold_into(out, work, moments, np.empty(TAPS), k, controls, start, hold, steps, waves, waves_dt)
     return out
 
@@ -353,7 +309,7 @@ def run_lanes(
         Interval at whose beginning `marked`, of the shape of `y`, receives state and ledger.
     """
     x, slope = np.empty(y.size), np.empty((4, y.size))
-    moments, weight = np.empty(3 * signal_rows(k.beyond) * LANES), np.empty(TAPS)
+    moments, weight = np.empty(signal_room(k.beyond, LANES)), np.empty(TAPS)
     moving, since = None, 0.0
     intervals = record.shape[1] - 1
     for i in range(intervals):

@@ -13,7 +13,7 @@ import numpy as np
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.trigonometry import cos_sin
 
-PLACES = 11
+POWERS = 11
 """Coefficients of a moment over the reach of the lever: degree 10."""
 
 
@@ -59,7 +59,7 @@ def undisturbed_names(moving: Any) -> tuple[str, ...]:
     """Names of the signals of the linear Froude-Krylov moments."""
     if moving is None:
         return "F1", "F3"
-    return tuple(f"{moment}^{i}" for moment in ("F1", "F3") for i in range(PLACES))
+    return tuple(f"{moment}^{i}" for moment in ("F1", "F3") for i in range(POWERS))
 
 
 @inlined
@@ -67,7 +67,7 @@ def places(moving: Any) -> int:
     """Coefficients of each Froude-Krylov moment: one at rest, a polynomial in sin phi1 where the float moves."""
     if moving is None:
         return 1
-    return PLACES
+    return POWERS
 
 
 @inlined

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from gyroctl.errors import InputError
-from gyroctl.plant.beyond import HALF, Beyond, Cap, Curve, Drag, Losses
+from gyroctl.plant.beyond import Beyond, Cap, Curve, Drag, Losses, Position
 from gyroctl.plant.parameters import Parameters
 from gyroctl.plant.reduced import reduced
 
@@ -38,7 +38,7 @@ def terms(p: Parameters, geometry: Any) -> Beyond | None:
     if p.bearing > 0.0 or p.windage > 0.0 or p.rolling_resistance > 0.0:
         losses = Losses(float(p.bearing), float(p.windage), p.rolling_resistance / p.r2)
     found = Beyond(
-        position=float(HALF) if moving else None,
+        position=Position() if moving else None,
         drag=drag,
         curve=Curve(float(p.coupling_slip)) if p.coupling_slip > 0.0 else None,
         cap=Cap(float(p.coupling_cap)) if p.coupling_cap > 0.0 else None,

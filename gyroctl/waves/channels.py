@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.plant.beyond import HALF
-from gyroctl.plant.reduced import PLACES, undisturbed_names
+from gyroctl.plant.reduced import POWERS, undisturbed_names
 from gyroctl.waves.excitation import Wave, equivalent_amplitude
 from gyroctl.waves.pressure import followed, half_range, powers_along
 
@@ -85,7 +85,7 @@ def _undisturbed(
     moments = plant.geometry.undisturbed(omega, heading) * followed(k, half_range(plant.geometry.hull))
     powers = np.ones((1, len(k)), dtype=np.complex128)
     if beyond.reduced.moving is not None:
-        powers = powers_along(k * plant.geometry.reach * np.cos(np.deg2rad(heading)), PLACES)
+        powers = powers_along(k * plant.geometry.reach * np.cos(np.deg2rad(heading)), POWERS)
     found = (moments[:, None] * powers).reshape(-1, len(k))
     return dict(zip(undisturbed_names(beyond.reduced.moving), found, strict=True))
 

@@ -91,7 +91,7 @@ class WaveRealisation:
         if key not in self._further:
             found = self._components().signals(plant, [self.seed], self.blend)[0]
             found[:2] = self.moments
-            self._further[key] = found
+            self._further[key] = np.ascontiguousarray(found.T).T  # sample by sample, as the kernel reads them
         return self._further[key]
 
     def held(self, plant: Plant) -> Held | None:
