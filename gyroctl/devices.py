@@ -26,6 +26,23 @@ VARIANTS: dict[str, dict[str, Any]] = {
         "radiation": "paper",
         "excitation_phase": "magnitude",
     },
+    "realistic": {
+        "generator_reaction": False,
+        "lever_gyroscopic": True,
+        "d1": 2.0,
+        "radiation": "accurate",
+        "excitation_phase": "complex",
+        "position": "moving",
+        "wetted": "surface",
+        "drag": 0.5,
+        "contact": "friction",
+        "traction": 0.6,
+        "coupling_cap": 2.0,
+        "bearing": 0.01,
+        "windage": 9.1e-7,
+        "rolling_resistance": 1e-5,
+        "generator_efficiency": 1.0,
+    },
 }
 """The named choices of each variant. Two misprints are in neither, since the paper's own figures contradict them: the
 sign of (28), with which radiation would feed the motion, and power as cg omega' instead of cg omega'^2."""
@@ -38,9 +55,10 @@ def zhang2017(
 
     Parameters
     ----------
-    variant : {"corrected", "paper"}
+    variant : {"corrected", "paper", "realistic"}
         "corrected": complex excitation, no double generator reaction, lever term on, hinge damping d1 = 2 Nms/rad,
         radiation fit that is right at the frequency of the horizontal mode. "paper": everything as printed.
+        "realistic": corrected, and what the linear model leaves out, with plausible values.
     hydrodynamics : Hydrodynamics or path, optional
         A database of one's own, see ``gyroctl hydro import``; k3, Jh1 and Jh3 are then taken from it.
     **changes

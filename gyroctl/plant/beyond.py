@@ -232,8 +232,6 @@ def capped(cap: Any, torque: Any) -> Any:
 @inlined
 def coupling_torque(beyond: Any, cc: Any, slip: Any) -> Any:
     """Torque of the magnetic coupling at a slip [rad/s]. [Nm]"""
-    if beyond is None:
-        return cc * slip
     return capped(beyond.cap, falling(beyond.curve, cc, slip))
 
 
@@ -259,7 +257,7 @@ def further(
 
     Parameters
     ----------
-    beyond : Beyond or None
+    beyond : Beyond
         The terms.
     k : Coefficients
         Constants of the device.
@@ -272,8 +270,6 @@ def further(
     signals : (signal_rows * L,) buffer or None
         Signals of the instant from `at` on; None for still water at rest.
     """
-    if beyond is None:
-        return (0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     phi1, phi3, _, v1, v3, w, W = motion
     at_position, by_drag, wetted = of_waves(beyond, phi1, phi3, v1, v3, me1, me3, signals, at, L, l)
     load = 2.0 * k.K * u1 * w - w * (2.0 * k.J3 * (u1 + k.N * w) + k.J4 * (u1 + W))
@@ -308,22 +304,6 @@ def immersed(reduced: Any, phi1: Any, phi3: Any, signals: Any, at: int, L: int, 
         return 0.0, 0.0
     f1, f3 = undisturbed(reduced, phi1, signals, at, L, l, row)
     return reduced_moments(reduced, phi3, f1, f3)
-
-
-@inlined
-def joined(beyond: Any, f: Any, g: Any) -> Any:
-    """Return the four generalised forces `f` with those of `further`."""
-    if beyond is None:
-        return f
-    return f[0] + g[0], f[1] + g[1], f[2] + g[2], f[3] + g[3]
-
-
-@inlined
-def noted(beyond: Any, dx: Any, L: int, l: int, first: int, powers: Any) -> None:
-    """Write the powers of `further` into the ledger from row `first` on."""
-    if beyond is not None:
-        for i in range(len(powers)):
-            dx[(first + i) * L + l] = powers[i]
 
 
 def _weights() -> NDArray[np.float64]:

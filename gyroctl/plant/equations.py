@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from gyroctl.plant.beyond import coupling_torque, further, joined, ledger_rows, noted
+from gyroctl.plant.beyond import coupling_torque, further, ledger_rows
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.trigonometry import cos_sin
 
@@ -67,6 +67,7 @@ def derivative(
     cg: Any,
     me1: Any,
     me3: Any,
+    more: Any = None,
     signals: Any = None,
     at: int = 0,
 ) -> None:
@@ -86,6 +87,8 @@ def derivative(
         Magnetic coupling and generator gain. [Nms]
     me1, me3 : scalar
         Wave excitation moments at rest. [Nm]
+    more : Beyond, optional
+        The terms beyond the linear model, `k.beyond`; an argument of its own, so that they are compiled away.
     signals : indexable, optional
         All signals of the waves beyond the linear model, see `gyroctl.plant.beyond`; without them the water is still.
     at : int
@@ -102,7 +105,9 @@ def derivative(
     # generalised forces, everything but the accelerations
     K, J3, J4, N = k.K, k.J3, k.J4, k.N
     generator = cg * W
-    coupling = coupling_torque(k.beyond, cc, slip)
+    coupling = cc * slip
+    if more is not None:
+        coupling = coupling_torque(more, cc, slip)
     hinge1, hinge3 = k.d1 * v1, k.d3 * v3
     reaction = k.reaction * generator
     lever = k.C2 * w
@@ -115,9 +120,12 @@ def derivative(
     f3 = f3 - k.k3 * phi3 - hinge3 - mr3 + me3
     fp = N * coupling - (K * u1 + J4 * W) * u3  # (24)
     fo = J4 * u3 * w - coupling - generator  # (25)
-    moved = phi1, phi3, psi, v1, v3, w, W
-    more, spent = further(k.beyond, k, moved, u1, me1, me3, signals, at, L, l)
-    f1, f3, fp, fo = joined(k.beyond, (f1, f3, fp, fo), more)
+    ledger = RADIATION + len(k.q1) + len(k.q3)
+    if more is not None:
+        moved = phi1, phi3, psi, v1, v3, w, W
+        g, spent = further(more, k, moved, u1, me1, me3, signals, at, L, l)
+        f1, f3, fp, fo = f1 + g[0], f3 + g[1], fp + g[2], fo + g[3]
+        write(dx, L, l, ledger + len(LEDGER), spent)
 
     # the inertia couples (phi1, phi3) to (psi, omega) along e = (c, -s) only: eliminate, then a rank-one update
     held = k.ap * fp + k.ao * fo
@@ -130,10 +138,8 @@ def derivative(
     aW = k.Gpo * fp + k.Goo * fo - k.ao * ae
 
     write(dx, L, l, PHI1, (v1, v3, w, W, a1, a3, aw, aW))
-    ledger = RADIATION + len(k.q1) + len(k.q3)
     radiated, hinge = mr1 * v1 + mr3 * v3, hinge1 * v1 + hinge3 * v3
     write(dx, L, l, ledger, (me1 * v1 + me3 * v3, radiated, hinge, coupling * slip, generator * W))
-    noted(k.beyond, dx, L, l, ledger + len(LEDGER), spent)
 
 
 @inlined

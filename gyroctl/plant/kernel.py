@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from gyroctl.plant import beyond, compiled, course, equations, lagrange, reduced, trigonometry, wetted
 from gyroctl.plant import held as holding
 from gyroctl.plant import near as nearby
-from gyroctl.plant.beyond import base_rows, near_rows, node_rows, signal_room, signal_rows
+from gyroctl.plant.beyond import BEYOND, base_rows, near_rows, node_rows, signal_room, signal_rows
 from gyroctl.plant.compiled import inlined, put, stamped
 from gyroctl.plant.course import Course, control_at, effective, lag_rate, next_bend
-from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI3, PSI, RADIATION, Coefficients, derivative, powers
+from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, RADIATION, Coefficients, derivative, powers
 from gyroctl.plant.held import extrapolate, renew
 from gyroctl.plant.lagrange import TAPS, lagrange_weights
 from gyroctl.plant.near import forget, near, stand
@@ -68,8 +68,10 @@ def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: 
     `waves` holds for each sample in turn L values of Me1, then L of Me3 and of each further signal of `more`
     (`Beyond`); then, where the position moves, of each run the moments Me1 and Me3 at all nodes.
     """
-    rows = base_rows(more)
-    width = (rows + node_rows(more)) * L
+    rows, width, signals = 2, 2 * L, 2 * L
+    if more is not None:
+        rows, signals = base_rows(more), signal_rows(more) * L
+        width = (rows + node_rows(more)) * L
     samples = waves.size // width
     first = min(max(int(math.floor(position)) - (TAPS // 2 - 1), 0), samples - TAPS)
     u = position - first
@@ -79,7 +81,7 @@ def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: 
         total = weight[0] * waves[base + lane]
         for i in range(1, TAPS):
             total += weight[i] * waves[base + i * width + lane]
-        out[at * signal_rows(more) * L + lane] = total
+        out[at * signals + lane] = total
     if more is not None:
         near(more.position, waves, L, rows * L, width, position, out, at)
 
@@ -87,8 +89,6 @@ def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: 
 @inlined
 def stand_at(more: Any, x: Any, L: int, out: Any, begin: bool) -> bool:
     """Look where the floats are, see `stand`, at the beginning of an interval or of a step."""
-    if more is None:
-        return False
     row = (base_rows(more) + near_rows(more.position) - 1) * L
     if begin:
         forget(more.position, L, out)
@@ -96,13 +96,19 @@ def stand_at(more: Any, x: Any, L: int, out: Any, begin: bool) -> bool:
 
 
 @inlined
+def follow(more: Any, x: Any, L: int, out: Any, waves: Any, weight: Any, position: float) -> None:
+    """Take the signals at the beginning of a step, `position` [grid steps], anew where a float has moved on."""
+    if stand_at(more, x, L, out, False):
+        interpolate(waves, L, position, weight, out, 0, more)
+
+
+@inlined
 def hold_on(more: Any, held: Any, t: float, h: float, x: Any, L: int, out: Any) -> None:
     """Write the held moments into the three instants of the step of `h` [s] that begins at `t` [s]."""
-    if held is not None:
-        renew(held, t, x, L)
-        size = signal_rows(more) * L
-        for instant in range(3):
-            extrapolate(held, t + 0.5 * instant * h, L, out, (instant + 1) * size - 2 * L)
+    renew(held, t, x, L)
+    size = signal_rows(more) * L
+    for instant in range(3):
+        extrapolate(held, t + 0.5 * instant * h, L, out, (instant + 1) * size - 2 * L)
 
 
 @inlined
@@ -124,6 +130,7 @@ def advance(
     moving: Any = None,
     since: float = 0.0,
     held: Any = None,
+    more: Any = None,
 ) -> None:
     """Advance L runs by `hold` seconds in `steps` equal Runge-Kutta steps with constant `cc`, `cg`, or moving ones.
 
@@ -153,21 +160,27 @@ def advance(
         Time between the start of that course and this interval. [s]
     held : Held, optional
         Moments that are held from outside.
+    more : Beyond, optional
+        `k.beyond`, as an argument of its own: what is off is compiled away.
     """
     h = hold / steps
     size = y.size
-    states = size - powers(k) * L  # nothing depends on the ledger: its rows need no stages
+    signals, ledger = 2 * L, len(LEDGER) * L
+    if more is not None:
+        signals, ledger = signal_rows(more) * L, (len(LEDGER) + len(BEYOND)) * L
+    states = size - ledger  # nothing depends on the ledger: its rows need no stages
     for i in range(states):
         x[i] = y[i]
-    more, signals = k.beyond, signal_rows(k.beyond) * L
-    stand_at(more, x, L, moments, True)
+    if more is not None:
+        stand_at(more, x, L, moments, True)
     interpolate(waves, L, start / waves_dt, weight, moments, 0, more)
     for step in range(steps):
-        if stand_at(more, x, L, moments, False):
-            interpolate(waves, L, (start + step * h) / waves_dt, weight, moments, 0, more)
+        if more is not None:
+            follow(more, x, L, moments, waves, weight, (start + step * h) / waves_dt)
         interpolate(waves, L, (start + (step + 0.5) * h) / waves_dt, weight, moments, 1, more)
         interpolate(waves, L, (start + (step + 1.0) * h) / waves_dt, weight, moments, 2, more)
-        hold_on(more, held, start + step * h, h, x, L, moments)
+        if held is not None:
+            hold_on(more, held, start + step * h, h, x, L, moments)
         for stage in range(4):
             ahead = 0.5 * h if stage < 2 else h
             point = (stage + 1) // 2 * signals
@@ -176,7 +189,7 @@ def advance(
                 cc[0], cg[0] = instant(moving, since + (step + 0.5 * ((stage + 1) // 2)) * h)
             for l in range(L):
                 me1, me3 = moments[point + l], moments[point + L + l]
-                derivative(x, dx, L, l, k, cc[l], cg[l], me1, me3, moments, point)
+                derivative(x, dx, L, l, k, cc[l], cg[l], me1, me3, more, moments, point)
             if stage < 3:
                 for i in range(states):
                     x[i] = y[i] + ahead * dx[i]
@@ -208,7 +221,24 @@ def hold_into(
     cc, cg = controls[0], controls[1]
     moving, since = None, 0.0
     advance(
-        y, work[0], work[1:], moments, weight, 1, k, cc, cg, start, hold, steps, waves, waves_dt, moving, since, held
+        y,
+        work[0],
+        work[1:],
+        moments,
+        weight,
+        1,
+        k,
+        cc,
+        cg,
+        start,
+        hold,
+        steps,
+        waves,
+        waves_dt,
+        moving,
+        since,
+        held,
+        k.beyond,
     )
 
 
@@ -318,7 +348,24 @@ def run_lanes(
         write_down(y, record, i)
         begin = i * hold
         advance(
-            y, x, slope, moments, weight, LANES, k, cc, cg, begin, hold, steps, waves, waves_dt, moving, since, held
+            y,
+            x,
+            slope,
+            moments,
+            weight,
+            LANES,
+            k,
+            cc,
+            cg,
+            begin,
+            hold,
+            steps,
+            waves,
+            waves_dt,
+            moving,
+            since,
+            held,
+            k.beyond,
         )
     write_down(y, record, intervals)
 

@@ -290,7 +290,8 @@ class Plant:
         kind = np.result_type(state, *map(np.asarray, u), *map(np.asarray, moments), float)
         dx = np.empty((state.shape[0] + len(self.ledger), *state.shape[1:]), kind)
         signals = None if len(moments) == 2 else self.near(state, moments)
-        equations.derivative(state, dx, 1, 0, self.coefficients, u[0], u[1], moments[0], moments[1], signals)
+        k = self.coefficients
+        equations.derivative(state, dx, 1, 0, k, u[0], u[1], moments[0], moments[1], k.beyond, signals)
         return dx
 
 

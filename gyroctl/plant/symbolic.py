@@ -29,6 +29,6 @@ def casadi_derivative(k: Coefficients) -> Any:
     n = RADIATION + len(k.q1) + len(k.q3)
     x, u, moments = casadi.SX.sym("x", n), casadi.SX.sym("u", 2), casadi.SX.sym("moments", signal_rows(k.beyond))
     dx: list[Any] = [0.0] * (n + powers(k))
-    equations.derivative(x, dx, 1, 0, k, u[0], u[1], moments[0], moments[1], moments)
+    equations.derivative(x, dx, 1, 0, k, u[0], u[1], moments[0], moments[1], k.beyond, moments)
     names = ["x", "u", "moments"], ["derivative"]
     return casadi.Function("gyropto", [x, u, moments], [casadi.vertcat(*dx[:n])], *names)
