@@ -22,7 +22,8 @@ from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.loop import compiled_calls
 from gyroctl.harness.run import lead_in, run_law
 from gyroctl.harness.start import locked_start
-from gyroctl.plant.kernel import LAGRANGE, TAPS, hold_into, rows
+from gyroctl.plant.kernel import hold_into, rows
+from gyroctl.plant.lagrange import LAGRANGE, TAPS
 from gyroctl.provenance import made
 from gyroctl.simulation.ensemble import run_ensemble
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics import Hydrodynamics, excitation_table, load, shipped
-from gyroctl.hydrodynamics.geometry import geometry_of
+from gyroctl.hydrodynamics.floating import floating
 from gyroctl.plant import Parameters, Plant, Radiation
 
 VARIANTS: dict[str, dict[str, Any]] = {
@@ -97,7 +97,7 @@ def zhang2017(
     excitation = excitation_table(table, phase=phase)
     usual = {name: value for name, value in {**VARIANTS[variant], **own}.items() if name in choices}
     parameters = replace(Parameters(), **usual)
-    name, geometry = ", ".join([f"zhang2017 {variant}", *told]), geometry_of(table.provenance)
+    name, geometry = ", ".join([f"zhang2017 {variant}", *told]), floating(table)
     plant = Plant(parameters, radiation, excitation, name, table.depth, geometry=geometry)
     return plant.replace(**choices)
 

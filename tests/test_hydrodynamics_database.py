@@ -182,9 +182,15 @@ def test_fit_without_its_denominator_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", ["added_mass", "radiation_damping", "excitation_force"])
 def test_missing_variable_is_named(tmp_path: Path, name: str) -> None:
-    path = written(layout(shipped()).drop_vars(name), tmp_path / "x.nc")
+    parts = ["diffraction_force"] if name == "excitation_force" else []  # with both parts it would be their sum
+    path = written(layout(shipped()).drop_vars([name, *parts]), tmp_path / "x.nc")
     with pytest.raises(InputError, match=name):
         load(path)
+
+
+def test_excitation_that_the_file_lacks_is_the_sum_of_its_parts(tmp_path: Path) -> None:
+    found = load(written(layout(shipped()).drop_vars("excitation_force"), tmp_path / "x.nc"))
+    np.testing.assert_allclose(found.excitation, shipped().excitation, rtol=1e-10, atol=1e-8)
 
 
 def test_another_device_without_our_rotations_is_refused(tmp_path: Path) -> None:

@@ -16,10 +16,13 @@ app = typer.Typer(help="Hydrodynamic databases: build, check, import.", no_args_
 def build(
     out: Annotated[Path, typer.Argument(help="NetCDF file to write.")] = Path("hydrodynamics.nc"),
     variant: Annotated[str, typer.Option(help="Reading of the geometry: inclined, horizontal or deep.")] = "inclined",
+    keep: Annotated[Path | None, typer.Option(help="Former database whose bits stay where it agrees.")] = None,
 ) -> None:
-    """Compute the database from the geometry with Capytaine (extra `bem`)."""
+    """Compute the database from the geometry with Capytaine (extra `bem`), and fit its wetted surface."""
+    from gyroctl.hydrodynamics import load, save
     from gyroctl.hydrodynamics.bem import build as run
     from gyroctl.simulation.progress import Progress
+    from gyroctl.waves.wetted_fit import fit_wetted
 
     check_file(out)
     with Progress("frequencies", 1) as bar:
@@ -28,7 +31,31 @@ def build(
             bar.total = total
             bar.advance(done - bar.done)
 
-        path = run(out, variant, show)
+        path = run(out, variant, show, keep=keep)
+    save(fit_wetted(load(path)), path)
+    typer.echo(f"Database: {path}")
+
+
+@app.command("fit-wetted")
+def fit_wetted_(
+    database: Annotated[Path, typer.Argument(help="NetCDF file with the float's geometry; it is written anew.")],
+    out: Annotated[Path | None, typer.Option(help="NetCDF file to write instead.")] = None,
+    hs: Annotated[float | None, typer.Option(help="Middle of three wave heights [m]; else from the hull.")] = None,
+    wp: Annotated[float | None, typer.Option(help="Peak frequency [rad/s]; else from the hull.")] = None,
+) -> None:
+    """Fit the reduced wetted surface to the panels of the float, and keep it with the database."""
+    from gyroctl.hydrodynamics import load, save
+    from gyroctl.hydrodynamics.undisturbed import completed
+    from gyroctl.waves.wetted_fit import fit_wetted
+
+    check_file(out or database)
+    hydro = fit_wetted(completed(load(database)), hs, wp)
+    fit = hydro.wetted
+    path = save(hydro, out or database)
+    if fit is not None:
+        typer.echo(f"moment1: {', '.join(f'{v:.4g}' for v in fit.moment1)}; misses {100 * fit.error1:.1f} % of R1")
+        typer.echo(f"moment3: {', '.join(f'{v:.4g}' for v in fit.moment3)}; misses {100 * fit.error3:.1f} % of R3")
+        typer.echo(f"under at {fit.low:.3f} rad, dry at {fit.high:.3f} rad")
     typer.echo(f"Database: {path}")
 
 
@@ -63,10 +90,15 @@ def import_(
     length: Annotated[float, typer.Option(help="WAMIT's ULEN [m].")] = 1.0,
     stiffness: Annotated[float, typer.Option(help="Buoyancy stiffness k3 [Nm/rad].")] = 0.0,
     modes: Annotated[tuple[int, int], typer.Option(help="Mode numbers of phi1 and phi3; negative: turned.")] = (-6, 4),
+    mesh: Annotated[Path | None, typer.Option(help="Mesh of the whole float at rest, as Capytaine reads it.")] = None,
+    hinge: Annotated[tuple[float, float], typer.Option(help="y (negative) and z of the hinge [m].")] = (0.0, 0.0),
+    inclination: Annotated[float, typer.Option(help="Lever below the horizontal [deg].")] = 0.0,
 ) -> None:
     """Read results of another solver, fit the radiation passively and write a database."""
     from gyroctl.hydrodynamics.importers import Site, import_results
+    from gyroctl.hydrodynamics.panels import read_hull
 
     check_file(out)
-    path = import_results(source, format, out, Site(rho, g, depth, length, stiffness, modes))
+    hull = None if mesh is None else read_hull(mesh, hinge, inclination)
+    path = import_results(source, format, out, Site(rho, g, depth, length, stiffness, modes), hull)
     typer.echo(f"Database: {path}")

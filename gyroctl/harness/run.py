@@ -156,7 +156,8 @@ def run_law(
         check_step(plant, controls_before[0], settings.dt)
     commands, controls, moved = np.zeros((samples, 2)), np.zeros((samples, 2)), actuators.room(samples)
     held, saturations = np.array(controls_before), np.zeros(1, np.int64)
-    kernel = Kernel(plant.coefficients, np.ascontiguousarray(waves.signals(plant).T).ravel(), waves.dt, settings.dt)
+    signals, wetted = np.ascontiguousarray(waves.signals(plant).T).ravel(), waves.held(plant)
+    kernel = Kernel(plant.coefficients, signals, waves.dt, settings.dt, wetted)
     law, shutter = informed(law, waves)
     machine = compile_law(law) if compiled else None
     arguments = (

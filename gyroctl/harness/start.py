@@ -29,7 +29,8 @@ REFERENCE = ((0.052, 3.5e-4), (0.104, 1.5e-4), (0.052, 1e-4), (0.104, 3e-5))
 def locked_start(plant: Plant, sea: Sea) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """State (n,) on the locked orbit of the equivalent regular wave (height Hs/sqrt 2) and the controls there.
 
-    Where the spin axis may slip, the orbit is that of rolling.
+    Where the spin axis may slip, the orbit is that of rolling. A wetted surface cannot be differentiated: its runs
+    start where the reduced one locks.
 
     Raises
     ------
@@ -39,6 +40,7 @@ def locked_start(plant: Plant, sea: Sea) -> tuple[NDArray[np.float64], tuple[flo
     if plant.slips:
         rolling, controls = locked_start(plant.rolling, sea)
         return np.append(rolling, plant.parameters.N * rolling[PSI_RATE]), controls
+    plant = plant.smooth
     wave = Regular(height=sea.hs / math.sqrt(2.0), wp=sea.wp, heading=sea.heading)
     key = (plant.coefficients, plant.excitation.sha256, wave.height, wave.wp, wave.heading)
     if key not in _found:

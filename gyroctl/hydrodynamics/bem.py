@@ -23,11 +23,13 @@ import numpy as np
 
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics import mesh
-from gyroctl.hydrodynamics.database import save
+from gyroctl.hydrodynamics.database import load, save
 from gyroctl.hydrodynamics.geometry import VARIANTS, Geometry, Statics, statics
 from gyroctl.hydrodynamics.joining import JOINT, SHALLOWEST, Table, joined
+from gyroctl.hydrodynamics.keeping import with_bits_of
+from gyroctl.hydrodynamics.panels import capsule
 from gyroctl.hydrodynamics.radiation import PAPER_FIT, fit_all
-from gyroctl.hydrodynamics.table import DOFS, Floats, Hydrodynamics, coupling, diagonal
+from gyroctl.hydrodynamics.table import DOFS, Complexes, Floats, Hydrodynamics, coupling, diagonal
 
 Progress = Callable[[int, int], None]
 
@@ -51,6 +53,7 @@ def build(
     omega: Floats = OMEGA,
     headings: Floats = HEADINGS,
     panels: tuple[Panels, Panels] = PANELS,
+    keep: Path | str | None = None,
 ) -> Path:
     """Compute the database of one reading of the geometry and write it, radiation fits included.
 
@@ -68,6 +71,8 @@ def build(
         Directions the waves travel to. [deg]
     panels : pair of tuples of int
         Panels around half the waterline, down the hull and across the lid, at finite and at infinite depth.
+    keep : Path or str, optional
+        Former database whose bits are kept, where it agrees to rounding; see `keeping`.
 
     Returns
     -------
@@ -76,16 +81,22 @@ def build(
     Raises
     ------
     InputError
-        When Capytaine 3 is not installed or the variant is unknown.
+        When Capytaine 3 is not installed, the variant is unknown, or the former database has other results.
     """
+    former = None if keep is None else load(keep)
     if variant not in VARIANTS:
         raise InputError("hydro.variant", variant, f"is not one of {', '.join(VARIANTS)}", "Choose one of these")
     hydro = solve(VARIANTS[variant], progress, omega, headings, panels)
     fits = fit_all(hydro)
     if variant == "inclined":
         fits["paper"] = PAPER_FIT
-    provenance = {**hydro.provenance, "variant": variant, "command": f"gyroctl hydro build --variant {variant}"}
-    return save(replace(hydro, fits=fits, provenance=provenance), out)
+    told = f"gyroctl hydro build --variant {variant}"
+    whole = replace(hydro, fits=fits, provenance={**hydro.provenance, "variant": variant, "command": told})
+    if former is not None:
+        bits = f"of the table of {former.provenance.get('created', 'unknown date')}, equal to rounding"
+        whole = with_bits_of(former, whole)
+        whole = replace(whole, provenance={**whole.provenance, "command": f"{told} --keep FILE", "bits": bits})
+    return save(whole, out)
 
 
 def solve(
@@ -124,7 +135,7 @@ def solve(
         added_mass=diagonal(table.added_mass),
         damping=diagonal(table.damping),
         added_mass_inf=a_inf,
-        excitation=np.ascontiguousarray(np.transpose(table.excitation, (2, 1, 0))),
+        excitation=_by_rotation(table.excitation),
         headings=np.asarray(headings, dtype=np.float64),
         stiffness=rest.k3,
         depth=geometry.depth,
@@ -132,7 +143,15 @@ def solve(
         g=geometry.g,
         coupling=coupling(raw.added_mass, raw.damping),
         provenance=_provenance(geometry, rest, [coarse.mesh.nb_faces, fine.mesh.nb_faces], deep_inf),
+        froude_krylov=_by_rotation(table.froude_krylov),
+        diffraction=_by_rotation(table.diffraction),
+        hull=capsule(geometry, rest),
     )
+
+
+def _by_rotation(moments: Complexes) -> Complexes:
+    """From (n, n_heading, 2) to (2, n_heading, n)."""
+    return np.ascontiguousarray(np.transpose(moments, (2, 1, 0)))
 
 
 def _capytaine() -> Any:
@@ -178,7 +197,7 @@ def _solve(
     solver = cpt.BEMSolver(method="direct", green_function=green)
     n = len(omega)
     added, damping = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
-    force = np.zeros((n, len(headings), 2), dtype=np.complex128)
+    force, undisturbed, scattered = np.zeros((3, n, len(headings), 2), dtype=np.complex128)
     for i, w in enumerate(omega):
         common = {"body": body, "omega": float(w), "water_depth": depth, "rho": geometry.rho, "g": geometry.g}
         for k, dof in enumerate(DOFS):
@@ -190,8 +209,10 @@ def _solve(
             forces = cpt.bem.airy_waves.froude_krylov_force(problem)
             result = solver.solve(problem, keep_details=False)
             force[i, k] = [np.conj(forces[d] + result.forces[d]) for d in DOFS]  # exp(-i w t) to exp(+i w t)
+            undisturbed[i, k] = [np.conj(forces[d]) for d in DOFS]
+            scattered[i, k] = [np.conj(result.forces[d]) for d in DOFS]
         advance()
-    return Table(np.asarray(omega, dtype=np.float64), added, damping, force)
+    return Table(np.asarray(omega, dtype=np.float64), added, damping, force, undisturbed, scattered)
 
 
 def _infinite_frequency(cpt: Any, body: Any, geometry: Geometry) -> Floats:

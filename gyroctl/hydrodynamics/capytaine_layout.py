@@ -4,17 +4,27 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.kramers_kronig import both_added_mass_inf
+from gyroctl.hydrodynamics.panels import Hull
+from gyroctl.hydrodynamics.reduced import ReducedSurface, checked
 from gyroctl.hydrodynamics.table import DOFS, LAYOUT, Complexes, Fits, Floats, Hydrodynamics, coupling, diagonal
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+PARTS = ("Froude_Krylov_force", "diffraction_force")
+"""The two parts of the excitation."""
+
+NUMBERS = ReducedSurface._fields[2:]
+
+WAVES = ("omega", "wave_direction", "influenced_dof")
 
 
 class Variable(NamedTuple):
@@ -87,10 +97,21 @@ def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: 
         infinite = np.asarray(get("added_mass_inf", "influenced_dof"), dtype=np.float64)[rows]
     else:
         infinite = both_added_mass_inf(omega, added, damping)
-    force = _excitation(variables, get, pick)[:, :, rows]
     direction = np.asarray(get("wave_direction", "wave_direction"), dtype=np.float64)
     headings = np.asarray(np.round(np.rad2deg(direction), 9), dtype=np.float64)
     turn = np.argsort(headings)[: len(headings) - int(np.isclose(np.ptp(headings), 360.0))]  # 360 repeats 0
+
+    def moments(*names: str) -> Complexes | None:
+        force = _moments(variables, get, pick, names)
+        # Capytaine writes exp(-i w t); everything here is exp(+i w t)
+        return force if force is None else np.conj(np.transpose(force[order][:, turn][:, :, rows], (2, 1, 0))).copy()
+
+    parts = [moments(name) for name in PARTS]
+    excitation = moments("excitation_force")
+    if excitation is None:
+        excitation = moments(*PARTS)
+    if excitation is None:
+        get("excitation_force", *WAVES)  # refuses
     stiffness = 0.0
     if "hydrostatic_stiffness" in variables:
         stiffness = float(get("hydrostatic_stiffness", "influenced_dof", "radiating_dof")[rows[1], columns[1]])
@@ -99,8 +120,7 @@ def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: 
         added_mass=diagonal(added),
         damping=diagonal(damping),
         added_mass_inf=infinite,
-        # Capytaine writes exp(-i w t); everything here is exp(+i w t)
-        excitation=np.ascontiguousarray(np.conj(np.transpose(force[order][:, turn], (2, 1, 0)))),
+        excitation=cast(Complexes, excitation),
         headings=headings[turn],
         stiffness=stiffness,
         depth=scalar("water_depth", float("inf")),
@@ -109,23 +129,46 @@ def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: 
         coupling=max(scalar("coupling", 0.0), coupling(added, damping)),
         fits=_fits(variables, get, rows),
         provenance=dict(attributes),
+        froude_krylov=parts[0],
+        diffraction=parts[1],
+        hull=_hull(variables, get),
+        wetted=_wetted(variables, get),
     )
 
 
-def _excitation(variables: Variables, get: Any, pick: Any) -> Complexes:
-    """Excitation as complex (omega, wave_direction, influenced_dof), stored as such or as real and imaginary parts."""
-    names = ["excitation_force"]
-    if "excitation_force" not in variables and "diffraction_force" in variables:
-        names = ["diffraction_force", "Froude_Krylov_force"]
-    dims = ("omega", "wave_direction", "influenced_dof")
+def _moments(variables: Variables, get: Any, pick: Any, names: Sequence[str]) -> Complexes | None:
+    """Sum of moments (omega, wave_direction, influenced_dof), complex or as real and imaginary parts; None without."""
+    if any(name not in variables for name in names):
+        return None
     total: Any = 0.0
     for name in names:
-        if name in variables and "complex" in variables[name].dimensions:
-            real, imaginary = get(name, "complex", *dims)[pick("complex", ("re", "im"))]
+        if "complex" in variables[name].dimensions:
+            real, imaginary = get(name, "complex", *WAVES)[pick("complex", ("re", "im"))]
             total = total + real + 1j * imaginary
         else:
-            total = total + get(name, *dims)
+            total = total + get(name, *WAVES)
     return np.asarray(total, dtype=np.complex128)
+
+
+def _hull(variables: Variables, get: Any) -> Hull | None:
+    """Surface of the float, where the file holds it."""
+    if "hull_faces" not in variables:
+        return None
+    return Hull(
+        np.asarray(get("hull_vertices", "hull_vertex", "xyz"), dtype=np.float64),
+        np.asarray(get("hull_faces", "hull_face", "hull_corner"), dtype=np.int64),
+        np.asarray(get("hull_hinge", "xyz"), dtype=np.float64),
+        float(np.ravel(variables["hull_inclination"].values)[0]),
+    )
+
+
+def _wetted(variables: Variables, get: Any) -> ReducedSurface | None:
+    """Polynomials of the wetted surface, where the file holds them."""
+    if "wetted_moment1" not in variables:
+        return None
+    powers = [tuple(map(float, get(f"wetted_{name}", f"{name}_power"))) for name in ("moment1", "moment3")]
+    numbers = map(float, get("wetted_numbers", "wetted_number"))
+    return checked(ReducedSurface(powers[0], powers[1], *numbers))
 
 
 def _fits(variables: Variables, get: Any, rows: list[int]) -> Fits:
@@ -147,19 +190,30 @@ def to_dataset(hydro: Hydrodynamics) -> xr.Dataset:
         out[:, 0, 0], out[:, 1, 1] = values
         return out
 
-    force = np.conj(np.transpose(hydro.excitation, (2, 1, 0)))
     pair, stiffness = ("influenced_dof", "radiating_dof"), np.diag([0.0, hydro.stiffness])
-    waves = ("complex", "omega", "wave_direction", "influenced_dof")
     moment = {"units": "Nm/m", "long_name": "wave moment about the hinge, time factor exp(-i w t)"}
     buoyancy = {"units": "Nm/rad", "long_name": "buoyancy only, without the gravity term"}
     data: dict[str, Any] = {
         "added_mass": (("omega", *pair), square(hydro.added_mass), {"units": "kg m^2"}),
         "radiation_damping": (("omega", *pair), square(hydro.damping), {"units": "Nms/rad"}),
-        "excitation_force": (waves, np.stack([force.real, force.imag]), moment),
+        "excitation_force": _split(hydro.excitation, moment),
         "added_mass_inf": ("influenced_dof", hydro.added_mass_inf, {"units": "kg m^2"}),
         "hydrostatic_stiffness": (pair, stiffness, buoyancy),
         "coupling": ((), hydro.coupling, {"units": "1"}),
     }
+    for name, part in zip(PARTS, (hydro.froude_krylov, hydro.diffraction), strict=True):
+        if part is not None:
+            data[name] = _split(part, moment)
+    if hydro.hull is not None:
+        metres = {"units": "m", "long_name": "at rest; x along x3, y from the hinge to the float, z up"}
+        data["hull_vertices"] = (("hull_vertex", "xyz"), hydro.hull.vertices, metres)
+        data["hull_faces"] = (("hull_face", "hull_corner"), hydro.hull.faces.astype(np.int32))
+        data["hull_hinge"] = ("xyz", hydro.hull.hinge, metres)
+        data["hull_inclination"] = ((), hydro.hull.inclination, {"units": "deg"})
+    if hydro.wetted is not None:
+        data["wetted_moment1"] = ("moment1_power", np.array(hydro.wetted.moment1))
+        data["wetted_moment3"] = ("moment3_power", np.array(hydro.wetted.moment3))
+        data["wetted_numbers"] = ("wetted_number", np.array(hydro.wetted[2:]), {"long_name": ", ".join(NUMBERS)})
     for name, fits in hydro.fits.items():
         for letter, coefficients in zip("pq", zip(*fits, strict=True), strict=True):
             key = f"fit_{name}_{letter}"
@@ -176,3 +230,9 @@ def to_dataset(hydro: Hydrodynamics) -> xr.Dataset:
     }
     attributes = {k: v if isinstance(v, str | int | float) else json.dumps(v) for k, v in hydro.provenance.items()}
     return xr.Dataset(data, coords=coords, attrs=attributes)
+
+
+def _split(moments: Complexes, attributes: Mapping[str, str]) -> tuple[tuple[str, ...], Floats, Mapping[str, str]]:
+    """Moments (2, n_heading, n) as Capytaine has them, real and imaginary parts along a dimension of their own."""
+    force = np.conj(np.transpose(moments, (2, 1, 0)))
+    return ("complex", *WAVES), np.stack([force.real, force.imag]), attributes

@@ -13,9 +13,13 @@ from gyroctl.hydrodynamics.haskind import haskind_error
 from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf
 from gyroctl.hydrodynamics.radiation import assess
 from gyroctl.hydrodynamics.table import DOFS, Hydrodynamics
+from gyroctl.hydrodynamics.undisturbed import froude_krylov, panel_stiffness
 
 #: k3, Jh1 and Jh3 of Table 1 of the paper. [Nm/rad], [kg m^2], [kg m^2]
 TABLE_1 = {"k3": 2945.0, "Jh1": 14.39, "Jh3": 32.16}
+
+#: The hull's panels are compared up to here. [rad/s]
+FOLLOWED = 8.0
 
 
 @dataclass(frozen=True)
@@ -69,8 +73,9 @@ def check(source: Hydrodynamics | Path | str | None = None) -> Report:
     Returns
     -------
     Report
-        Rows on Table 1 (1 %), Haskind's relation (2 %), Kramers-Kronig (1 %), symmetry, and the passivity and
-        low-frequency damping of each radiation fit kept with the database.
+        Rows on Table 1 (1 %), Haskind's relation (2 %), Kramers-Kronig (1 %), symmetry, the parts of the excitation
+        (their sum to rounding; 2 % against the panels of the hull), the panels' stiffness (0.5 %), and the passivity
+        and low-frequency damping of each radiation fit kept with the database.
 
     Raises
     ------
@@ -78,7 +83,7 @@ def check(source: Hydrodynamics | Path | str | None = None) -> Report:
         When the file is missing or of another layout.
     """
     hydro = shipped() if source is None else source if isinstance(source, Hydrodynamics) else load(source)
-    return Report((*_table_1(hydro), *_consistency(hydro), *_fits(hydro)))
+    return Report((*_table_1(hydro), *_consistency(hydro), *_parts(hydro), *_fits(hydro)))
 
 
 def _table_1(hydro: Hydrodynamics) -> Iterator[Row]:
@@ -118,6 +123,30 @@ def _mirror(hydro: Hydrodynamics) -> float | None:
             gap = np.abs(hydro.excitation[:, k] - odd * hydro.excitation[:, other[0]])
             worst = max(worst or 0.0, float(np.max(gap / size[:, None])))
     return worst
+
+
+def _parts(hydro: Hydrodynamics) -> Iterator[Row]:
+    """Froude-Krylov and diffraction against the whole, and against the surface of the float."""
+    if hydro.froude_krylov is None or hydro.diffraction is None:
+        return
+    size = np.max(np.abs(hydro.excitation), axis=(1, 2))
+    gap = np.max(np.abs(hydro.froude_krylov + hydro.diffraction - hydro.excitation), axis=(1, 2)) / size
+    for name, value in zip(DOFS, gap, strict=True):
+        note = "Froude-Krylov and diffraction against the excitation"
+        yield Row(f"FK + diffraction {name}", float(value), 0.0, 1e-6, "1", note)
+    if hydro.hull is None:
+        return
+    followed = hydro.omega <= FOLLOWED
+    panels = froude_krylov(hydro.hull, hydro.omega[followed], hydro.headings, hydro.depth, hydro.rho, hydro.g)
+    apart = hydro.excitation[..., followed] - hydro.diffraction[..., followed]
+    off = np.max(np.abs(panels - apart), axis=(1, 2)) / np.max(np.abs(apart), axis=(1, 2))
+    for name, value in zip(DOFS, off, strict=True):
+        note = f"panels of the hull against excitation - diffraction, to {FOLLOWED:g} rad/s"
+        yield Row(f"Froude-Krylov {name}", float(value), 0.0, 0.02, "1", note)
+    if hydro.stiffness > 0.0:
+        note = "waterplane and buoyancy of the hull's panels"
+        stiffness = panel_stiffness(hydro.hull, hydro.rho, hydro.g)
+        yield Row("k3 of the hull", stiffness, hydro.stiffness, 0.005 * hydro.stiffness, "Nm/rad", note)
 
 
 def _fits(hydro: Hydrodynamics) -> Iterator[Row]:

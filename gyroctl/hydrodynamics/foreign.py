@@ -52,19 +52,22 @@ Forces = dict[tuple[float, float], Complexes]
 """Moments (2,) at each frequency [rad/s] and heading [deg]."""
 
 
-def assembled(matrices: Matrices, forces: Forces, infinite: Floats, site: Site, source: str) -> Hydrodynamics:
-    """Put rows in any order onto one frequency axis, which both kinds of results must share."""
+def assembled(
+    matrices: Matrices, forces: Forces, infinite: Floats, site: Site, source: str, undisturbed: Forces | None = None
+) -> Hydrodynamics:
+    """Put rows in any order onto one frequency axis, which all kinds of results must share.
+
+    `undisturbed` are the Froude-Krylov moments, where the results hold them apart.
+    """
     omega = np.array(sorted(matrices))
     headings = np.array(sorted({beta for _, beta in forces}))
     headings = headings[: len(headings) - int(len(headings) > 0 and np.isclose(np.ptp(headings), 360.0))]  # repeated
-    excitation = np.full((2, len(headings), len(omega)), np.nan + 0j)
-    for (w, beta), moment in forces.items():
-        near = np.flatnonzero(np.isclose(omega, w, rtol=1e-6))
-        if len(near) and beta in headings:
-            excitation[:, np.searchsorted(headings, beta), near[0]] = moment
+    excitation = _tabled(forces, omega, headings)
+    part = None if undisturbed is None else _tabled(undisturbed, omega, headings)
     table = np.array([matrices[w] for w in omega]).reshape(-1, 2, 2, 2)
     own = np.arange(2)
     complete = np.isfinite(table[:, :, own, own]).all() and np.isfinite(excitation).all()
+    complete = complete and (part is None or bool(np.isfinite(part).all()))
     if not len(omega) or not len(headings) or not complete:
         problem = "lacks values of these modes at some frequency or heading"
         mend = "Compute radiation and excitation at the same frequencies, or set the two modes"
@@ -87,4 +90,16 @@ def assembled(matrices: Matrices, forces: Forces, infinite: Floats, site: Site, 
         g=site.g,
         coupling=coupling(added, damping),
         provenance={"source": source},
+        froude_krylov=part,
+        diffraction=None if part is None else excitation - part,
     )
+
+
+def _tabled(forces: Forces, omega: Floats, headings: Floats) -> Complexes:
+    """Moments (2, heading, omega), nan where the results have none."""
+    out = np.full((2, len(headings), len(omega)), np.nan + 0j)
+    for (w, beta), moment in forces.items():
+        near = np.flatnonzero(np.isclose(omega, w, rtol=1e-6))
+        if len(near) and beta in headings:
+            out[:, np.searchsorted(headings, beta), near[0]] = moment
+    return out

@@ -7,11 +7,9 @@ water level plumb below the centre of the float, so that the wave elevation is r
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,12 +82,6 @@ class Geometry:
     def hinge(self, height: float) -> NDArray[np.float64]:
         """Position of the hinge when the centre of the float is `height` above the mean water level. (3,) [m]."""
         return np.array([0.0, 0.0, height]) - self.arm * self.axis
-
-
-def geometry_of(provenance: Mapping[str, Any]) -> Geometry | None:
-    """Return the geometry from which a table was built, as `bem.build` notes it; None where there is none."""
-    noted = provenance.get("geometry")
-    return Geometry(**json.loads(noted)) if isinstance(noted, str) else None
 
 
 #: Readings of what the paper leaves open: "inclined" reproduces Table 1, the others show by how much they miss.

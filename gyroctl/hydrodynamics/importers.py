@@ -16,8 +16,10 @@ from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.database import load, save
 from gyroctl.hydrodynamics.foreign import Site
 from gyroctl.hydrodynamics.nemoh import read_nemoh
+from gyroctl.hydrodynamics.panels import Hull
 from gyroctl.hydrodynamics.radiation import fit_all
 from gyroctl.hydrodynamics.table import Hydrodynamics
+from gyroctl.hydrodynamics.undisturbed import completed
 from gyroctl.hydrodynamics.wamit import read_wamit
 
 __all__ = ["READERS", "Site", "import_results", "read_capytaine", "read_nemoh", "read_wamit"]
@@ -36,7 +38,9 @@ READERS: dict[str, Callable[[Path | str, Site | None], Hydrodynamics]] = {
 }
 
 
-def import_results(path: Path | str, format: str, out: Path | str, site: Site | None = None) -> Path:
+def import_results(
+    path: Path | str, format: str, out: Path | str, site: Site | None = None, hull: Hull | None = None
+) -> Path:
     """Read results of another solver, fit the radiation and write a database.
 
     Parameters
@@ -49,6 +53,9 @@ def import_results(path: Path | str, format: str, out: Path | str, site: Site | 
         NetCDF file to write.
     site : Site, optional
         What the format leaves out.
+    hull : Hull, optional
+        Surface of the float and its hinge, see `panels.read_hull`: what acts at the float's true position needs them.
+        Froude-Krylov and diffraction are taken from the results where they hold them apart, else from this surface.
 
     Returns
     -------
@@ -61,5 +68,5 @@ def import_results(path: Path | str, format: str, out: Path | str, site: Site | 
     """
     if format not in READERS:
         raise InputError("hydro.format", format, f"is not one of {', '.join(READERS)}", "Choose one of these")
-    hydro = READERS[format](path, site)
+    hydro = completed(READERS[format](path, site), hull)
     return save(replace(hydro, fits=fit_all(hydro)), out)

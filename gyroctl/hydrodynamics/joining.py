@@ -27,6 +27,10 @@ class Table(NamedTuple):
     """(n, 2, 2) [Nms/rad]"""
     excitation: Complexes
     """(n, n_heading, 2) [Nm/m]"""
+    froude_krylov: Complexes
+    """The part of the excitation that the undisturbed waves exert. (n, n_heading, 2) [Nm/m]"""
+    diffraction: Complexes
+    """The part that the float scatters. (n, n_heading, 2) [Nm/m]"""
 
 
 def joined(near: Table, deep: Table, deep_inf: Floats | None, geometry: Geometry) -> tuple[Table, Floats]:
@@ -74,4 +78,15 @@ def joined(near: Table, deep: Table, deep_inf: Floats | None, geometry: Geometry
     here, there = deep.excitation[0], near.excitation[-1]
     turn = np.sum(np.conj(here) * there, axis=0) / np.sum(np.abs(here) ** 2, axis=0)
     beyond = deep.excitation[1:] * turn + (there - here * turn) * fade[:, None, None]
-    return Table(omega, added, damping, np.concatenate([near.excitation, beyond])), np.array(a_inf)
+    # the undisturbed waves have forgotten the bottom there: what is left over is the finer mesh
+    over = (near.froude_krylov[-1] - deep.froude_krylov[0]) * fade[:, None, None]
+    undisturbed = deep.froude_krylov[1:] + over
+    excitation, froude_krylov, diffraction = (
+        np.concatenate(pair)
+        for pair in (
+            (near.excitation, beyond),
+            (near.froude_krylov, undisturbed),
+            (near.diffraction, beyond - undisturbed),
+        )
+    )
+    return Table(omega, added, damping, excitation, froude_krylov, diffraction), np.array(a_inf)

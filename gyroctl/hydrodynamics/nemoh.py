@@ -1,4 +1,4 @@
-"""NEMOH's Tecplot output: RadiationCoefficients.tec and ExcitationForce.tec."""
+"""NEMOH's Tecplot output: RadiationCoefficients.tec, ExcitationForce.tec and its Froude-Krylov part FKForce.tec."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from gyroctl.hydrodynamics.table import Floats, Hydrodynamics
 
 
 def read_nemoh(path: Path | str, site: Site | None = None) -> Hydrodynamics:
-    """Read RadiationCoefficients.tec and ExcitationForce.tec of a NEMOH project (frequencies in rad/s).
+    """Read RadiationCoefficients.tec, ExcitationForce.tec and, where it is there, FKForce.tec (frequencies in rad/s).
 
     Parameters
     ----------
@@ -38,7 +38,6 @@ def read_nemoh(path: Path | str, site: Site | None = None) -> Hydrodynamics:
     results = next((folder / n for n in ("Results", "results") if (folder / n).is_dir()), folder)
     site = _nemoh_site(site or Site(), [folder / "Nemoh.cal", results.parent / "Nemoh.cal"])
     radiation = _zones(existing(results / "RadiationCoefficients.tec"))
-    excitation = _zones(existing(results / "ExcitationForce.tec"))
     matrices: Matrices = {}
     order = [abs(m) for m in site.modes]
     for j, mode in enumerate(order):
@@ -50,19 +49,28 @@ def read_nemoh(path: Path | str, site: Site | None = None) -> Hydrodynamics:
             for i, other in enumerate(order):
                 sign = np.sign(site.modes[i]) * np.sign(site.modes[j])
                 entry[:, i, j] = sign * _columns(row, other, results)
-    largest = max((float(np.max(np.abs(zone[:, 2::2]))) for _, zone in excitation), default=0.0)
+    forces, apart = _moments(existing(results / "ExcitationForce.tec"), order, site), results / "FKForce.tec"
+    undisturbed = _moments(apart, order, site) if apart.is_file() else None
+    infinite = np.full((2, 2), np.nan)
+    return assembled(matrices, forces, infinite, site, f"NEMOH results {results}", undisturbed)
+
+
+def _moments(path: Path, order: list[int], site: Site) -> Forces:
+    """Moments of a file of sizes and angles."""
+    zones = _zones(path)
+    largest = max((float(np.max(np.abs(zone[:, 2::2]))) for _, zone in zones), default=0.0)
     unit = 1.0 if largest <= np.pi + 1e-3 else np.pi / 180.0
     forces: Forces = {}
-    for title, zone in excitation:
+    for title, zone in zones:
         found = re.search(r"beta\s*=\s*([-+.\deE]+)", title)
         if found is None:
-            raise InputError(str(results), title, "names no heading beta", "Use ExcitationForce.tec as NEMOH writes it")
+            raise InputError(str(path), title, "names no heading beta", f"Use {path.name} as NEMOH writes it")
         for row in zone:
             moment = forces.setdefault((float(row[0]), float(found.group(1))), np.full(2, np.nan + 0j))
             for i, mode in enumerate(order):
-                size, angle = _columns(row, mode, results)
+                size, angle = _columns(row, mode, path.parent)
                 moment[i] = np.sign(site.modes[i]) * size * np.exp(-1j * unit * angle)
-    return assembled(matrices, forces, np.full((2, 2), np.nan), site, f"NEMOH results {results}")
+    return forces
 
 
 def _zones(path: Path) -> list[tuple[str, Floats]]:

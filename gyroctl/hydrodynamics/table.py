@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.hydrodynamics.panels import Hull
+from gyroctl.hydrodynamics.reduced import ReducedSurface
 
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
@@ -20,6 +22,7 @@ Fits = dict[str, tuple[Coefficients, Coefficients]]
 
 #: The two rotations, in the order of the arrays.
 DOFS = ("phi1", "phi3")
+MESH = "Build it with gyroctl hydro build, or import it with --mesh and --hinge"
 LAYOUT = "Use a NetCDF file as Capytaine writes it, with the rotations phi1 and phi3 as degrees of freedom"
 
 
@@ -55,6 +58,13 @@ class Hydrodynamics:
         Coefficients of the radiation fits kept with the table, one (p, q) for each rotation.
     provenance : mapping
         Where the table comes from.
+    froude_krylov, diffraction : complex ndarray (2, n_heading, n), optional
+        The two parts of the excitation: pressure of the undisturbed waves, and of the waves that the held float
+        scatters. [Nm/m]
+    hull : Hull, optional
+        Surface of the float and its hinge, for what acts at the float's true position.
+    wetted : ReducedSurface, optional
+        Polynomials of what the wetted surface adds, fitted to the panels of the hull.
     """
 
     omega: Floats
@@ -70,11 +80,18 @@ class Hydrodynamics:
     coupling: float = 0.0
     fits: Mapping[str, tuple[Coefficients, Coefficients]] = field(default_factory=dict)
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    froude_krylov: Complexes | None = None
+    diffraction: Complexes | None = None
+    hull: Hull | None = None
+    wetted: ReducedSurface | None = None
 
     def __post_init__(self) -> None:
         """Refuse a table that no calculation could have produced."""
         n, m = len(self.omega), len(self.headings)
         shapes = {"added_mass": (2, n), "damping": (2, n), "added_mass_inf": (2,), "excitation": (2, m, n)}
+        for part in ("froude_krylov", "diffraction"):
+            if getattr(self, part) is not None:
+                shapes[part] = (2, m, n)
         for name, shape in shapes.items():
             values = getattr(self, name)
             if values.shape != shape:
@@ -96,6 +113,13 @@ class Hydrodynamics:
         for values in (*tables, np.array([self.stiffness, self.depth, self.rho, self.g])):
             digest.update(np.ascontiguousarray(values).tobytes())
         return digest.hexdigest()
+
+    def with_hull(self, asked: str) -> Hull:
+        """Return the hull, or refuse the choice `asked` that needs it, by an `InputError`."""
+        if self.hull is None:
+            problem = "needs the float's geometry, which this hydrodynamic database does not hold"
+            raise InputError(f"plant.{asked}", asked, problem, MESH)
+        return self.hull
 
 
 def diagonal(matrices: Floats) -> Floats:

@@ -1,4 +1,4 @@
-"""WAMIT's numeric output: NAME.1 (added mass and damping) and NAME.3 (excitation)."""
+"""WAMIT's numeric output: NAME.1 (added mass and damping), NAME.3 (excitation), NAME.3fk (its Froude-Krylov part)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from gyroctl.hydrodynamics.table import Hydrodynamics
 
 
 def read_wamit(path: Path | str, site: Site | None = None) -> Hydrodynamics:
-    """Read WAMIT's NAME.1 and NAME.3 (or NAME.2).
+    """Read WAMIT's NAME.1 and NAME.3 (or NAME.2), and NAME.3fk where it is there.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def read_wamit(path: Path | str, site: Site | None = None) -> Hydrodynamics:
     """
     site = site or Site()
     base = Path(path)
-    base = base.with_suffix("") if base.suffix in (".1", ".2", ".3") else base
+    base = base.with_suffix("") if base.suffix in (".1", ".2", ".3", ".3fk") else base
     first = existing(base.with_name(base.name + ".1"))
     third, second = (base.with_name(base.name + suffix) for suffix in (".3", ".2"))
     third = existing(second if second.is_file() and not third.is_file() else third)
@@ -52,15 +52,23 @@ def read_wamit(path: Path | str, site: Site | None = None) -> Hydrodynamics:
             omega = 2.0 * np.pi / period
             entry = matrices.setdefault(omega, np.full((2, 2, 2), np.nan))
             entry[:, i, j] = sign * scale * np.array([row[3], row[4] * omega])
+    apart = base.with_name(base.name + ".3fk")
+    undisturbed = _moments(apart, site) if apart.is_file() else None
+    source = f"WAMIT files {first.name} and {third.name}"
+    return assembled(matrices, _moments(third, site), infinite, site, source, undisturbed)
+
+
+def _moments(path: Path, site: Site) -> Forces:
+    """Moments of a file in the layout of NAME.3."""
     forces: Forces = {}
-    for row in _rows(third, (7,)):
+    for row in _rows(path, (7,)):
         i = _index(row[2], site.modes)
         if i is None or row[0] <= 0.0:
             continue
         key = (2.0 * np.pi / row[0], row[1])
         moment = np.sign(site.modes[i]) * site.rho * site.g * site.length**3 * (row[5] + 1j * row[6])
         forces.setdefault(key, np.full(2, np.nan + 0j))[i] = moment
-    return assembled(matrices, forces, infinite, site, f"WAMIT files {first.name} and {third.name}")
+    return forces
 
 
 def _rows(path: Path, lengths: tuple[int, ...]) -> list[list[float]]:

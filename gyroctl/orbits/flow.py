@@ -48,11 +48,15 @@ class Forcing:
         Raises
         ------
         InputError
-            For a device whose spin axis may slip on its track.
+            For a device whose spin axis may slip on its track, or whose wetted surface is followed.
         """
         if plant.slips:
             problem = "an axis that sticks and slips has no orbit that could be differentiated"
             raise InputError("plant.contact", "friction", problem, "Give plant.rolling, the same device that rolls")
+        beyond = plant.coefficients.beyond
+        if beyond is not None and beyond.surface is not None:
+            problem = "cannot be differentiated: its moments are held between evaluations"
+            raise InputError("plant.wetted", "surface", problem, 'Choose wetted = "reduced"')
         he = transfers(plant, np.array([wave.wp]), wave.heading)[:, 0]
         return cls(0.5 * wave.height * he, wave.wp)
 

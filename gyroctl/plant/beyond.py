@@ -4,8 +4,8 @@ The text is smooth, so that it serves NumPy, complex numbers, casadi symbols and
 stands for |x| and tanh for a limit. What the waves bring along for it, beside the two moments at rest, are further
 rows of signals. Their order at an instant, each row `L` runs wide:
 
-    Me1, Me3; u, w with drag; F1, F3 with a reduced wetted surface; the moments about the present position with a
-    moving one; R1, R3, held from outside, with a wetted surface.
+    Me1, Me3; u, w with drag; F1, F3 with a reduced wetted surface, each as a polynomial in sin phi1 where the position
+    moves; the moments about the present position with a moving one; R1, R3, held from outside, with a wetted surface.
 
 The moments over positions are known at even nodes across the reach of the lever. A realisation carries all of them;
 the equations see a cubic about a place next to the float, from the eight nodes around it, see `kernel.near`.
@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.friction import SOFT, axis_gear, pressing, rubbing
+from gyroctl.plant.reduced import places, reduced_moments, undisturbed
 from gyroctl.plant.trigonometry import sine
 
 BEYOND = ("second_order", "drag", "bearing", "windage", "rolling_resistance", "contact")
@@ -106,11 +107,19 @@ def pair(term: Any) -> int:
 
 
 @inlined
+def undisturbed_rows(reduced: Any) -> int:
+    """Rows of the linear Froude-Krylov moments."""
+    if reduced is None:
+        return 0
+    return 2 * places(reduced.moving)
+
+
+@inlined
 def base_rows(beyond: Any) -> int:
     """Signals of an instant that are taken from the realisation one by one."""
     if beyond is None:
         return 2
-    return 2 + pair(beyond.drag) + pair(beyond.reduced)
+    return 2 + pair(beyond.drag) + undisturbed_rows(beyond.reduced)
 
 
 @inlined
@@ -261,12 +270,12 @@ def further(
     signals : (signal_rows * L,) buffer or None
         Signals of the instant from `at` on; None for still water at rest.
     """
-    phi1, _, _, v1, v3, w, W, axis = motion
-    at_position, by_drag, held = of_waves(beyond, phi1, v1, v3, me1, me3, signals, at, L, l)
+    phi1, phi3, _, v1, v3, w, W, axis = motion
+    at_position, by_drag, wetted = of_waves(beyond, phi1, phi3, v1, v3, me1, me3, signals, at, L, l)
     load = pressing(k, u1, w, W, axis)
     friction, on_ring, rubbed = rubbing(beyond.contact, load, axis, w)
     bearing, windage, resistance = lost(beyond.losses, W, axis, load)
-    more1, more3 = at_position[0] + held[0], at_position[1] + held[1]
+    more1, more3 = at_position[0] + wetted[0], at_position[1] + wetted[1]
     drag1, drag3 = by_drag
     forces = more1 + drag1, more3 + drag3, friction - axis_gear(beyond.contact, k.N) * resistance, -bearing - windage
     work = more1 * v1 + more3 * v3, -drag1 * v1 - drag3 * v3
@@ -276,7 +285,7 @@ def further(
 
 @inlined
 def of_waves(
-    beyond: Any, phi1: Any, v1: Any, v3: Any, me1: Any, me3: Any, signals: Any, at: int, L: int, l: int
+    beyond: Any, phi1: Any, phi3: Any, v1: Any, v3: Any, me1: Any, me3: Any, signals: Any, at: int, L: int, l: int
 ) -> Any:
     """Moments of position, drag and wetted surface, a pair each. [Nm]"""
     if signals is None:
@@ -284,8 +293,18 @@ def of_waves(
     row = base_rows(beyond)
     position = displaced(beyond.position, phi1, me1, me3, signals, at, L, l, row)
     drag = dragged(beyond.drag, v1, v3, signals, at, L, l)
+    polynomials = immersed(beyond.reduced, phi1, phi3, signals, at, L, l, 2 + pair(beyond.drag))
     held = held_moments(beyond.surface, signals, at, L, l, row + near_rows(beyond.position))
-    return position, drag, held
+    return position, drag, (polynomials[0] + held[0], polynomials[1] + held[1])
+
+
+@inlined
+def immersed(reduced: Any, phi1: Any, phi3: Any, signals: Any, at: int, L: int, l: int, row: int) -> Any:
+    """Moments that the reduced wetted surface adds. [Nm]"""
+    if reduced is None:
+        return 0.0, 0.0
+    f1, f3 = undisturbed(reduced, phi1, signals, at, L, l, row)
+    return reduced_moments(reduced, phi3, f1, f3)
 
 
 def _weights() -> NDArray[np.float64]:

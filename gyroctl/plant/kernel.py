@@ -15,17 +15,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.plant import beyond, compiled, course, equations, friction, gripping, trigonometry
+from gyroctl.plant import (
+    beyond,
+    compiled,
+    course,
+    equations,
+    friction,
+    gripping,
+    instants,
+    lagrange,
+    reduced,
+    trigonometry,
+    wetted,
+)
 from gyroctl.plant import held as holding
 from gyroctl.plant import near as nearby
-from gyroctl.plant.beyond import BEYOND, base_rows, near_rows, node_rows, signal_room, signal_rows
+from gyroctl.plant.beyond import BEYOND, signal_room, signal_rows
 from gyroctl.plant.compiled import inlined, put, stamped
 from gyroctl.plant.course import Course, control_at, effective, lag_rate, next_bend
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, Coefficients, derivative, powers, states_of
 from gyroctl.plant.friction import axis_gear, contact_of
 from gyroctl.plant.gripping import substeps
-from gyroctl.plant.held import extrapolate, renew
-from gyroctl.plant.near import forget, near, stand
+from gyroctl.plant.instants import follow, hold_on, interpolate, stand_at
+from gyroctl.plant.lagrange import TAPS
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]
@@ -36,8 +48,6 @@ LANES = 16
 RECORDED = (PHI1, PHI3, PSI, OMEGA_RATE)
 """Rows that `run_lanes` writes down."""
 
-TAPS = 8
-LAGRANGE = tuple(1.0 / math.prod(i - j for j in range(TAPS) if j != i) for i in range(TAPS))
 ACCURATE = 50.0
 """Largest product of step and slip rate in `steps_for`, per second of `dt`: 0.5 at dt = 0.01 s, which keeps the ledger
 closed to 1e-6 under a steady coupling; where it switches the closed loop asks for more. A longer `dt` asks for less
@@ -48,7 +58,8 @@ LAGGED = 2.0
 
 SOURCES = (
     *(compiled.__file__, trigonometry.__file__, beyond.__file__, friction.__file__, equations.__file__),
-    *(course.__file__, gripping.__file__, nearby.__file__, holding.__file__, __file__),
+    *(course.__file__, gripping.__file__, nearby.__file__, holding.__file__, lagrange.__file__, reduced.__file__),
+    *(wetted.__file__, instants.__file__, __file__),
 )
 
 
@@ -66,63 +77,6 @@ def slip_rate(k: Coefficients, cc: Any) -> Any:
 def steps_for(hold: float, dt: float, rate: float) -> int:
     """Number of equal steps over `hold` [s]: none longer than `dt` [s], none longer than the slip allows."""
     return max(int(math.ceil(hold / dt - 1e-9)), int(math.ceil(hold * rate / (ACCURATE * dt) - 1e-9)), 1)
-
-
-@inlined
-def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: int, more: Any = None) -> None:
-    """Write the signals at `position` [grid steps] into `out`, for the instant `at` of a step.
-
-    `waves` holds for each sample in turn L values of Me1, then L of Me3 and of each further signal of `more`
-    (`Beyond`); then, where the position moves, of each run the moments Me1 and Me3 at all nodes.
-    """
-    rows, width, signals = 2, 2 * L, 2 * L
-    if more is not None:
-        rows, signals = base_rows(more), signal_rows(more) * L
-        width = (rows + node_rows(more)) * L
-    samples = waves.size // width
-    first = min(max(int(math.floor(position)) - (TAPS // 2 - 1), 0), samples - TAPS)
-    u = position - first
-    before = 1.0
-    for i in range(TAPS):
-        weight[i] = before * LAGRANGE[i]
-        before = before * (u - i)
-    after = 1.0
-    for i in range(TAPS):
-        weight[TAPS - 1 - i] = weight[TAPS - 1 - i] * after
-        after = after * (u - (TAPS - 1 - i))
-    base = first * width
-    for lane in range(rows * L):
-        total = weight[0] * waves[base + lane]
-        for i in range(1, TAPS):
-            total += weight[i] * waves[base + i * width + lane]
-        out[at * signals + lane] = total
-    if more is not None:
-        near(more.position, waves, L, rows * L, width, position, out, at)
-
-
-@inlined
-def stand_at(more: Any, x: Any, L: int, out: Any, begin: bool) -> bool:
-    """Look where the floats are, see `stand`, at the beginning of an interval or of a step."""
-    row = (base_rows(more) + near_rows(more.position) - 1) * L
-    if begin:
-        forget(more.position, L, out)
-    return stand(more.position, x, L, out, row, signal_rows(more) * L)
-
-
-@inlined
-def follow(more: Any, x: Any, L: int, out: Any, waves: Any, weight: Any, position: float) -> None:
-    """Take the signals at the beginning of a step, `position` [grid steps], anew where a float has moved on."""
-    if stand_at(more, x, L, out, False):
-        interpolate(waves, L, position, weight, out, 0, more)
-
-
-@inlined
-def hold_on(more: Any, held: Any, t: float, h: float, x: Any, L: int, out: Any) -> None:
-    """Write the held moments into the three instants of the step of `h` [s] that begins at `t` [s]."""
-    renew(held, t, x, L)
-    size = signal_rows(more) * L
-    for instant in range(3):
-        extrapolate(held, t + 0.5 * instant * h, L, out, (instant + 1) * size - 2 * L)
 
 
 @inlined

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.plant.beyond import HALF, NEAR, NODES, ORDER, PLACES, WEIGHTS, base_rows, signal_rest, signal_rows
+from gyroctl.plant.beyond import HALF, NEAR, NODES, ORDER, PLACES, WEIGHTS, base_rows, pair, signal_rest, signal_rows
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.equations import PHI1
 from gyroctl.plant.trigonometry import sine
@@ -25,7 +25,8 @@ def near_signals(beyond: Any, x: NDArray[Any], moments: Any) -> NDArray[Any]:
     x : array
         State; real parts decide which nodes are near.
     moments : sequence
-        Signals in the order of `Plant.channels`, scalars or (batch,).
+        Signals in the order of `Plant.channels`, scalars or (batch,); where the wetted surface is followed, R1 and R3
+        behind them, which are known to a run alone.
 
     Raises
     ------
@@ -34,9 +35,11 @@ def near_signals(beyond: Any, x: NDArray[Any], moments: Any) -> NDArray[Any]:
     """
     rows = base_rows(beyond)
     moving = beyond is not None and beyond.position is not None
-    if len(moments) != rows + 2 * NODES * moving:
+    held = 0 if beyond is None else pair(beyond.surface)
+    if len(moments) != rows + 2 * NODES * moving + held:
         mend = "Give Me1 and Me3, or all signals in the order of plant.channels"
-        raise InputError("moments", len(moments), f"this plant has {rows + 2 * NODES * moving} signals", mend)
+        mend += ", then R1 and R3 of the wetted surface, or choose wetted = reduced" if held else ""
+        raise InputError("moments", len(moments), f"this plant has {rows + 2 * NODES * moving + held} signals", mend)
     given = np.stack(np.broadcast_arrays(*moments))
     if not moving:
         return given
@@ -47,12 +50,13 @@ def near_signals(beyond: Any, x: NDArray[Any], moments: Any) -> NDArray[Any]:
     weights = np.moveaxis(WEIGHTS[np.round((place - first) * PLACES).astype(int)], (-2, -1), (0, 1))
     out = np.empty((signal_rows(beyond), *shape), given.dtype)
     out[:rows] = given[:rows].reshape(rows, *given.shape[1:])
-    whole = np.broadcast_to(given[rows:].reshape(2 * NODES, *given.shape[1:]), (2 * NODES, *shape))
+    whole = np.broadcast_to(given[rows : rows + 2 * NODES].reshape(2 * NODES, *given.shape[1:]), (2 * NODES, *shape))
     for m in range(2):
         at = first.astype(int) + HALF + m * NODES
         around = np.stack([np.take_along_axis(whole, (at + j)[None], 0)[0] for j in range(NEAR)])
         out[rows + m * ORDER : rows + (m + 1) * ORDER] = np.sum(around[:, None] * weights, axis=0)
     out[rows + 2 * ORDER] = place
+    out[rows + 2 * ORDER + 1 :] = given[rows + 2 * NODES :].reshape(held, *given.shape[1:])
     return out
 
 

@@ -19,6 +19,7 @@ from gyroctl.plant.friction import contact_of
 from gyroctl.plant.near import near_signals
 from gyroctl.plant.parameters import Parameters
 from gyroctl.plant.radiation import Radiation
+from gyroctl.plant.reduced import undisturbed_names
 from gyroctl.plant.symbolic import casadi_derivative
 from gyroctl.plant.terms import terms
 
@@ -55,6 +56,21 @@ class Float(Protocol):
     @property
     def g(self) -> float:
         """Gravity. [m/s^2]"""
+
+    @property
+    def hull(self) -> Any:
+        """Surface of the float."""
+
+    @property
+    def reduced(self) -> Any:
+        """Polynomials of the wetted surface, or None."""
+
+    @property
+    def undisturbed(self) -> Excitation | None:
+        """Froude-Krylov moments, or None."""
+
+    def choice(self, wetted: str) -> Float:
+        """Return itself, or refuse a wetted surface that it cannot serve."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +119,12 @@ class Plant:
             name = next(n for n, v in choices.items() if v not in ("rest", 0.0, "linear"))
             mend = "Build the database with gyroctl hydro build, which stores it, or leave the choice out"
             raise InputError(f"plant.{name}", choices[name], "these hydrodynamics have no geometry of the float", mend)
+        if self.geometry is not None:
+            self.geometry.choice(self.parameters.wetted)
+        if self.parameters.wetted != "linear" and getattr(self.excitation, "phase", "complex") != "complex":
+            mend = 'Choose excitation_phase = "complex", or wetted = "linear"'
+            problem = "needs the phases of the moments, which were dropped"
+            raise InputError("plant.wetted", self.parameters.wetted, problem, mend)
 
     def __getstate__(self) -> dict[str, Any]:
         """Fields alone: the same plant has the same bytes, whatever has been asked of it before."""
@@ -149,13 +171,16 @@ class Plant:
         """Signals that the plant asks of a realisation, in their order.
 
         Me1, Me3: moments at rest [Nm]. With drag u, w: velocity of the water along x3 and upwards [m/s]. With a moving
-        position Me1@-10 .. Me1@10, then those of Me3: moments at X = l i/10 along x3 [Nm].
+        position Me1@-10 .. Me1@10, then those of Me3: moments at X = l i/10 along x3 [Nm]. With a reduced wetted
+        surface F1, F3 between them: linear Froude-Krylov moments [Nm], with a moving position F1^0 .. F1^10 and those
+        of F3, their coefficients over powers of X/l.
         """
         beyond = self.coefficients.beyond or Beyond()
         nodes = range(-HALF, HALF + 1) if beyond.position is not None else ()
         return (
             *("Me1", "Me3"),
             *(("u", "w") if beyond.drag is not None else ()),
+            *(undisturbed_names(beyond.reduced.moving) if beyond.reduced is not None else ()),
             *(f"{moment}@{i}" for moment in ("Me1", "Me3") for i in nodes),
         )
 
@@ -163,6 +188,13 @@ class Plant:
     def ledger(self) -> tuple[str, ...]:
         """Names of the powers in the energy ledger, in their order."""
         return LEDGER if self.coefficients.beyond is None else (*LEDGER, *BEYOND)
+
+    @cached_property
+    def smooth(self) -> Plant:
+        """The device as far as it can be differentiated: polynomials, where there are any, for a wetted surface."""
+        if self.parameters.wetted != "surface" or self.geometry is None:
+            return self
+        return self.replace(wetted="linear" if self.geometry.reduced is None else "reduced")
 
     @cached_property
     def labels(self) -> tuple[str, ...]:

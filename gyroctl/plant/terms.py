@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from gyroctl.errors import InputError
 from gyroctl.plant.beyond import Beyond, Cap, Curve, Drag, Losses, Position
 from gyroctl.plant.friction import Friction
 from gyroctl.plant.parameters import Parameters
+from gyroctl.plant.reduced import reduced
 
 
 def terms(p: Parameters, geometry: Any) -> Beyond | None:
@@ -25,9 +25,9 @@ def terms(p: Parameters, geometry: Any) -> Beyond | None:
     InputError
         For a choice that is not there yet.
     """
-    for name, usual in (("wetted", "linear"),):
-        if getattr(p, name) != usual:
-            raise InputError(f"plant.{name}", getattr(p, name), "is not built in", f'Choose "{usual}"')
+    moving = p.position == "moving"
+    polynomials = reduced(geometry.choice(p.wetted).reduced, moving) if p.wetted == "reduced" else None
+    surface = geometry.choice(p.wetted) if p.wetted == "surface" else None
     drag = None
     if p.drag > 0.0:
         factor = 0.5 * geometry.rho * p.drag * geometry.reach
@@ -36,11 +36,13 @@ def terms(p: Parameters, geometry: Any) -> Beyond | None:
     if p.bearing > 0.0 or p.windage > 0.0 or p.rolling_resistance > 0.0:
         losses = Losses(float(p.bearing), float(p.windage), p.rolling_resistance / p.r2)
     found = Beyond(
-        position=Position() if p.position == "moving" else None,
+        position=Position() if moving else None,
         drag=drag,
         curve=Curve(float(p.coupling_slip)) if p.coupling_slip > 0.0 else None,
         cap=Cap(float(p.coupling_cap)) if p.coupling_cap > 0.0 else None,
         losses=losses,
+        reduced=polynomials,
+        surface=None if surface is None else 1.0,
         contact=Friction(p.traction / p.N, p.N, 1.0 / p.lever_inertia) if p.contact == "friction" else None,
     )
     return None if all(term is None for term in found) else found

@@ -24,6 +24,7 @@ from gyroctl.simulation.balance import spent
 from gyroctl.simulation.lock import loss_time
 from gyroctl.simulation.progress import Progress
 from gyroctl.waves import Sea, Synthesis, prepare
+from gyroctl.waves.wetted import held_moments
 
 UNSTABLE = 2.5
 """Product of step and slip rate beyond which Runge-Kutta 4 is unstable."""
@@ -202,8 +203,10 @@ class _Every(NamedTuple):
         if plant.slips:  # each run takes steps of its own
             self._one_by_one(y, steps, controls, seeds, record, marked)
         else:
-            waves = self._side_by_side(unique, [unique.index(seeds[lane]) for lane in lane_of])
-            run_lanes(y, k, cc, cg, self.period, steps, waves, self.synthesis.grid.dt, record, first, marked)
+            of_lane = [unique.index(seeds[lane]) for lane in lane_of]
+            waves = self._side_by_side(unique, of_lane)
+            held = held_moments(plant, self.synthesis, unique, of_lane, self.blend)
+            run_lanes(y, k, cc, cg, self.period, steps, waves, self.synthesis.grid.dt, record, first, marked, held)
         phi1, phi3, psi, speed = record
         end, mark = y.reshape(-1, LANES), marked.reshape(-1, LANES)
         energy = dict(zip(plant.ledger, end[n:] - mark[n:], strict=True))
@@ -248,10 +251,11 @@ class _Every(NamedTuple):
         }
         for lane, seed in enumerate(seeds):
             waves = np.ascontiguousarray(found[seed][0].T).ravel()
+            held = held_moments(self.plant, self.synthesis, [seed], blend=self.blend)
             own, mark = ends[:, lane].copy(), np.empty(ends.shape[0])
             course = np.empty((len(RECORDED), self.intervals + 1))
             pair = np.ascontiguousarray(controls[lane][:, None])
-            run_alone(own, k, pair, self.period, steps, waves, grid.dt, course, self.first, mark)
+            run_alone(own, k, pair, self.period, steps, waves, grid.dt, course, self.first, mark, held)
             record[:, :, lane], ends[:, lane], marks[:, lane] = course, own, mark
         record[:, :, len(seeds) :] = record[:, :, len(seeds) - 1 : len(seeds)]
 

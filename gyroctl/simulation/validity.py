@@ -58,10 +58,11 @@ class Floating(NamedTuple):
 def floating(plant: Plant) -> Floating:
     """How the float of the plant lies at rest: as in the geometry of its hydrodynamics, or inclined as in the paper."""
     p, geometry = plant.parameters, plant.geometry
-    if not isinstance(geometry, Geometry):
-        moment = p.m1 * p.a + (p.m2 + p.m3 + p.m4) * (p.a + p.b)
-        geometry = Geometry(p.d, p.c, p.a + p.b, moment=moment, depth=plant.depth)
-    return _floating(geometry)
+    if geometry is not None:
+        height = geometry.hull.vertices[:, 2]
+        return Floating(geometry.reach, -float(height.min()), float(np.ptp(height)))
+    moment = p.m1 * p.a + (p.m2 + p.m3 + p.m4) * (p.a + p.b)
+    return _floating(Geometry(p.d, p.c, p.a + p.b, moment=moment, depth=plant.depth))
 
 
 @lru_cache(maxsize=64)
@@ -117,6 +118,9 @@ def validity(
     beyond = np.maximum(np.abs(states[:, PHI1]), np.abs(states[:, PHI3])) > MODEL_LIMIT
     dry, under = depth <= 0.0, depth >= float_.height
     signals = np.array([np.interp(time, waves.time, signal) for signal in waves.signals(plant)])
+    held = waves.held(plant)
+    if held is not None:
+        signals = np.concatenate([signals, held.model.along(held.fields, time, states.T)])
     seen = look(plant, record, first, signals)
     backwards = seen.M3.ravel() >= 0.0  # start and end of each interval in turn
     if plant.slips:

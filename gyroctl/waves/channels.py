@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.plant.beyond import HALF
+from gyroctl.plant.reduced import POWERS, undisturbed_names
 from gyroctl.waves.excitation import Wave, equivalent_amplitude
+from gyroctl.waves.pressure import followed, half_range, powers_along
 
 if TYPE_CHECKING:
     from gyroctl.plant import Plant
@@ -66,10 +68,26 @@ def transfers(plant: Plant, omega: NDArray[np.float64], heading: float) -> NDArr
             rows |= {
                 f"{moment}@{i}": rows[moment] * np.exp(-1j * k * i * spacing * along) for i in range(-HALF, HALF + 1)
             }
+    rows |= _undisturbed(plant, omega, k, heading)
     missing = [name for name in plant.channels if name not in rows]
     if missing:
         raise InputError("plant.channels", missing[0], "is no signal of the waves", "Leave the choice out")
     return np.stack([rows[name] for name in plant.channels])
+
+
+def _undisturbed(
+    plant: Plant, omega: NDArray[np.float64], k: NDArray[np.float64], heading: float
+) -> dict[str, NDArray[np.complex128]]:
+    """Froude-Krylov moments of the waves that a wetted surface follows, over powers of X/l where the float moves."""
+    beyond = plant.coefficients.beyond
+    if beyond is None or beyond.reduced is None or plant.geometry is None or plant.geometry.undisturbed is None:
+        return {}
+    moments = plant.geometry.undisturbed(omega, heading) * followed(k, half_range(plant.geometry.hull))
+    powers = np.ones((1, len(k)), dtype=np.complex128)
+    if beyond.reduced.moving is not None:
+        powers = powers_along(k * plant.geometry.reach * np.cos(np.deg2rad(heading)), POWERS)
+    found = (moments[:, None] * powers).reshape(-1, len(k))
+    return dict(zip(undisturbed_names(beyond.reduced.moving), found, strict=True))
 
 
 def velocities(

@@ -16,9 +16,11 @@ from gyroctl.waves.excitation import Excited, equivalent_amplitude
 from gyroctl.waves.grid import TimeGrid
 from gyroctl.waves.identity import content_hash
 from gyroctl.waves.synthesis import Synthesis, prepare
+from gyroctl.waves.wetted import held_moments
 
 if TYPE_CHECKING:
     from gyroctl.plant import Plant
+    from gyroctl.plant.held import Held
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,15 +87,31 @@ class WaveRealisation:
         """
         if len(plant.channels) == 2:
             return self.moments
-        if self.synthesis is None:
-            mend = "Realise the sea with gyroctl.realise, or leave position, drag and wetted out"
-            raise InputError("waves", self.seed, "these moments come without the waves that belong to them", mend)
         key = plant.channels, plant.depth, plant.geometry, plant.parameters.drag_height
         if key not in self._further:
-            found = self.synthesis.signals(plant, [self.seed], self.blend)[0]
+            found = self._components().signals(plant, [self.seed], self.blend)[0]
             found[:2] = self.moments
             self._further[key] = np.ascontiguousarray(found.T).T  # sample by sample, as the kernel reads them
         return self._further[key]
+
+    def held(self, plant: Plant) -> Held | None:
+        """Moments that a plant holds between its steps, None where it has none; see `wetted.held_moments`.
+
+        Raises
+        ------
+        InputError
+            As `signals`.
+        """
+        beyond = plant.coefficients.beyond
+        if beyond is None or beyond.surface is None:
+            return None
+        return held_moments(plant, self._components(), [self.seed], blend=self.blend)
+
+    def _components(self) -> Synthesis:
+        if self.synthesis is None:
+            mend = "Realise the sea with gyroctl.realise, or leave position, drag and wetted out"
+            raise InputError("waves", self.seed, "these moments come without the waves that belong to them", mend)
+        return self.synthesis
 
     @property
     def dt(self) -> float:

@@ -129,9 +129,13 @@ class Synthesis:
         of_wave, regular = response(plant, self.sea, self.waves.omega)
         result = np.empty((len(seeds), len(plant.channels), self.grid.n))
         for seed, rows in zip(seeds, result, strict=True):
-            self.waves.superpose(self._turned(of_wave * self.waves.amplitude, seed), rows)
+            self.superposed(of_wave, seed, rows)
         blend_signals(result, regular, self.sea.wp, self.grid.dt, length)
         return result
+
+    def superposed(self, of_wave: NDArray[np.complex128], seed: int, out: NDArray[np.float64]) -> None:
+        """Write signals of the waves into `out` (rows, n): `of_wave` (rows, k) per metre of each component."""
+        self.waves.superpose(self._turned(of_wave * self.waves.amplitude, seed), out)
 
     def _turned(self, amplitudes: NDArray[np.complex128], seed: int) -> NDArray[np.complex128]:
         phases = self.phases(seed)

@@ -1,0 +1,62 @@
+"""Signals of the waves at the three instants of a Runge-Kutta step, written side by side for all runs."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from gyroctl.plant.beyond import base_rows, near_rows, node_rows, signal_rows
+from gyroctl.plant.compiled import inlined
+from gyroctl.plant.held import extrapolate, renew
+from gyroctl.plant.lagrange import TAPS, lagrange_weights
+from gyroctl.plant.near import forget, near, stand
+
+
+@inlined
+def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: int, more: Any = None) -> None:
+    """Write the signals at `position` [grid steps] into `out`, for the instant `at` of a step.
+
+    `waves` holds for each sample in turn L values of Me1, then L of Me3 and of each further signal of `more`
+    (`Beyond`); then, where the position moves, of each run the moments Me1 and Me3 at all nodes.
+    """
+    rows, width, signals = 2, 2 * L, 2 * L
+    if more is not None:
+        rows, signals = base_rows(more), signal_rows(more) * L
+        width = (rows + node_rows(more)) * L
+    samples = waves.size // width
+    first = min(max(int(math.floor(position)) - (TAPS // 2 - 1), 0), samples - TAPS)
+    u = position - first
+    lagrange_weights(u, weight)
+    base = first * width
+    for lane in range(rows * L):
+        total = weight[0] * waves[base + lane]
+        for i in range(1, TAPS):
+            total += weight[i] * waves[base + i * width + lane]
+        out[at * signals + lane] = total
+    if more is not None:
+        near(more.position, waves, L, rows * L, width, position, out, at)
+
+
+@inlined
+def stand_at(more: Any, x: Any, L: int, out: Any, begin: bool) -> bool:
+    """Look where the floats are, see `stand`, at the beginning of an interval or of a step."""
+    row = (base_rows(more) + near_rows(more.position) - 1) * L
+    if begin:
+        forget(more.position, L, out)
+    return stand(more.position, x, L, out, row, signal_rows(more) * L)
+
+
+@inlined
+def follow(more: Any, x: Any, L: int, out: Any, waves: Any, weight: Any, position: float) -> None:
+    """Take the signals at the beginning of a step, `position` [grid steps], anew where a float has moved on."""
+    if stand_at(more, x, L, out, False):
+        interpolate(waves, L, position, weight, out, 0, more)
+
+
+@inlined
+def hold_on(more: Any, held: Any, t: float, h: float, x: Any, L: int, out: Any) -> None:
+    """Write the held moments into the three instants of the step of `h` [s] that begins at `t` [s]."""
+    renew(held, t, x, L)
+    size = signal_rows(more) * L
+    for instant in range(3):
+        extrapolate(held, t + 0.5 * instant * h, L, out, (instant + 1) * size - 2 * L)
