@@ -27,10 +27,10 @@ from gyroctl.plant.equations import LEDGER, OMEGA, Coefficients, derivative
 GAMMA = 1.0 - math.sqrt(0.5)
 DELTA = 1.0 - 1.0 / (2.0 * GAMMA)
 
-Orders = tuple[int, int, int, int]
-
 LINEAR = tuple(name for name in Coefficients._fields if name != "beyond")
 """Constants of the linear model, the radiation filters last."""
+
+Orders = tuple[int, int, int, int]
 """Numbers of coefficients of the radiation filters: p1, q1, p3, q3."""
 
 STEPS = 2

@@ -19,7 +19,7 @@ from gyroctl.controllers.nmpc.problem import FLYWHEEL, RING_ANGLE, Weights, stag
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
 from gyroctl.plant.equations import OMEGA
-from gyroctl.plant.kernel import interpolate
+from gyroctl.plant.instants import interpolate
 from gyroctl.plant.lagrange import TAPS
 from gyroctl.studies.bound.cut import Cut
 
