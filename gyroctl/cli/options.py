@@ -16,7 +16,7 @@ MARKUP: Literal["markdown"] = "markdown"
 Gamma = Annotated[float, typer.Option(help="Peak enhancement of the JONSWAP spectrum.")]
 Hs = Annotated[float, typer.Option(help="Significant wave height [m].")]
 PeakFrequency = Annotated[float, typer.Option(help="Peak frequency [rad/s].")]
-Variant = Annotated[str, typer.Option(help="Form of the plant: corrected or paper.")]
+Variant = Annotated[str, typer.Option(help="Form of the plant: corrected, paper or realistic.")]
 Workers = Annotated[int, typer.Option(min=0, max=1024, help="Workers; 0 for all cores. Changes no result.")]
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="Parameter of the law, key=value; may repeat.")]
 

@@ -38,8 +38,11 @@ def near_signals(beyond: Any, x: NDArray[Any], moments: Any) -> NDArray[Any]:
     held = 0 if beyond is None else pair(beyond.surface)
     if len(moments) != rows + 2 * NODES * moving + held:
         mend = "Give Me1 and Me3, or all signals in the order of plant.channels"
-        mend += ", then R1 and R3 of the wetted surface, or choose wetted = reduced" if held else ""
-        raise InputError("moments", len(moments), f"this plant has {rows + 2 * NODES * moving + held} signals", mend)
+        problem = f"this plant has {rows + 2 * NODES * moving} signals"
+        if held:
+            problem += ", and R1 and R3 of its wetted surface, which are known to a run alone"
+            mend += ' and these two behind them, or choose wetted = "reduced"'
+        raise InputError("moments", len(moments), problem, mend)
     given = np.stack(np.broadcast_arrays(*moments))
     if not moving:
         return given
