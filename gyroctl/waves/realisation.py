@@ -61,7 +61,7 @@ class WaveRealisation:
     hydrodynamics: str
     blend: float = 0.0
     synthesis: Synthesis | None = field(default=None, repr=False)
-    _further: dict[Any, NDArray[np.float64]] = field(default_factory=dict, repr=False, init=False)
+    _further: dict[Any, Any] = field(default_factory=dict, repr=False, init=False)
 
     def __getstate__(self) -> dict[str, Any]:
         """Leave out the signals that can be made again."""
@@ -105,7 +105,12 @@ class WaveRealisation:
         beyond = plant.coefficients.beyond
         if beyond is None or beyond.surface is None:
             return None
-        return held_moments(plant, self._components(), [self.seed], blend=self.blend)
+        key = "held", plant.depth, plant.geometry, beyond.position is not None
+        if key not in self._further:
+            self._further[key] = held_moments(plant, self._components(), [self.seed], blend=self.blend)
+        kept: Held = self._further[key]
+        room = {name: np.empty_like(getattr(kept.fields, name)) for name in ("now", "weight", "work")}
+        return kept.begun(kept.model, kept.fields._replace(**room), 1)  # each run has working space of its own
 
     def _components(self) -> Synthesis:
         if self.synthesis is None:
