@@ -254,8 +254,8 @@ def _caveats(evaluation: Evaluation) -> list[str]:
         (outside, "Outside the small-angle model (|phi| above 0.3 rad) for part of the time", ""),
         (
             turned,
-            "The spin axis would change sides on its track and roll backwards",
-            ", which the rolling contact leaves out",
+            "The spin axis changes sides on its track and rolls backwards",
+            "; a plant whose contact rolls leaves the rest of it out",
         ),
         (behind, "Locked but not in step with the waves", ": no stall, but the ring loses turns"),
         (sliding, "Many cycle slips per 1000 waves", f"{against}. Power won by sliding is not locked power"),

@@ -92,7 +92,8 @@ class WaveRealisation:
             found = self._components().signals(plant, [self.seed], self.blend)[0]
             found[:2] = self.moments
             self._further[key] = np.ascontiguousarray(found.T).T  # sample by sample, as the kernel reads them
-        return self._further[key]
+        made: NDArray[np.float64] = self._further[key]
+        return made
 
     def held(self, plant: Plant) -> Held | None:
         """Moments that a plant holds between its steps, None where it has none; see `wetted.held_moments`.
