@@ -1,7 +1,8 @@
 """What the choices beyond the linear model cost: each relative to the linear plant, in one process.
 
-Run ``python benchmarks/water.py``; it prints a table and writes it beside itself as ``water.json``. With ``--linear``
-only the linear plant is timed and nothing is written: the same file serves a checkout without the choices, to compare.
+Run ``python -P benchmarks/water.py`` (without -P the file ``coverage.py`` beside it is taken for the package); it
+prints a table and writes it beside itself as ``water.json``. With ``--linear`` only the linear plant is timed and
+nothing is written: the same file serves a checkout without the choices, to compare.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ def linear() -> dict[str, float]:
 def cost(choices: dict[str, Any]) -> tuple[float, float]:
     """Time of a run, and of what is made of its waves before the first one. [s]"""
     plant, settings = gy.zhang2017(**choices), gy.Settings()
-    short = lead_in(gy.realise(plant, gy.SeaState(), SEED, 80.0), settings)
+    short = lead_in(gy.realise(plant, gy.SeaState(), SEED, 120.0), settings)
     run_law(plant, gy.law(LAW), short, settings)  # compile
     waves = lead_in(gy.realise(plant, gy.SeaState(), SEED, DURATION), settings)
     signals = best(lambda: waves.signals(plant), 1)
@@ -86,12 +87,13 @@ def main() -> None:
     base = linear()
     table: dict[str, Any] = {} if only else {**made()}
     table |= {"machine": f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores", **base}
+    for name, value in base.items():
+        print(f"{name:34} {value:.5f}", flush=True)
     for name, (choices, bar) in {} if only else CHOICES.items():
         spent, signals = cost(choices)
         ratio = spent / base["linear, one run [s]"]
         table[name] = {"a run [s]": spent, "relative to linear": ratio, "bar": bar, "signals of the waves [s]": signals}
-    for name, value in table.items():
-        print(f"{name:34} {value}")
+        print(f"{name:34} {ratio:7.2f} of {bar:g}, {spent:.3f} s, signals {signals:.3f} s", flush=True)
     if not only:
         within = table["realistic"]["a run [s]"] <= SECONDS
         over = [name for name in CHOICES if table[name]["relative to linear"] > table[name]["bar"]]
