@@ -104,7 +104,7 @@ def test_every_run_gets_the_law_anew(device: gy.Plant) -> None:
 def test_a_law_that_does_not_come_back_is_given_up(
     device: gy.Plant, law: gy.Law, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(execution, "GRACE", 15.0)
+    monkeypatch.setattr(execution, "GRACE", 8.0)
     waves = [gy.realise(device, gy.SeaState(), 1, 60.0)]
     laws = {"stays": law, "well": failing.Well()}
     ds = gy.compare(device, laws, waves, SETTINGS, workers=2, quiet=True, time_limit=1.0)
