@@ -1,6 +1,6 @@
 """How often the intervals of `gyroctl.statistics` hold the truth, by simulation; nominal 95 %.
 
-    python benchmarks/interval_coverage.py               # prints the table and writes benchmarks/interval_coverage.json, five minutes
+    python benchmarks/interval_coverage.py      # prints the table and writes it beside the script, five minutes
     python -m pytest tests/test_coverage.py -s  # a smaller rerun, compared with the file
 
 Every family is a law and a reference on the same realisations, with known means. `held` is the share of samples whose
