@@ -74,7 +74,7 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
     soon as what they compile on a new installation is done.
     """
     laws = {item.name: item.law for item in items}
-    fast: dict[str, Law] = {name: law for name, law in laws.items() if _ours(law) and isinstance(law, tuple)}
+    fast = [name for name, law in laws.items() if _ours(law) and isinstance(law, tuple)]
     slow = [item for item in items if item.name not in fast]
     futures: dict[Future[Any], Item] = {}
     with _pools(workers) as (threads, processes):
@@ -87,10 +87,10 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
                 futures[threads.submit(perform, item) if by_thread else _sent(item, processes)] = item
             slow.clear()
 
-        for name, law in fast.items():
+        for name in fast:
             if all(part.done() for part in parts):
                 begin_slow()
-            compile_law(law)
+            compile_law(laws[name])
             futures |= {threads.submit(perform, item): item for item in items if item.name == name}
         yield from _ended(futures, parts)
         if slow:
