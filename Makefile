@@ -1,11 +1,15 @@
 # `compare` and `test` are the README's two commands; the others need the environment that `test` makes.
-.PHONY: compare test lint types imports checks docs-rooms docs-results same-bits
+.PHONY: compare test slow lint types imports checks docs-rooms docs-results same-bits
 
 compare:
 	python3 -m venv .venv && .venv/bin/pip install -q -c constraints.txt . && .venv/bin/gyroctl compare
 
 test:
-	python3 -m venv .venv && .venv/bin/pip install -q -c constraints.txt -e ".[dev]" && .venv/bin/python -m pytest -n 2
+	python3 -m venv .venv && .venv/bin/pip install -q -c constraints.txt -e ".[dev]" && .venv/bin/python -m pytest -n 2 -m "not slow"
+
+# the long ones, in CI as well
+slow:
+	.venv/bin/python -m pytest -n 2 -m slow
 
 checks: lint types imports
 

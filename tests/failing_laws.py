@@ -81,6 +81,19 @@ class Nothing(NamedTuple):
         return (0.06, self.cg), (huge * 10.0 - huge * 10.0,)
 
 
+class Half(NamedTuple):
+    """One of its two controls is no number, compiled."""
+
+    cg: float = 3e-4
+    period: float = 0.1
+    information = Well.information
+    init = Well.init
+
+    def step(self, t: float, y: Any, state: tuple[float]) -> tuple[tuple[float, float], tuple[float]]:
+        huge = 1e308 if t > GIVEN_UP else 1.0
+        return (0.06, self.cg + (huge * 10.0 - huge * 10.0)), (state[0] + 1.0,)
+
+
 class Endless(NamedTuple):
     """Never comes back, compiled."""
 

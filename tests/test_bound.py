@@ -90,6 +90,7 @@ def test_model_follows_the_plant(short: Cut) -> None:
     assert np.all(np.abs(path[-1] - reduced(y[: short.start.size])) < 0.02 * size + 0.002)
 
 
+@pytest.mark.slow
 def test_optimiser_improves_and_the_replay_agrees(short: Cut) -> None:
     """The plan gains on its start by the true plant's own account, at constant power, and keeps its promise to 2 %."""
     w = problem_of(short, SUBSTEPS, MOTION - 0.02)
@@ -122,6 +123,7 @@ def test_bound_is_never_below_a_law(short: Cut) -> None:
     assert 0.0 < absorbed(short.plant, free.record) < cap < 2.0 * absorbed(short.plant, free.record)
 
 
+@pytest.mark.slow
 def test_a_law_that_beats_the_search_is_the_bound(short: Cut) -> None:
     """With no effort the search ends below a good run, which then stands in the bound's place."""
     w = problem_of(short, SUBSTEPS, MOTION - 0.02)

@@ -1,4 +1,4 @@
-"""Intervals hold the truth as often as they say: a rerun of `benchmarks/coverage.py`, and its table against the bar."""
+"""Intervals hold the truth as often as they say: `benchmarks/interval_coverage.py` again, its table against the bar."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 @pytest.fixture(scope="module")
 def coverage() -> Any:
-    spec = importlib.util.spec_from_file_location("coverage_of_intervals", ROOT / "benchmarks" / "coverage.py")
+    spec = importlib.util.spec_from_file_location("coverage_of_intervals", ROOT / "benchmarks" / "interval_coverage.py")
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
@@ -46,7 +46,7 @@ def few_resamples(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 @pytest.fixture(scope="module")
 def stored() -> dict[str, Any]:
-    content: dict[str, Any] = json.loads((ROOT / "benchmarks" / "coverage.json").read_text())
+    content: dict[str, Any] = json.loads((ROOT / "benchmarks" / "interval_coverage.json").read_text())
     return content
 
 

@@ -26,7 +26,8 @@ def broken(runs: int) -> tuple[xr.Dataset, str]:
     failed[list(ds.law.values).index(law), :runs] = True
     for name in ds.data_vars:
         if ds[name].dims == ("law", "realisation"):
-            ds[name] = ds[name].astype(float).where(~failed)
+            verdict = ds[name].dtype == bool  # what is no number is no yes, as in a comparison
+            ds[name] = ds[name] & ~failed if verdict else ds[name].astype(float).where(~failed)
     ds["failed"] = (("law", "realisation"), failed)
     ds["failure"] = (("law", "realisation"), np.where(failed, WHY, "").astype(object))
     return ds, law

@@ -45,6 +45,14 @@ def test_compiled_and_plain_laws_fail_alike(device: gy.Plant, name: str) -> None
     assert said[0][2] == pytest.approx(30.1, abs=0.11)
 
 
+def test_half_a_command_that_is_no_number_stops_the_run(device: gy.Plant) -> None:
+    waves = lead_in(gy.realise(device, gy.SeaState(), 100001, 60.0), SETTINGS)
+    for compiled in (True, False):
+        with pytest.raises(LawError, match="not finite") as caught:
+            run_law(device, failing.Half(), waves, SETTINGS, "half", compiled)
+        assert caught.value.time == pytest.approx(30.1, abs=0.11)
+
+
 @pytest.fixture(scope="module")
 def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[subprocess.CompletedProcess[str], Path]:
     """One comparison by the command line of laws that fail, beside two that do not."""
@@ -104,7 +112,7 @@ def test_every_run_gets_the_law_anew(device: gy.Plant) -> None:
 def test_a_law_that_does_not_come_back_is_given_up(
     device: gy.Plant, law: gy.Law, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(execution, "GRACE", 15.0)
+    monkeypatch.setattr(execution, "GRACE", 8.0)
     waves = [gy.realise(device, gy.SeaState(), 1, 60.0)]
     laws = {"stays": law, "well": failing.Well()}
     ds = gy.compare(device, laws, waves, SETTINGS, workers=2, quiet=True, time_limit=1.0)

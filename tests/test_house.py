@@ -162,6 +162,8 @@ def test_ci_makefile_and_hooks_run_the_same_checks() -> None:
     made = recipes(text("Makefile"))
     wanted = [f".venv/bin/{check}" for check in CHECKS]
     assert [line for line in text(".ci/run").splitlines() if line.startswith(".venv/")] == wanted
+    assert made["slow"] == [".venv/bin/python -m pytest -n 2 -m slow"] and made["slow"][0] in text(".ci/run")
+    assert made["slow"][0] in text("README.md") and 'pytest -n 2 -m "not slow"' in text("README.md")
     assert made["lint"] + made["types"] + made["imports"] == wanted
     assert re.search(r"^checks: lint types imports$", text("Makefile"), re.MULTILINE)
     hooks = text(".pre-commit-config.yaml")

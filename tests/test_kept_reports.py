@@ -163,6 +163,7 @@ def test_margins_of_a_law_that_fails_keep_those_of_the_constant_controls(
     assert "multipliers.png" in content["figures"] and (out / "multipliers.png").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("stage", ["linear_margins", "law_margins"])
 def test_failing_stage_of_the_margins_leaves_the_others(
@@ -181,6 +182,7 @@ def test_failing_stage_of_the_margins_leaves_the_others(
     assert json.loads((tmp_path / "margins.json").read_text()) == content
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_margins_in_python(device: gy.Plant) -> None:
     """Numbers as attributes: those of the orbit and of the loop, found without the study."""

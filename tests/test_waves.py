@@ -152,7 +152,7 @@ def test_beyond_the_base_period_the_sea_does_not_repeat() -> None:
 
 
 @settings(max_examples=10, deadline=None)
-@given(st.lists(st.integers(0, 2**64), min_size=1, max_size=5), st.sampled_from([20.0, 2000.0]))
+@given(st.lists(st.integers(0, 2**63 - 1), min_size=1, max_size=5), st.sampled_from([20.0, 2000.0]))
 def test_batch_has_the_bits_of_single_runs(seeds: list[int], duration: float) -> None:
     batch = prepare(PLANT, SEA, duration).moments_batch(seeds)
     for row, seed in zip(batch, seeds, strict=True):

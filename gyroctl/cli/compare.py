@@ -96,6 +96,6 @@ def write(ds: xarray.Dataset, out: Path, results: bool = True) -> None:
         with written_whole(out / "results.nc") as part:
             ds.to_netcdf(part, engine="h5netcdf")
     write_json(out / "summary.json", summarise(ds, found))
-    page = write_report(ds, out / "report.html")
+    page = write_report(ds, out / "report.html", found)
     print_table(ds, found)
     typer.echo(f"Report: {page}")

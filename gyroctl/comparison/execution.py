@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import replace
@@ -68,24 +68,42 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
 
 
 def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outcome]]:
-    """Run items, and yield each with its outcome as they end: first the fast ones, then those of slow laws."""
+    """Run items, and yield each with its outcome as they end.
+
+    Laws are compiled one after the other, and what is compiled runs meanwhile; slow laws begin in their processes as
+    soon as what they compile on a new installation is done.
+    """
     laws = {item.name: item.law for item in items}
+    fast = [name for name, law in laws.items() if _ours(law) and isinstance(law, tuple)]
+    slow = [item for item in items if item.name not in fast]
+    futures: dict[Future[Any], Item] = {}
     with _pools(workers) as (threads, processes):
         several = workers > 1 and len(items) > 1
         parts = [processes.schedule(part) for law in laws.values() for part in _parts(law)] if several else []
-        fast = {name for name, law in laws.items() if _ours(law) and compile_law(law) is not None}
-        stages: tuple[tuple[list[Item], Sequence[Any]], ...]
-        stages = ([i for i in items if i.name in fast], parts), ([i for i in items if i.name not in fast], [])
-        for stage, beside in stages:
-            futures: dict[Future[Any], Item] = {}
-            for item in stage:
-                if item.name in fast or (_ours(item.law) and not several):
-                    futures[threads.submit(perform, item)] = item
-                else:
-                    futures[_sent(item, processes)] = item
-            for future in as_completed([*futures, *beside]):
-                if future in futures:
-                    yield futures[future], _outcome(future, futures[future])
+
+        def begin_slow() -> None:
+            for item in slow:
+                by_thread = _ours(item.law) and not several
+                futures[threads.submit(perform, item) if by_thread else _sent(item, processes)] = item
+            slow.clear()
+
+        for name in fast:
+            if all(part.done() for part in parts):
+                begin_slow()
+            compile_law(laws[name])
+            futures |= {threads.submit(perform, item): item for item in items if item.name == name}
+        yield from _ended(futures, parts)
+        if slow:
+            futures.clear()
+            begin_slow()
+            yield from _ended(futures, ())
+
+
+def _ended(futures: Mapping[Future[Any], Item], beside: Sequence[Future[Any]]) -> Iterator[tuple[Item, Outcome]]:
+    """Items with their outcomes as their futures end, and no sooner than what runs beside them."""
+    for future in as_completed([*futures, *beside]):
+        if future in futures:
+            yield futures[future], _outcome(future, futures[future])
 
 
 @contextmanager

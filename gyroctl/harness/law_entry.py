@@ -27,24 +27,34 @@ from gyroctl.plant import measurement
 
 _SIGNATURE = void(float64, float64[::1], float64[::1], float64[::1], float64[::1])
 
+_ATTEMPT = """
+def attempt(t, y, p, s, u):
+    command, new = step({law}, t, {measurement}, {state})
+    {kept}
+    u[0], u[1] = command[0], command[1]
+"""
+"""A sample of the law: its new state stands behind the old one until it is known to be whole."""
+
 _ENTRY = """
 def entry(t, y, p, s, u):
-    u[0] = FAILED
     try:
-        command, new = step({law}, t, {measurement}, {state})
-        if {whole}:
-            u[1] = command[1]
-            {taken}
-            u[0] = command[0]
+        attempt(t, y, p, s, u)
     except Exception:
-        pass
+        u[0] = FAILED
+    for i in range(SIZE):
+        if s[SIZE + i] != s[SIZE + i]:
+            u[0] = FAILED
+    if u[0] == u[0] and u[1] == u[1]:
+        for i in range(SIZE):
+            s[i] = s[SIZE + i]
 """
 """A law that raises, or whose new state holds what is no number, leaves its state as it was and a command that is no
-number: the loop stops, and the same sample gone through as plain Python says what happened."""
+number: the loop stops, and the same sample gone through as plain Python says what happened. The attempt is a function
+of its own, since everything within a `try` is dear to compile: a minute for a large law."""
 
 
 class CompiledLaw(NamedTuple):
-    """A law as a function pointer with its parameters and its first state."""
+    """A law as a function pointer with its parameters and its first state, with room for the next one behind it."""
 
     entry: Any
     p: NDArray[np.float64]
@@ -89,7 +99,8 @@ def compiled(law: Law) -> CompiledLaw:
         lines = [line.strip() for line in str(error).splitlines() if line.strip()] or ["numba cannot read it"]
         telling = (line for line in lines if "error" not in line.lower() or len(lines) == 1)
         raise NotCompiled(next(telling, lines[0])[:120]) from error
-    return CompiledLaw(entry, _flat(law), _flat(start))
+    first = _flat(start)
+    return CompiledLaw(entry, _flat(law), np.concatenate([first, first]))
 
 
 def _flat(value: Any) -> NDArray[np.float64]:
@@ -102,17 +113,18 @@ def _compiled_entry(law: Shape, state: Shape) -> Any:
     assert isinstance(law, tuple)
     types: dict[str, Any] = {}
     places = nested.places(state, "new")
-    text = _ENTRY.format(
+    size = len(places) + 1  # as `_flat` makes it
+    text = _ATTEMPT.format(
         law=nested.expression(law, "p", types),
         measurement=nested.expression((Measurement, (None,) * len(Measurement._fields)), "y", types),
         state=nested.expression(state, "s", types),
-        whole=" and ".join(f"{place} == {place}" for place in places) or "True",
-        taken="; ".join(f"s[{i}] = {place}" for i, place in enumerate(places)) or "pass",
+        kept="; ".join(f"s[{size + i}] = {place}" for i, place in enumerate(places)) or "pass",
     )
     # as Python would: a division by zero and an index beyond a table are errors
     step = njit(error_model="python", boundscheck=True)(law[0].step)
-    scope = {**types, "step": step, "FAILED": math.nan}
-    exec(compile(text, "<entry of a law>", "exec"), scope)
+    scope = {**types, "step": step, "FAILED": math.nan, "SIZE": size}
+    exec(compile(text + _ENTRY, "<entry of a law>", "exec"), scope)
+    scope["attempt"] = njit(scope["attempt"])
     return cfunc(_SIGNATURE)(scope["entry"])
 
 

@@ -24,6 +24,8 @@ class Measurement(NamedTuple):
 
     def __getattr__(self, name: str) -> float:
         """Answer a name that there is not with those that there are."""
+        if name.startswith("_"):  # NumPy and others ask for these at every use
+            raise AttributeError(name=name, obj=self)
         near = get_close_matches(name, self._fields, 1)
         meant = f", did you mean {near[0]}?" if near else "."
         raise AttributeError(

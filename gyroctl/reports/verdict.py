@@ -247,7 +247,7 @@ def _caveats(evaluation: Evaluation) -> list[str]:
     behind = [f"{law.name} {_behind(law)}" for law in laws if law.in_step is not None and 2 * law.in_step < law.locked]
     sliding = [f"{law.name} {number(law.cycle_slips, 2)}" for law in laws if law.cycle_slips > max(10.0, 2.0 * usual)]
     fallen = [f"{law.name} {law.fallbacks}" for law in laws if law.fallbacks]
-    noted = [f"{law.name} ({what})" for law in laws if (what := _left_out(law))]
+    noted = [f"{law.name} ({what})" for law in laws if law.failed < law.runs and (what := _left_out(law))]
     unbalanced = [f"{law.name} {number(law.ledger_residual, 2)}" for law in laws if law.ledger_residual > 1e-4]
     for concerned, lead, tail in (
         (over, f"Runs over the motion limit of {plain(evaluation.motion_limit)} rad", ""),

@@ -5,7 +5,7 @@ could happen, the reason in words instead of an error: one to three realisations
 ordinary results. Everything is deterministic: resampling always starts from the same seed, so that a report rebuilt
 from its file repeats every digit.
 
-How often the intervals hold the truth is measured, not hoped for: `benchmarks/coverage.py` prints the table.
+How often the intervals hold the truth is measured, not hoped for: `benchmarks/interval_coverage.py` prints the table.
 """
 
 from gyroctl.statistics.estimate import (

@@ -2,7 +2,7 @@
 
 A sample of eight runs without a loss says nothing of losses in one run of twenty, and a mean over all runs contains
 them. So every interval here holds two things: the scatter of the runs that were seen, and losses too rare to be seen
-in so few. What it covers is measured by `benchmarks/coverage.py`; the docstrings give the worst.
+in so few. What it covers is measured by `benchmarks/interval_coverage.py`; the docstrings give the worst.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How often the intervals of `gyroctl.statistics` hold the truth, by simulation; nominal 95 %.
 
-    python benchmarks/coverage.py               # prints the table and writes benchmarks/coverage.json, five minutes
+    python benchmarks/interval_coverage.py      # prints the table and writes it beside the script, five minutes
     python -m pytest tests/test_coverage.py -s  # a smaller rerun, compared with the file
 
 Every family is a law and a reference on the same realisations, with known means. `held` is the share of samples whose
@@ -245,6 +245,6 @@ if __name__ == "__main__":
     asked = parser.parse_args()
     found = measure(asked.samples, 1)
     content = {"nominal": NOMINAL, "samples": asked.samples, "coverage": found}
-    (HERE / "coverage.json").write_text(json.dumps(content, indent=1) + "\n")
+    (HERE / "interval_coverage.json").write_text(json.dumps(content, indent=1) + "\n")
     print(written(found))
     print("\n".join(undercovered(found, SLACK)) or "nothing below 93 % unsaid (lock: 92 %)")
