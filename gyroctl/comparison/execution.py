@@ -74,7 +74,7 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
     soon as what they compile on a new installation is done.
     """
     laws = {item.name: item.law for item in items}
-    fast = [name for name, law in laws.items() if _ours(law) and isinstance(law, tuple)]
+    fast = [name for name, law in laws.items() if _ours(law) and isinstance(innermost(law), tuple)]
     slow = [item for item in items if item.name not in fast]
     futures: dict[Future[Any], Item] = {}
     with _pools(workers) as (threads, processes):
