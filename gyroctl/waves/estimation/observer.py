@@ -11,14 +11,15 @@ held and with moments that swing on at the peak frequency. Correction has two pa
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.plant import kernel
-from gyroctl.plant.compiled import stamped
+from gyroctl.plant.beyond import coupling_torque, signal_rows
+from gyroctl.plant.compiled import inlined, stamped
 from gyroctl.plant.equations import (
     OMEGA_RATE,
     PHI1,
@@ -34,13 +35,18 @@ from gyroctl.plant.equations import (
 )
 from gyroctl.plant.kernel import rows, slip_rate, steps_for
 from gyroctl.plant.plant import Plant
+from gyroctl.waves.estimation import wave_signals
 from gyroctl.waves.estimation.moment_model import Array, FloatModel, Gains, float_model, stationary_gains
+from gyroctl.waves.estimation.wave_signals import at_rest, phase_along, put_signals, signal_table
 from gyroctl.waves.spectrum import SeaState
 
 SENSOR_NOISE = (1.1e-3, 0.02, 0.1, 1e-3, 1e-3, 4e-3, 4e-3)
 """Standard deviations of psi (with its resolution), psi', omega', phi1, phi3, phi1', phi3'. [rad, rad/s]"""
 
-SOURCES = (*kernel.SOURCES, __file__)
+SOURCES = (*kernel.SOURCES, wave_signals.__file__, __file__)
+
+SOME = 1e-3
+"""Slip below which the torque of any coupling is a straight line. [rad/s]"""
 
 COARSEST = 0.025
 """Longest Runge-Kutta step; where the coupling is strong, shorter ones follow the decay of the slip, see `steps_for`.
@@ -51,6 +57,8 @@ class MomentEstimator(NamedTuple):
     """Constants of the estimator; build it with `MomentEstimator.design`."""
 
     k: Coefficients  # of the design model
+    signals: Array  # (places, signals, 4): what it asks of the waves, from Me1, Me1', Me3, Me3'; see `wave_signals`
+    turning: float  # phase that the waves lose along the reach of the lever, at wp [rad]
     period: float  # sampling period [s]
     wp: float  # frequency at which the moments swing on [rad/s]
     spread: float  # and their damping ratio [-]
@@ -77,7 +85,9 @@ class MomentEstimator(NamedTuple):
         Parameters
         ----------
         plant : Plant
-            The design model.
+            The design model, with the choices that a law may know of: what its float feels at its own position, of drag
+            and of a wetted surface, is then no wave. A contact that slips is taken as rolling, a wetted surface that
+            is followed as its polynomials.
         sea : SeaState, optional
             Gives the scale of the moments and the frequency at which they are taken to swing on; the default sea.
         sensor_noise : seven floats
@@ -103,10 +113,12 @@ class MomentEstimator(NamedTuple):
             raise InputError("estimator.period", period, "must be positive", "Give the sampling period in seconds")
         if isinstance(delay, bool) or delay != int(delay) or delay < 0:
             raise InputError("estimator.delay", delay, "must be whole samples, zero or more", "Give an integer")
-        sea, plant = sea or SeaState(), plant.rolling
+        sea, plant = sea or SeaState(), plant.rolling.smooth
         _, gains = gains_of(plant, sea, noise, period, spread, unmodelled)
         return cls(
             plant.coefficients,
+            signal_table(plant, sea),
+            phase_along(plant, sea),
             float(period),
             sea.wp,
             float(spread),
@@ -127,7 +139,7 @@ class MomentEstimator(NamedTuple):
             ring=np.diag(self.ring_noise),
             queue=np.zeros((self.delay + 1, 2)),
             innovation=np.zeros(7),
-            work=np.zeros((6, rows(self.k))),
+            work=np.zeros((6, max(rows(self.k), signal_rows(self.k.beyond)))),
             begun=np.zeros(1),
         )
 
@@ -210,7 +222,7 @@ def predict_state(estimator: MomentEstimator, state: EstimatorState, cc: float, 
     hold = estimator.period
     steps = steps_for(hold, COARSEST, slip_rate(k, cc))
     h = hold / steps
-    x, dx, total = work[0], work[1], work[2]
+    x, dx, total, signals = work[0], work[1], work[2], work[3]
     decay = estimator.spread * estimator.wp
     turn = estimator.wp * math.sqrt(1.0 - estimator.spread**2)
     one = (wave[1] + decay * wave[0]) / turn
@@ -224,7 +236,11 @@ def predict_state(estimator: MomentEstimator, state: EstimatorState, cc: float, 
             s = step * h + ahead
             fade = math.exp(-decay * s)
             c, sn = fade * math.cos(turn * s), fade * math.sin(turn * s)
-            derivative(x, dx, 1, 0, k, cc, cg, c * wave[0] + sn * one, c * wave[2] + sn * three)
+            me1, me3 = c * wave[0] + sn * one, c * wave[2] + sn * three
+            rate1 = c * (turn * one - decay * wave[0]) - sn * (turn * wave[0] + decay * one)
+            rate3 = c * (turn * three - decay * wave[2]) - sn * (turn * wave[2] + decay * three)
+            put_signals(k.beyond, estimator.signals, x[PHI1], me1, rate1, me3, rate3, signals)
+            derivative(x, dx, 1, 0, k, cc, cg, me1, me3, k.beyond, signals)
             share = h / 6.0 if stage == 0 or stage == 3 else h / 3.0
             to = h if stage == 2 else 0.5 * h
             for i in range(n):
@@ -241,10 +257,20 @@ def predict_state(estimator: MomentEstimator, state: EstimatorState, cc: float, 
         wave[2 * j + 1] = c * (turn * b - decay * m) - sn * (turn * m + decay * b)
 
 
+@inlined
+def secant(more: Any, cc: float, slip: float) -> float:
+    """Coupling that gives the torque at a slip [rad/s]: weaker than the command where the torque is curbed. [Nms]"""
+    if more is None:
+        return cc
+    some = max(abs(slip), SOME)
+    return float(coupling_torque(more, cc, some)) / some
+
+
 @stamped(SOURCES)
 def predict_ring(estimator: MomentEstimator, state: EstimatorState, cc: float, cg: float) -> None:
     """Carry the variance of psi, psi', omega' over one period."""
     k, P, h = estimator.k, state.ring, estimator.period
+    cc = secant(k.beyond, cc, state.x_hat[OMEGA_RATE] - k.N * state.x_hat[PSI_RATE])
     # the slip decays within a period: an L-stable Pade step (1, 2) of its two states, a trapezoid for psi
     a, b = -h * k.N * k.N * cc * k.Gpp, h * k.N * cc * k.Gpp
     c, d = h * k.N * cc * k.Goo, -h * (cc + cg) * k.Goo
@@ -294,15 +320,18 @@ def correct_ring(estimator: MomentEstimator, state: EstimatorState) -> None:
 @stamped(SOURCES)
 def correct_float(estimator: MomentEstimator, state: EstimatorState) -> None:
     """Correct float and moments by the constant gain."""
-    x, wave, e, gain = state.x_hat, state.wave, state.innovation, estimator.gain
+    x, wave, e, gain, moved = state.x_hat, state.wave, state.innovation, estimator.gain, state.work[3]
     f = x.size - 4  # psi, omega and their rates are not of the float
     for i in range(f + 4):
         move = gain[i, 0] * e[3] + gain[i, 1] * e[4] + gain[i, 2] * e[5] + gain[i, 3] * e[6]
         if i >= f:
-            wave[i - f] += move
+            moved[i - f] = move
         elif i < 2:
             x[PHI1 + i] += move
         elif i < 4:
             x[PHI1_RATE + i - 2] += move
         else:
             x[RADIATION + i - 4] += move
+    at_rest(estimator.k.beyond, estimator.turning, estimator.wp, x[PHI1], moved)
+    for i in range(4):
+        wave[i] += moved[i]

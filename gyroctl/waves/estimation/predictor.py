@@ -186,7 +186,7 @@ def _closed(plant: Plant, estimator: MomentEstimator) -> tuple[FloatModel, Array
     """Averaged model of the estimator and its transition over a period."""
     from scipy.linalg import expm
 
-    model = float_model(plant, estimator.wp, estimator.spread, (1.0, 1.0), 0.0)
+    model = float_model(plant.rolling.smooth, estimator.wp, estimator.spread, (1.0, 1.0), 0.0)
     return model, np.asarray(expm(model.A * estimator.period))
 
 

@@ -1,0 +1,122 @@
+"""What a design model beyond the linear one needs of the waves, from what an estimator knows of them.
+
+Drag asks for the water's velocity, a moving position for the moments elsewhere, a wetted surface for the Froude-Krylov
+moments. A law sees none of them. All are linear in the same elevation as the two moments at rest, so the best guess
+from these and their rates is one matrix: the least-squares solution over the spectrum of the sea,
+
+    minimise over R the integral of |T - R (He1, i w He1, He3, i w He3)|^2 S dw,
+
+with T the transfers of `gyroctl.waves.channels`. In a narrow band it is exact. The moments at rest stay the state: what
+the float feels at its place is the model's, and what is forecast are the moments at rest.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.hydrodynamics.dispersion import wavenumber
+from gyroctl.plant.beyond import HALF, ORDER, PLACES, base_rows, signal_rows
+from gyroctl.plant.compiled import inlined
+from gyroctl.plant.equations import PHI1
+from gyroctl.plant.plant import Plant
+from gyroctl.plant.trigonometry import cos_sin, sine
+from gyroctl.waves.channels import transfers
+from gyroctl.waves.spectrum import SeaState
+
+Array = NDArray[np.float64]
+
+KNOWN = 4
+"""Me1, Me1', Me3, Me3': what is known of the waves at an instant."""
+
+OF_MOMENT1 = ("Me1", "F1", "u")
+"""Beginnings of the names of the signals that are guessed from Me1; all others are guessed from Me3."""
+
+
+def regression(plant: Plant, sea: SeaState) -> Array:
+    """Signals of `plant.channels` from what is known, (channels, 4).
+
+    Parameters
+    ----------
+    plant : Plant
+        The design model.
+    sea : SeaState
+        Weighs the frequencies and gives the heading.
+
+    Returns
+    -------
+    (channels, 4) array
+        For Me1 [Nm], Me1' [Nm/s], Me3, Me3'.
+    """
+    omega = sea.wp * np.linspace(0.4, 3.0, 400)
+    wanted = transfers(plant, omega, sea.heading)
+    weight = np.sqrt(sea.spectrum(omega))
+    found = np.zeros((len(wanted), KNOWN))
+    for row, name in enumerate(plant.channels):
+        first = 2 * (not name.startswith(OF_MOMENT1))
+        known = weight * wanted[first // 2] * np.stack([np.ones_like(omega), 1j * omega / sea.wp])
+        left = np.hstack([known.real, known.imag])  # real coefficients: both parts at once
+        right = weight * wanted[row]
+        found[row, first : first + 2] = np.linalg.lstsq(left.T, np.hstack([right.real, right.imag]), rcond=None)[0]
+    found[:, 1::2] /= sea.wp
+    return found
+
+
+def signal_table(plant: Plant, sea: SeaState) -> Array:
+    """Signals as the equations see them, by the float's place, (places, signal_rows, 4); see `regression`.
+
+    Where the position is at rest there is one place.
+    """
+    beyond = plant.coefficients.beyond
+    matrix = regression(plant, sea)
+    x = np.zeros(len(plant.labels))
+    table = []
+    for place in range(-HALF * PLACES, HALF * PLACES + 1) if _moves(beyond) else (0,):
+        x[PHI1] = np.arcsin(place / (HALF * PLACES))
+        table.append(np.stack([plant.near(x, column) for column in matrix.T], axis=1))
+    return np.ascontiguousarray(table)
+
+
+def _moves(beyond: Any) -> bool:
+    return beyond is not None and beyond.position is not None
+
+
+@inlined
+def put_signals(more: Any, table: Any, phi1: float, m1: float, r1: float, m3: float, r3: float, out: Any) -> None:
+    """Write the signals next to a float at `phi1` [rad] for known moments [Nm] and rates [Nm/s] into `out`."""
+    if more is not None:
+        at = 0
+        if more.position is not None:
+            at = int(min(max(np.floor(HALF * PLACES * sine(phi1) + 0.5), -1.0 * HALF * PLACES), 1.0 * HALF * PLACES))
+            at += HALF * PLACES
+        for i in range(signal_rows(more)):
+            row = table[at, i]
+            out[i] = row[0] * m1 + row[1] * r1 + (row[2] * m3 + row[3] * r3)
+        if more.position is not None:
+            out[base_rows(more) + 2 * ORDER] = (at - HALF * PLACES) / PLACES
+
+
+def phase_along(plant: Plant, sea: SeaState) -> float:
+    """Phase that waves of the peak frequency lose along the reach of the lever. [rad]"""
+    if not _moves(plant.coefficients.beyond) or plant.geometry is None:
+        return 0.0
+    along = plant.geometry.reach * np.cos(np.deg2rad(sea.heading))
+    return float(wavenumber(np.array([sea.wp]), plant.depth, plant.geometry.g)[0] * along)
+
+
+@inlined
+def at_rest(more: Any, turning: float, wp: float, phi1: float, moved: Any) -> None:
+    """Take corrections of Me1, Me1', Me3, Me3' [Nm, Nm/s] from where the float is to where it rests, in place.
+
+    What the sensors tell is of the waves at the float. There and at rest the moments swing alike, a phase apart; so a
+    gain that was designed for a float at rest serves, turned by that phase. Left unturned it would drive the rates the
+    wrong way on one side, and the estimator would run away at large angles.
+    """
+    if more is not None:
+        if more.position is not None:
+            c, s = cos_sin(turning * sine(phi1))
+            for j in range(0, 4, 2):
+                here, rate = moved[j], moved[j + 1]
+                moved[j], moved[j + 1] = c * here + s * rate / wp, c * rate - s * wp * here
