@@ -72,6 +72,10 @@ CHANGES: dict[str, Any] = {
     "mass": {"plant": gy.zhang2017(m3=2.5)},
     "damping": {"plant": gy.zhang2017(d1=3.0)},
     "variant": {"plant": gy.zhang2017("paper")},
+    "drag": {"plant": gy.zhang2017(drag=0.5)},
+    "position": {"plant": gy.zhang2017(position="moving")},
+    "losses": {"plant": gy.zhang2017(bearing=0.01)},
+    "efficiency": {"plant": gy.zhang2017(generator_efficiency=0.9)},
     "coupling limit": {"settings": gy.Settings(actuators=gy.Actuators(cc_max=0.05))},
     "generator limit": {"settings": gy.Settings(actuators=gy.Actuators(cg_max=4e-4))},
     "resolution": {"settings": gy.Settings(actuators=gy.Actuators(cc_quantum=0.01))},
@@ -100,6 +104,25 @@ def test_another_sea_device_or_limit_is_searched_anew(device: gy.Plant, searches
 def test_what_a_constant_pair_does_not_feel_needs_no_search(device: gy.Plant, searches: list[Any], change: str) -> None:
     assert find_yardstick(device, SEA, **SAME[change]).searched
     assert not searches
+
+
+def test_costly_device_is_searched_for_as_the_smooth_one(searches: list[Any]) -> None:
+    realistic = gy.zhang2017(variant="realistic", traction=0.3)
+    found = find_yardstick(realistic, SEA)
+    before = len(searches)
+    assert before >= 1 and "a contact that rolls" in found.words
+    smooth = find_yardstick(realistic.rolling.smooth, SEA)
+    assert len(searches) == before and (smooth.cc, smooth.cg) == (found.cc, found.cg)
+    assert "a contact that rolls" not in smooth.words
+
+
+def test_water_of_another_depth_or_float_is_another_device(searches: list[Any]) -> None:
+    plant = gy.zhang2017(position="moving")
+    assert plant.geometry is not None
+    lighter = plant.replace(geometry=replace(plant.geometry, rho=990.0))
+    keys = {find_yardstick(p, SEA).key for p in (plant, plant.replace(depth=3.0), lighter)}
+    assert len(keys) == 3
+    assert not gy.zhang2017().replace(depth=3.0).water, "a linear plant feels neither"
 
 
 def test_file_that_is_damaged_or_of_other_content_is_searched_again(

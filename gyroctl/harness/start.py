@@ -42,7 +42,7 @@ def locked_start(plant: Plant, sea: Sea) -> tuple[NDArray[np.float64], tuple[flo
         return np.append(rolling, plant.parameters.N * rolling[PSI_RATE]), controls
     plant = plant.smooth
     wave = Regular(height=sea.hs / math.sqrt(2.0), wp=sea.wp, heading=sea.heading)
-    key = (plant.coefficients, plant.excitation.sha256, wave.height, wave.wp, wave.heading)
+    key = (plant.coefficients, plant.water, plant.excitation.sha256, wave.height, wave.wp, wave.heading)
     if key not in _found:
         _found[key] = _search(plant, wave)
     return _found[key]

@@ -21,6 +21,12 @@ NAMED: dict[str, tuple[str, ...]] = {
 }
 """Choices that have names, the usual one first."""
 
+CHOICES = (
+    *("position", "wetted", "drag", "drag_area", "drag_height", "contact", "traction", "coupling_cap", "coupling_slip"),
+    *("bearing", "windage", "rolling_resistance", "generator_efficiency"),
+)
+"""Choices beyond the linear model; each is off by default."""
+
 
 @dataclass(frozen=True)
 class Parameters:

@@ -58,6 +58,10 @@ class Float(Protocol):
         """Gravity. [m/s^2]"""
 
     @property
+    def sha256(self) -> str:
+        """Hash of all of it."""
+
+    @property
     def hull(self) -> Any:
         """Surface of the float."""
 
@@ -188,6 +192,16 @@ class Plant:
     def ledger(self) -> tuple[str, ...]:
         """Names of the powers in the energy ledger, in their order."""
         return LEDGER if self.coefficients.beyond is None else (*LEDGER, *BEYOND)
+
+    @cached_property
+    def water(self) -> tuple[str, ...]:
+        """What tells this plant from one of the same coefficients and excitation: float and depth, where they act.
+
+        Part of the key of whatever is kept; empty for a linear plant.
+        """
+        if self.coefficients.beyond is None or self.geometry is None:
+            return ()
+        return self.geometry.sha256, repr(self.depth)
 
     @cached_property
     def smooth(self) -> Plant:

@@ -79,4 +79,4 @@ def provenance(task: Task, on: Circumstances) -> dict[str, Any]:
 
 def plant_hash(plant: Plant) -> str:
     """SHA-256 of every number of the plant's equations."""
-    return hashlib.sha256(json.dumps([plant.coefficients, asdict(plant.parameters)]).encode()).hexdigest()
+    return hashlib.sha256(json.dumps([plant.coefficients, asdict(plant.parameters), *plant.water]).encode()).hexdigest()

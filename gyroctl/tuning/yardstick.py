@@ -20,8 +20,9 @@ from gyroctl.harness.registry import tuned_sets
 from gyroctl.harness.run import Settings
 from gyroctl.harness.start import locked_start
 from gyroctl.harness.yardstick import PAIR, Yardstick, shipped_pairs
-from gyroctl.plant import Plant, equations
+from gyroctl.plant import Plant, beyond, equations, friction, reduced, wetted
 from gyroctl.plant.compiled import source_stamp
+from gyroctl.plant.parameters import CHOICES
 from gyroctl.tuning.best_pair import best_pair
 from gyroctl.tuning.goal import Goal
 from gyroctl.waves import ElevationRecord, Regular, Sea, SeaState
@@ -35,6 +36,9 @@ SEEDS = range(100000, 100064)
 
 LOCKED = 0.98
 """Least part of the realisations that a pair must hold: one loss in 64, where laws are allowed none."""
+
+SIMPLER = "; found for the same device with a contact that rolls and its wetted surface as polynomials"
+"""What is said of the pair of a device that would be too costly to search for itself."""
 
 FOLDER = "yardsticks"
 
@@ -51,13 +55,21 @@ class Search(NamedTuple):
 
     def content(self) -> dict[str, Any]:
         """As JSON can hold it. A constant pair looks at no sensor and never changes: those, lags and delays are out."""
+        parameters, coefficients = self.plant.parameters, self.plant.coefficients
+        off = {"traction"}  # the contact of a device that is searched for rolls
+        off |= {f.name for f in fields(parameters) if f.name in CHOICES and getattr(parameters, f.name) == f.default}
+        further: dict[str, Any] = {}  # what is off is no part of the key, and the keys that ship stay what they are
+        if coefficients.beyond is not None:
+            terms = source_stamp([beyond.__file__, friction.__file__, reduced.__file__, wetted.__file__])
+            further = {"beyond": coefficients.beyond, "terms": terms, "water": self.plant.water}
         sea = {item.name: getattr(self.sea, item.name) for item in fields(self.sea) if item.compare}
         limits = self.settings.actuators
         acting = {name: getattr(limits, name) for name in ("cc_max", "cg_max", "cc_quantum", "cg_quantum", "cc_gain")}
         content = {
             "equations": source_stamp([equations.__file__]),
-            "coefficients": self.plant.coefficients,
-            "parameters": asdict(self.plant.parameters),
+            "coefficients": {name: value for name, value in coefficients._asdict().items() if name != "beyond"},
+            "parameters": {name: value for name, value in asdict(parameters).items() if name not in off},
+            **further,
             "excitation": self.plant.excitation.sha256,
             "sea": {"kind": type(self.sea).__name__, **sea},
             "actuators": acting,
@@ -89,7 +101,8 @@ def find_yardstick(
     """Best constant pair of a sea and a device: as it ships, as it was found before, or searched now.
 
     Where no pair keeps the limit of motion, as in high seas, the pair is the best without that limit: one that avoids
-    motion would be a weak yardstick.
+    motion would be a weak yardstick. A device with friction in its contact or with a wetted surface that is followed is
+    searched for as one that rolls, with the surface as polynomials: a search of the device itself would take days.
 
     Parameters
     ----------
@@ -127,10 +140,12 @@ def find_yardstick(
         return unsearched(sea, "an elevation record is one realisation, on which a pair must not be tuned")
     acting = Settings(actuators=(settings or Settings()).actuators)
     seeds = SEEDS[:1] if isinstance(sea, Regular) else SEEDS  # of a regular wave every seed is the same
-    wanted = Search(plant, sea, acting, Goal(locked=LOCKED, motion=motion_limit), budget, seeds)
+    searched = plant.rolling.smooth
+    wanted = Search(searched, sea, acting, Goal(locked=LOCKED, motion=motion_limit), budget, seeds)
     kept = _shipped(wanted.key) or _read(wanted)
+    simpler = "" if searched is plant else SIMPLER
     if kept is not None:
-        return kept
+        return replace(kept, words=kept.words + simpler)
     if not search:
         return unsearched(sea, "no search was wanted")
     try:
@@ -142,7 +157,7 @@ def find_yardstick(
             raise
         return unsearched(sea, f"the search failed: {error.problem}")
     write_json(_file(wanted), {**asdict(found), "content": wanted.content()})
-    return found
+    return replace(found, words=found.words + simpler)
 
 
 def unsearched(sea: Sea, why: str) -> Yardstick:

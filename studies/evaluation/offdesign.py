@@ -72,6 +72,7 @@ def found_pair(plant: Plant, sea: Sea, ask: Request) -> dict[str, Any]:
     content = {
         "coefficients": plain(plant.coefficients),
         "excitation": plant.excitation.sha256,
+        "water": plant.water,
         **_sea(sea),
         "settings": plain(ask.settings),
         "budget": ask.budget,

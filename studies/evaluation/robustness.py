@@ -102,7 +102,7 @@ def _counts(table: Mapping[str, Row]) -> str:
 
 def _device(plant: Plant) -> dict[str, Any]:
     constants = {name: value for name, value in plant.coefficients._asdict().items() if value is not None}
-    return {"coefficients": constants, "excitation_sha256": plant.excitation.sha256}
+    return {"coefficients": constants, "excitation_sha256": plant.excitation.sha256, "water": plant.water}
 
 
 def _line(name: str, row: Row, kept: Estimate | None) -> dict[str, str]:
