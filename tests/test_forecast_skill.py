@@ -17,7 +17,7 @@ import gyroctl as gy
 from gyroctl.harness.run import Settings, run_law
 from gyroctl.plant.measurement import ROWS
 from gyroctl.studies.forecast import forecast_report
-from gyroctl.studies.forecast.report import SEAS
+from gyroctl.studies.forecast.report import REAL_WATER, SEAS
 from gyroctl.studies.forecast.skill import SOURCES
 from gyroctl.waves.estimation import MomentEstimator, Predictor, Probe, foresee, relative_error, replay, replay_moments
 
@@ -73,13 +73,16 @@ def test_forecast_from_the_sensors(device: gy.Plant) -> None:
 @pytest.mark.slow
 def test_study_writes_table_and_figure(tmp_path: Path) -> None:
     text = forecast_report(tmp_path, [SEED], duration=260.0)
-    assert {path.name for path in tmp_path.iterdir()} == {"forecast.csv", "forecast.json", "forecast.png"}
+    written = {"forecast.csv", "forecast.json", "forecast.png", "forecast_real_water.png"}
+    assert {path.name for path in tmp_path.iterdir()} == written
     with (tmp_path / "forecast.csv").open(encoding="utf-8") as stream:
         rows = {(row["sea"], row["source"], row["moment"]): row for row in csv.DictReader(stream)}
-    assert len(rows) == len(SEAS) * len(SOURCES) * 2
+    assert len(rows) == (len(SEAS) + len(REAL_WATER)) * len(SOURCES) * 2
     for moment in ("Me1", "Me3"):
         one, two = (float(rows["gamma 5", source, moment]["error_at_1_s"]) for source in ("true moments", "sensors"))
         assert 0.0 < one < two < 0.6
+        plain, knowing = (float(rows[case, "sensors", moment]["error_at_1_s"]) for case in REAL_WATER)
+        assert knowing < 0.6 < plain, "a design model that knows the water forecasts; one that does not, does not"
     assert rows["gamma 5, peak 2.8 to 3.5 rad/s", "sensors, sea known", "Me1"]["error_at_1_s"] == "nan"
     assert "gamma 50" in text and "nan" not in text
 

@@ -280,7 +280,7 @@ class Nmpc:
         a = self.aims
         cost = weights(self.plant, a.motion, a.limit1, a.limit3, a.lock, a.floor, a.travel, a.terminal)
         cost = cost._replace(turns=a.turns)
-        rows = np.array([row for row in range(len(self.plant.labels)) if row != OMEGA])
+        rows = np.array([row for row in range(len(self.plant.rolling.labels)) if row != OMEGA])
         h = np.array([self.period / STEPS])
         return planner_of(orders, self.effort.solver), constants(self.plant), h, np.array(cost), rows
 

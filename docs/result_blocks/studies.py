@@ -99,6 +99,9 @@ def forecast() -> str:
         for source in SHOWN:
             for moment, errors in zip(("Me1", "Me3"), sources[source], strict=True):
                 lines.append([sea, source, moment, *(number(error, 2) for error in errors)])
+    for case, sources in found["error_in_real_water"].items():
+        for moment, errors in zip(("Me1", "Me3"), sources["sensors"], strict=True):
+            lines.append([case, "sensors", moment, *(number(error, 2) for error in errors)])
     heads = ("sea", "from", "moment", *(f"{lead:g} s" for lead in found["leads_s"]))
     told = (
         f"{len(found['seeds'])} realisations of {found['duration_s']:g} s, seeds {states(found['seed_states'])}, moved "

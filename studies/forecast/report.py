@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.harness.seed_ledger import ledger
+from gyroctl.plant import Plant
 from gyroctl.provenance import made
 from gyroctl.studies.forecast.draw import draw
 from gyroctl.studies.forecast.skill import FIRST, LEADS, SOURCES, Skill, skill
@@ -22,6 +24,12 @@ SEAS: dict[str, SeaState | DriftingSea] = {
     "gamma 5, peak 2.8 to 3.5 rad/s": DriftingSea(wp=2.8, wp_end=3.5, gamma=5.0, over=1000.0),
 }
 """The seas of the study."""
+
+REAL_WATER: dict[str, Callable[[], Plant]] = {
+    "gamma 5, realistic device, linear design": zhang2017,
+    "gamma 5, realistic device, realistic design": partial(zhang2017, variant="realistic"),
+}
+"""The device in real water, and what estimator and forecast are designed with there."""
 
 
 def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, law: str = "coupling") -> str:
@@ -49,18 +57,24 @@ def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, l
         raise InputError("forecast.duration", duration, "leaves nothing to judge", f"Give more than {FIRST + 16:g} s")
     truth = zhang2017(radiation="fine")  # finer than the design model, as in every evaluation
     found = {name: skill(sea, law, seeds, duration, truth) for name, sea in SEAS.items()}
+    real = zhang2017(variant="realistic", radiation="fine")
+    wet = {name: skill(SEAS["gamma 5"], law, seeds, duration, real, design()) for name, design in REAL_WATER.items()}
     runs = f"{len(seeds)} realisations of {duration:g} s under the law {law}"
     note = f"truth: finer radiation fit; {runs}; default sensors"
     with styled():
         save(draw(found, note), out / "forecast.png")
-    rows = _rows(found)
+        save(draw(wet, f"truth: the realistic device; {runs}; default sensors"), out / "forecast_real_water.png")
+    rows = [*_rows(found), *_rows(wet)]
     write_rows(out / "forecast.csv", [["sea", "source", "moment", *(f"error_at_{lead:g}_s" for lead in LEADS)], *rows])
     at_the_sample = {name: {"estimator": value.now[0], "smoothed": value.now[1]} for name, value in found.items()}
     head = {**made(), "seeds": list(seeds), "seed_states": ledger().states(seeds), "duration_s": duration, "law": law}
-    skills = {name: dict(zip(SOURCES, value.error, strict=True)) for name, value in found.items()}
-    content = {"note": note, "error_at_the_sample": at_the_sample, "leads_s": LEADS, "error": skills}
+    skills, wet_skills = (
+        {name: dict(zip(SOURCES, value.error, strict=True)) for name, value in each.items()} for each in (found, wet)
+    )
+    errors = {"error": skills, "error_in_real_water": wet_skills}
+    content = {"note": note, "error_at_the_sample": at_the_sample, "leads_s": LEADS, **errors}
     write_json(out / "forecast.json", {**head, **content})
-    return _text(rows) + _sample(found)
+    return _text(rows) + _sample({**found, **wet})
 
 
 def _rows(found: dict[str, Skill]) -> list[list[str]]:

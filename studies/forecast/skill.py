@@ -36,7 +36,14 @@ class Skill(NamedTuple):
     now: Array  # (2, 2), at the sample: of the estimator's moments, of the smoothed ones
 
 
-def skill(sea: SeaState | DriftingSea, name: str, seeds: Sequence[int], duration: float, truth: Plant) -> Skill:
+def skill(
+    sea: SeaState | DriftingSea,
+    name: str,
+    seeds: Sequence[int],
+    duration: float,
+    truth: Plant,
+    design: Plant | None = None,
+) -> Skill:
     """Forecast on closed-loop runs of a law, the estimator being designed on another plant than the true one.
 
     Parameters
@@ -51,8 +58,10 @@ def skill(sea: SeaState | DriftingSea, name: str, seeds: Sequence[int], duration
         Of each. [s]
     truth : Plant
         What the loop is run with.
+    design : Plant, optional
+        What estimator and forecast are designed with; the linear device.
     """
-    design, settings = zhang2017(), Settings(sensors=Sensors())
+    design, settings = design or zhang2017(), Settings(sensors=Sensors())
     estimator = MomentEstimator.design(design, delay=settings.actuators.delay)
     known = sea if isinstance(sea, SeaState) else None
     errors, now = [], []

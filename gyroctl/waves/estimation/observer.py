@@ -37,7 +37,14 @@ from gyroctl.plant.kernel import rows, slip_rate, steps_for
 from gyroctl.plant.plant import Plant
 from gyroctl.waves.estimation import wave_signals
 from gyroctl.waves.estimation.moment_model import Array, FloatModel, Gains, float_model, stationary_gains
-from gyroctl.waves.estimation.wave_signals import at_rest, phase_along, put_signals, signal_table
+from gyroctl.waves.estimation.wave_signals import (
+    at_rest,
+    phase_along,
+    position_of,
+    put_signals,
+    signal_table,
+    unexplained,
+)
 from gyroctl.waves.spectrum import SeaState
 
 SENSOR_NOISE = (1.1e-3, 0.02, 0.1, 1e-3, 1e-3, 4e-3, 4e-3)
@@ -59,6 +66,7 @@ class MomentEstimator(NamedTuple):
     k: Coefficients  # of the design model
     signals: Array  # (places, signals, 4): what it asks of the waves, from Me1, Me1', Me3, Me3'; see `wave_signals`
     turning: float  # phase that the waves lose along the reach of the lever, at wp [rad]
+    unexplained: float  # what the guess of the signals misses of the moments [Nm]
     period: float  # sampling period [s]
     wp: float  # frequency at which the moments swing on [rad/s]
     spread: float  # and their damping ratio [-]
@@ -119,6 +127,7 @@ class MomentEstimator(NamedTuple):
             plant.coefficients,
             signal_table(plant, sea),
             phase_along(plant, sea),
+            unexplained(plant, sea),
             float(period),
             sea.wp,
             float(spread),
@@ -332,6 +341,6 @@ def correct_float(estimator: MomentEstimator, state: EstimatorState) -> None:
             x[PHI1_RATE + i - 2] += move
         else:
             x[RADIATION + i - 4] += move
-    at_rest(estimator.k.beyond, estimator.turning, estimator.wp, x[PHI1], moved)
+    at_rest(position_of(estimator.k.beyond), estimator.turning, estimator.wp, x[PHI1], moved)
     for i in range(4):
         wave[i] += moved[i]

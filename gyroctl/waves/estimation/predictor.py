@@ -32,6 +32,9 @@ SOURCES = (compiled.__file__, spectrum.__file__, sea_shape.__file__, learning.__
 GENERIC = SeaState(gamma=3.3)
 """The sea that is expected before anything has been seen."""
 
+FLOOR = 0.3
+"""Noise of the observed moments that is always reckoned with. [Nm]"""
+
 DENSE, SPARSE = 3.0, 6.0
 """Every value is looked at up to the first age, every second up to the second, every fourth beyond. [s]"""
 
@@ -54,7 +57,7 @@ class Predictor(NamedTuple):
         estimator: MomentEstimator | None = None,
         forgetting: float | None = 120.0,
         every: float = 5.0,
-        floor: float = 0.3,
+        floor: float | None = None,
         doubt: float = 6.0,
         grid: Bins | None = None,
     ) -> Predictor:
@@ -77,8 +80,10 @@ class Predictor(NamedTuple):
             Time after which what was seen counts e times less; None learns nothing and stays with `sea`. [s]
         every : float
             Time between two fits of the spectrum. [s]
-        floor : float
-            Standard deviation of white noise added to the observed moments. [Nm]
+        floor : float, optional
+            Standard deviation of white noise added to the observed moments; by default 0.3, and with an estimator
+            whose design model goes beyond the linear one also what its guess of the waves misses, see
+            `wave_signals.unexplained`. [Nm]
         doubt : float
             The same for the fit of the spectrum alone, see `learning`. [Nm]
         grid : Bins, optional
@@ -89,6 +94,9 @@ class Predictor(NamedTuple):
         InputError
             For a length that is not positive, a horizon or past shorter than a step, a step other than the estimator's.
         """
+        if floor is None:
+            missed = 0.0 if estimator is None else estimator.unexplained
+            floor = math.hypot(FLOOR, missed) if missed > 0.0 else FLOOR
         lengths = {"step": step, "past": past, "horizon": horizon, "every": every, "floor": floor, "doubt": doubt}
         lengths.update({} if forgetting is None else {"forgetting": forgetting})
         for name, value in lengths.items():
