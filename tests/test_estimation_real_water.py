@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import gyroctl as gy
+from gyroctl.harness.law_fingerprint import law_fingerprint
+from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.plant.beyond import coupling_torque
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PSI, PSI_RATE
@@ -182,3 +184,16 @@ def test_planner_designed_for_the_water_keeps_the_ring_turning() -> None:
         run, _ = run_law(truth, gy.law("nmpc", plant=plant), waves, settings)
         angle.append(float(run.states[-1, PSI] - run.states[1000, PSI]) / (3.14 * 400.0))
     assert angle[1] > 0.95 > angle[0], angle
+
+
+def test_design_model_of_a_law_is_named_or_told_by_its_choices() -> None:
+    realistic: Any = gy.law("nmpc", plant="realistic")
+    assert realistic.plant == gy.zhang2017(variant="realistic")
+    other: Any = gy.law("nmpc", plant={"drag": 0.7, "wetted": "reduced"})
+    assert other.plant == gy.zhang2017(drag=0.7, wetted="reduced")
+    assert describe(realistic)["plant"] == realistic.plant.name
+    assert law_fingerprint(realistic) != law_fingerprint(gy.law("nmpc"))
+    for plant, field in (("wet", "laws.nmpc.plant.variant"), ({"drag": -1.0}, "laws.nmpc.plant.drag")):
+        with pytest.raises(gy.InputError) as caught:
+            gy.law("nmpc", plant=plant)
+        assert caught.value.field == field

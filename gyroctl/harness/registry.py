@@ -15,9 +15,11 @@ from types import ModuleType
 from typing import Any, cast
 
 from gyroctl import nested
+from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
+from gyroctl.plant import Plant
 
 GROUP = "gyroctl.controllers"
 
@@ -69,7 +71,8 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
     tuning : str, optional
         A set of its tuned parameters: "all", or one for a sea alone, as "gamma1", "gamma5", "gamma50".
     **parameters
-        Parameters of the law; the defaults are its shipped tuning for all seas.
+        Parameters of the law; the defaults are its shipped tuning for all seas. The design model `plant` of a law that
+        has one may be a variant, "realistic", or a table of choices as `gyroctl.zhang2017` takes them.
 
     Returns
     -------
@@ -86,6 +89,8 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
         parameters = {**_tuned_parameters(name, tuning), **parameters}
     if isinstance(parameters.get("wraps"), str | Mapping):
         parameters = {**parameters, "wraps": _wrapped(name, parameters["wraps"])}
+    if isinstance(parameters.get("plant"), str | Mapping):
+        parameters = {**parameters, "plant": _design(name, parameters["plant"])}
     factory = _from_file(name) if ".py:" in name else _from_name(name)
     if not callable(factory):
         raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")
@@ -122,6 +127,7 @@ def describe(built: Law) -> dict[str, Any]:
         fields: dict[str, Any] = built._asdict()  # type: ignore[attr-defined]
     else:
         fields = {key: getattr(built, key) for key in getattr(built, "__dataclass_fields__", {})}
+        fields |= {key: value.name for key, value in fields.items() if isinstance(value, Plant)}
         fields = {key: value for key, value in fields.items() if isinstance(value, int | float | str | tuple)}
     fields = {key: value for key, value in fields.items() if within is None or key not in ("law", nested.FIRST)}
     found: dict[str, Any] = {}
@@ -156,6 +162,14 @@ def _wrapped(name: str, wraps: str | Mapping[str, Any]) -> Law:
             'Give its name, or a table with law = "load_angle" and its parameters',
         )
     return law(inner, **table)
+
+
+def _design(name: str, plant: str | Mapping[str, Any]) -> Plant:
+    """Design model of a law: a variant, or a table of choices."""
+    try:
+        return zhang2017(plant) if isinstance(plant, str) else zhang2017(**plant)
+    except InputError as error:
+        raise InputError(f"laws.{name}.{error.field}", error.value, error.problem, error.mend) from None
 
 
 def _tuned_parameters(name: str, tuning: str) -> dict[str, Any]:
