@@ -55,7 +55,12 @@ DEFINED: dict[str, dict[str, str]] = {
         r"in the nonlinear loop, 1 %": "held by the test that is named beside it",
     },
     "docs/nmpc.md": {r"14 W": "setting of the power command"},
-    "docs/nomenclature.md": {r"98 %|95 %|0\.3 rad|10 %|5 %": "names of measures, and definitions"},
+    "docs/wetted.md": {
+        r"(?:0\.2|0\.5|2) % of": "bars, held by the tests that are named beside them",
+        r"10 ms": "setting of the plant",
+        r"98 %": "name of a measure",
+    },
+    "docs/nomenclature.md": {r"98 %|95 %|99 %|99\.9 %|0\.3 rad|10 %|5 %": "names of measures, and definitions"},
 }
 """What looks like one and is a definition, a setting, a limit, or held by a test that is named: with the reason."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -32,15 +33,15 @@ def same(read: Hydrodynamics, digits: float) -> None:
     assert read.depth == 0.7 and read.rho == 1000.0
 
 
-def six_dofs() -> xr.Dataset:
-    """Our table as a Capytaine dataset of yaw and roll about the hinge: phi1 is minus yaw."""
+def six_dofs(part: str = "excitation") -> xr.Dataset:
+    """Our table, with all or a part of its moments, as Capytaine has yaw and roll about the hinge: phi1 is minus yaw."""
     hydro = shipped()
     omega = hydro.omega[ROWS]
     sign = np.array([-1.0, 1.0])
     square = np.zeros((2, len(omega), 2, 2))
     for k, values in enumerate((hydro.added_mass, hydro.damping)):
         square[k][:, [0, 1], [0, 1]] = values[:, ROWS].T
-    force = np.conj(np.transpose(hydro.excitation[:, list(HEADINGS)][:, :, ROWS], (2, 1, 0))) * sign
+    force = np.conj(np.transpose(getattr(hydro, part)[:, list(HEADINGS)][:, :, ROWS], (2, 1, 0))) * sign
     names = ["Yaw", "Roll"]
     dims = ("omega", "influenced_dof", "radiating_dof")
     return xr.Dataset(
@@ -70,12 +71,27 @@ def wamit(tmp_path: Path) -> Path:
     return tmp_path / "float"
 
 
+def write_forces(path: Path, header: list[str], moments: Any, unit: float) -> None:
+    """One of NEMOH's files of sizes and angles."""
+    hydro, sign, slot, lines = shipped(), (-1.0, 1.0), (5, 3), list(header)
+    omega = hydro.omega[ROWS]
+    for k in HEADINGS:
+        lines.append(f'Zone t="Diffraction force - beta = {hydro.headings[k]:7.3f} deg",I={len(omega)},F=POINT')
+        for n, w in enumerate(omega):
+            pairs = np.zeros((6, 2))
+            for j in range(2):
+                moment = sign[j] * np.conj(moments[j, k, ROWS][n])
+                pairs[slot[j]] = abs(moment), unit * np.angle(moment)
+            lines.append(" ".join(f"{v:.9E}" for v in (w, *pairs.ravel())))
+    path.write_text("\n".join(lines) + "\n")
+
+
 def write_nemoh(folder: Path, unit: float, cal: bool = True) -> Path:
     """Files as NEMOH's postProc writes them: six forces and motions, exp(-i w t), phases in `unit` per radian."""
     hydro = shipped()
     results = folder / "Results"
     results.mkdir(parents=True)
-    omega, sign, slot = hydro.omega[ROWS], (-1.0, 1.0), (5, 3)
+    omega, slot = hydro.omega[ROWS], (5, 3)
     header = ['VARIABLES="w (rad/s)"', *(f'"A 1 {k}" "B 1 {k}"' for k in range(1, 7))]
     lines = list(header)
     for motion in range(6):
@@ -87,16 +103,7 @@ def write_nemoh(folder: Path, unit: float, cal: bool = True) -> Path:
                 pairs[motion] = hydro.added_mass[j, ROWS][n], hydro.damping[j, ROWS][n]
             lines.append(" ".join(f"{v:.9E}" for v in (w, *pairs.ravel())))
     (results / "RadiationCoefficients.tec").write_text("\n".join(lines) + "\n")
-    lines = list(header)
-    for k in HEADINGS:
-        lines.append(f'Zone t="Diffraction force - beta = {hydro.headings[k]:7.3f} deg",I={len(omega)},F=POINT')
-        for n, w in enumerate(omega):
-            pairs = np.zeros((6, 2))
-            for j in range(2):
-                moment = sign[j] * np.conj(hydro.excitation[j, k, ROWS][n])
-                pairs[slot[j]] = abs(moment), unit * np.angle(moment)
-            lines.append(" ".join(f"{v:.9E}" for v in (w, *pairs.ravel())))
-    (results / "ExcitationForce.tec").write_text("\n".join(lines) + "\n")
+    write_forces(results / "ExcitationForce.tec", header, hydro.excitation, unit)
     if cal:
         (folder / "Nemoh.cal").write_text(
             "--- Environment ----\n1000.0 ! RHO ! KG/M**3\n9.81 ! G ! M/S**2\n0.7 ! DEPTH ! M\n0. 0. ! XEFF YEFF\n"
@@ -126,6 +133,41 @@ def test_nemoh_files_in_radians_and_in_degrees(tmp_path: Path, unit: float) -> N
     folder = write_nemoh(tmp_path / "project", unit)
     same(read_nemoh(folder), 1e-6)
     same(read_nemoh(folder / "Results"), 1e-6)
+
+
+def parts_are_ours(read: Hydrodynamics, digits: float) -> None:
+    """Froude-Krylov as it was written, and the rest of the excitation as diffraction."""
+    hydro = shipped()
+    for name in ("froude_krylov", "diffraction"):
+        ours, theirs = getattr(read, name), getattr(hydro, name)
+        assert ours is not None and theirs is not None
+        truth = theirs[:, list(HEADINGS)][:, :, ROWS]
+        assert np.max(np.abs(ours - truth)) < digits * np.max(np.abs(truth))
+
+
+def test_wamit_keeps_froude_krylov_apart(wamit: Path) -> None:
+    assert read_wamit(wamit, SITE).froude_krylov is None
+    exporter = pytest.importorskip("capytaine.io.wamit")
+    exporter.export_wamit_3(six_dofs("froude_krylov"), str(wamit.with_name("part.3")))
+    wamit.with_name("part.3").rename(wamit.with_name("float.3fk"))
+    parts_are_ours(read_wamit(wamit, SITE), 1e-5)
+
+
+@pytest.mark.parametrize("unit", [1.0, 180.0 / np.pi])
+@pytest.mark.parametrize("turn", [1.0, 1e-3])
+def test_nemoh_keeps_froude_krylov_apart(tmp_path: Path, unit: float, turn: float) -> None:
+    """Also where all angles of the part are so small that they could be either degrees or radians."""
+    folder = write_nemoh(tmp_path, unit)
+    assert read_nemoh(folder).froude_krylov is None
+    header, part = ['VARIABLES="w (rad/s)"'], shipped().froude_krylov
+    assert part is not None
+    part = np.abs(part) * np.exp(1j * turn * np.angle(part))
+    write_forces(folder / "Results" / "FKForce.tec", header, part, unit)
+    found = read_nemoh(folder).froude_krylov
+    truth = part[:, list(HEADINGS)][:, :, ROWS]
+    assert found is not None and np.max(np.abs(found - truth)) < 1e-5 * np.max(np.abs(truth))
+    if turn == 1.0:
+        parts_are_ours(read_nemoh(folder), 1e-5)
 
 
 def test_nemoh_without_cal_uses_the_site(tmp_path: Path) -> None:

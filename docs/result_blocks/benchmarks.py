@@ -101,8 +101,64 @@ def spent() -> str:
     return f"{table(heads, lines, 2)}\n\n{made}"
 
 
+def water_cost() -> str:
+    """Cost of the choices beyond the linear model."""
+    found = read("benchmarks/water.json")
+    lines = [
+        [name, number(one["relative to linear"], 2), number(1000.0 * one["a run [s]"], 2)]
+        for name, one in found.items()
+        if isinstance(one, Mapping) and "relative to linear" in one
+    ]
+    told = (
+        f"Processor time of 600 s of `load_angle` in one process, relative to the linear plant "
+        f"({1000.0 * found['linear, one run [s]']:.1f} ms, {found['machine']})."
+    )
+    made = of_file("benchmarks/water.json", "python -P benchmarks/water.py")
+    return "\n\n".join([table(("choice", "relative to linear", "a run [ms]"), lines), told, made])
+
+
+def reduced_truth() -> str:
+    """Polynomials of the wetted surface against the panels."""
+    found = read("benchmarks/real_water.json")
+    lines = []
+    for position, laws in found["wetted"].items():
+        for law, one in laws.items():
+            panels, fit = one["surface"], one["reduced"]
+            lines.append(
+                [
+                    position,
+                    f"`{law}`",
+                    *(f"{number(each['mean_power'])}, {number(each['phi1_p98'], 3)}" for each in (panels, fit)),
+                    *(f"{100.0 * (fit[key] / panels[key] - 1.0):+.1f} %" for key in ("mean_power", "phi1_p98")),
+                    *(f"{each['locked']} of {each['runs']}" for each in (panels, fit)),
+                ]
+            )
+    heads = ("position", "law", "panels: power [W], 98 % of φ1 [rad]", "polynomials", "power", "98 % of φ1")
+    pairs = ", ".join(f"{position}: ({cc:g}, {cg:g}) Nms" for position, (cc, cg) in found["pairs_nms"].items())
+    runs = f"{len(found['seeds'])} realisations of {found['duration_s']:g} s"
+    told = f"Cd {found['drag']:g}, {runs}; constant pairs {pairs}."
+    made = of_file("benchmarks/real_water.json", "python -P benchmarks/real_water.py")
+    return "\n\n".join([table((*heads, "lock kept on the panels", "on the polynomials"), lines, 2), told, made])
+
+
+def friction_truth() -> str:
+    """Smoothed friction against dry friction."""
+    found = read("benchmarks/real_water.json")
+    lines = []
+    for traction, one in found["friction"].items():
+        creep = one["creep_w"]
+        crept = "–" if creep is None else f"{number(creep[0], 2)} to {number(creep[1], 2)}"
+        lines.append([traction, f"{one['agreed']} of {one['runs']}", f"{one['reversed']} of {one['runs']}", crept])
+    heads = ("μ", "same verdict: does the run reverse?", "runs that do", "creep loss where none does [W]")
+    made = of_file("benchmarks/real_water.json", "python -P benchmarks/real_water.py", "a constant pair, runs of 300 s")
+    return f"{table(heads, lines)}\n\n{made}"
+
+
 BLOCKS: Mapping[str, Callable[[], str]] = {
     "speed": speed,
+    "water-cost": water_cost,
+    "reduced-truth": reduced_truth,
+    "friction-truth": friction_truth,
     "nmpc-time": nmpc_time,
     "nmpc-solvers": nmpc_solvers,
     "nmpc-tuned": tuned_nmpc,

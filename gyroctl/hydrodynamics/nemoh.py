@@ -49,19 +49,24 @@ def read_nemoh(path: Path | str, site: Site | None = None) -> Hydrodynamics:
             for i, other in enumerate(order):
                 sign = np.sign(site.modes[i]) * np.sign(site.modes[j])
                 entry[:, i, j] = sign * _columns(row, other, results)
-    forces, apart = _moments(existing(results / "ExcitationForce.tec"), order, site), results / "FKForce.tec"
-    undisturbed = _moments(apart, order, site) if apart.is_file() else None
+    whole, apart = existing(results / "ExcitationForce.tec"), results / "FKForce.tec"
+    unit = _unit(whole)
+    forces = _moments(whole, order, site, unit)
+    undisturbed = _moments(apart, order, site, unit) if apart.is_file() else None
     infinite = np.full((2, 2), np.nan)
     return assembled(matrices, forces, infinite, site, f"NEMOH results {results}", undisturbed)
 
 
-def _moments(path: Path, order: list[int], site: Site) -> Forces:
-    """Moments of a file of sizes and angles."""
-    zones = _zones(path)
-    largest = max((float(np.max(np.abs(zone[:, 2::2]))) for _, zone in zones), default=0.0)
-    unit = 1.0 if largest <= np.pi + 1e-3 else np.pi / 180.0
+def _unit(path: Path) -> float:
+    """Radians per unit of the angles of a file: some versions write degrees."""
+    largest = max((float(np.max(np.abs(zone[:, 2::2]))) for _, zone in _zones(path)), default=0.0)
+    return 1.0 if largest <= np.pi + 1e-3 else np.pi / 180.0
+
+
+def _moments(path: Path, order: list[int], site: Site, unit: float) -> Forces:
+    """Moments of a file of sizes and angles, `unit` radians each."""
     forces: Forces = {}
-    for title, zone in zones:
+    for title, zone in _zones(path):
         found = re.search(r"beta\s*=\s*([-+.\deE]+)", title)
         if found is None:
             raise InputError(str(path), title, "names no heading beta", f"Use {path.name} as NEMOH writes it")
