@@ -34,7 +34,7 @@ def same(read: Hydrodynamics, digits: float) -> None:
 
 
 def six_dofs(part: str = "excitation") -> xr.Dataset:
-    """Our table, with all or a part of its moments, as Capytaine has yaw and roll about the hinge: phi1 is minus yaw."""
+    """Our table, all of its moments or a part, as Capytaine has yaw and roll about the hinge: phi1 is minus yaw."""
     hydro = shipped()
     omega = hydro.omega[ROWS]
     sign = np.array([-1.0, 1.0])
