@@ -79,6 +79,10 @@ def test_key_of_a_result_knows_all_that_it_rests_on(device: gy.Plant, monkeypatc
     assert not known & keys(device.replace(d1=1.9))
     assert not known & keys(device, waves=replace(WAVES, sea=gy.SeaState(hs=0.3)))
     assert not known & keys(device, settings=replace(SETTINGS, dt=0.005))
+    floating = device.replace(drag=0.5)
+    assert floating.geometry is not None
+    denser = floating.replace(geometry=replace(floating.geometry, g=9.8))
+    assert not keys(floating) & keys(denser), "float and water where they act"
     monkeypatch.setattr(items, "fingerprint", lambda: "other code")
     assert not known & keys(device)
 

@@ -101,14 +101,8 @@ def work_items(
         locked_start(plant, waves.sea)
     width = plant.parameters.d + plant.parameters.c  # crests run along the lever, and so does the capsule
     available = wave_power(synthesis, plant.depth) * width
-    common = [
-        plant.coefficients,
-        plant.water,
-        asdict(plant.parameters),
-        waves.duration,
-        asdict(settings),
-        repr(available),
-    ]
+    device = [plant.coefficients, plant.water, asdict(plant.parameters)]
+    common = [*device, waves.duration, asdict(settings), repr(available)]
     hashes = {seed: synthesis.sha256(seed, settings.score_from) for seed in waves.seeds}
     check_different(list(hashes.values()))
     content = {name: law_fingerprint(law) for name, law in laws.items()}
