@@ -38,6 +38,9 @@ SLOW = 1.0
 STILL = 1e-6
 """Square of the velocity about which drag changes its sign. [m^2/s^2]"""
 
+NOTHING = -0.0
+"""What a term adds that is off: x + -0.0 is x whatever x is, so that nothing of it is left when compiled."""
+
 
 class Position(NamedTuple):
     """Moments at the float's own position."""
@@ -150,7 +153,7 @@ def signal_room(beyond: Any, L: int) -> int:
 @inlined
 def signal_rest(beyond: Any, L: int) -> int:
     """Numbers behind the signals: cubics of four samples, and where and when they hold, see `near.near`."""
-    return (4 * cubic_rows(beyond) + 2 * pair(beyond.position)) * L
+    return (4 * cubic_rows(beyond) + 3 * pair(beyond.position)) * L
 
 
 @inlined
@@ -168,7 +171,7 @@ def ledger_rows(beyond: Any) -> int:
 def displaced(position: Any, from_place: Any, me1: Any, me3: Any, signals: Any, at: int, L: int, l: int) -> Any:
     """What the moments at the float's position have more than those at rest; `from_place` [rad]. [Nm]"""
     if position is None:
-        return 0.0, 0.0
+        return NOTHING, NOTHING
     one, three = cubic(signals, at + l, L, from_place), cubic(signals, at + ORDER * L + l, L, from_place)
     return one - me1, three - me3
 
@@ -191,7 +194,7 @@ def cubic(c: Any, at: int, L: int, t: Any) -> Any:
 def dragged(drag: Any, v1: Any, v3: Any, signals: Any, at: int, L: int, l: int) -> Any:
     """Moments of the drag on phi1 and phi3. [Nm]"""
     if drag is None:
-        return 0.0, 0.0
+        return NOTHING, NOTHING
     r1 = drag.reach * v1 - signals[at + 2 * L + l]
     r3 = drag.reach * v3 - signals[at + 3 * L + l]
     speed = np.sqrt(r1 * r1 + r3 * r3 + STILL)
@@ -202,7 +205,7 @@ def dragged(drag: Any, v1: Any, v3: Any, signals: Any, at: int, L: int, l: int) 
 def held_moments(surface: Any, signals: Any, at: int, L: int, l: int, row: int) -> Any:
     """Moments that are held from outside. [Nm]"""
     if surface is None:
-        return 0.0, 0.0
+        return NOTHING, NOTHING
     return signals[at + row * L + l], signals[at + (row + 1) * L + l]
 
 
@@ -238,11 +241,20 @@ def lost(losses: Any, W: Any, rolling: Any, load: Any) -> Any:
     `rolling` is the speed theta' of the spin axis [rad/s], `load` the moment M3 that presses it on the track [Nm].
     """
     if losses is None:
-        return 0.0, 0.0, 0.0
+        return NOTHING, NOTHING, NOTHING
     bearing = losses.bearing * np.tanh(W / SLOW)
     windage = losses.windage * W * np.sqrt(W * W + SLOW * SLOW)
     resistance = losses.rolling * np.sqrt(load * load + SOFT) * np.tanh(rolling / SLOW)
     return bearing, windage, resistance
+
+
+@inlined
+def slowing(losses: Any, gear: Any, W: Any, rolling: Any, load: Any) -> Any:
+    """Generalised forces of the losses on psi and omega [Nm], and their powers [W]; `gear` is theta' over psi'."""
+    if losses is None:
+        return NOTHING, NOTHING, (0.0 * W, 0.0 * W, 0.0 * W)
+    bearing, windage, resistance = lost(losses, W, rolling, load)
+    return -gear * resistance, -bearing - windage, (bearing * W, windage * W, resistance * rolling)
 
 
 @inlined
@@ -270,13 +282,12 @@ def further(
     at_position, by_drag, wetted = of_waves(beyond, phi1, phi3, v1, v3, me1, me3, signals, at, L, l)
     load = pressing(k, u1, w, W, axis)
     friction, on_ring, rubbed = rubbing(beyond.contact, load, axis, w)
-    bearing, windage, resistance = lost(beyond.losses, W, axis, load)
+    on_psi, on_omega, losses = slowing(beyond.losses, axis_gear(beyond.contact, k.N), W, axis, load)
     more1, more3 = at_position[0] + wetted[0], at_position[1] + wetted[1]
     drag1, drag3 = by_drag
-    forces = more1 + drag1, more3 + drag3, friction - axis_gear(beyond.contact, k.N) * resistance, -bearing - windage
+    forces = more1 + drag1, more3 + drag3, friction + on_psi, on_omega
     work = more1 * v1 + more3 * v3, -drag1 * v1 - drag3 * v3
-    powers = (work[0], work[1], bearing * W, windage * W, resistance * axis, rubbed)
-    return forces, powers, on_ring
+    return forces, (*work, *losses, rubbed), on_ring
 
 
 @inlined
@@ -285,7 +296,7 @@ def of_waves(
 ) -> Any:
     """Moments of position, drag and wetted surface, a pair each. [Nm]"""
     if signals is None:
-        return (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)
+        return (NOTHING, NOTHING), (NOTHING, NOTHING), (NOTHING, NOTHING)
     row, size = base_rows(beyond), near_rows(beyond)
     from_place = away(beyond.position, phi1, signals[at + (row + size - 1) * L + l])
     position = displaced(beyond.position, from_place, me1, me3, signals, at + row * L, L, l)
@@ -300,7 +311,7 @@ def of_waves(
 def immersed(reduced: Any, phi3: Any, f1: Any, f3: Any) -> Any:
     """Moments that the reduced wetted surface adds. [Nm]"""
     if reduced is None:
-        return 0.0, 0.0
+        return NOTHING, NOTHING
     return reduced_moments(reduced, phi3, f1, f3)
 
 
@@ -308,7 +319,7 @@ def immersed(reduced: Any, phi3: Any, f1: Any, f3: Any) -> Any:
 def undisturbed(position: Any, reduced: Any, from_place: Any, signals: Any, at: int, L: int, l: int, row: int) -> Any:
     """Linear Froude-Krylov moments F1, F3 at the float's position; `row` is the first of the cubics. [Nm]"""
     if reduced is None:
-        return 0.0, 0.0
+        return NOTHING, NOTHING
     if position is None:
         return signals[at + (row - 2) * L + l], signals[at + (row - 1) * L + l]
     first, second = at + (row + 2 * ORDER) * L + l, at + (row + 3 * ORDER) * L + l

@@ -42,7 +42,7 @@ def stand_at(more: Any, x: Any, L: int, out: Any, begin: bool) -> bool:
     """Look where the floats are, see `stand`, at the beginning of an interval or of a step."""
     if begin:
         forget(more.position, L, out)
-    return stand(more, x, L, out)
+    return stand(more, x, L, out, begin)
 
 
 @inlined

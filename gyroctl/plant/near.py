@@ -13,19 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.plant.beyond import (
-    HALF,
-    NODES,
-    ORDER,
-    Beyond,
-    base_rows,
-    cubic_rows,
-    moved,
-    node_rows,
-    pair,
-    signal_rest,
-    signal_rows,
-)
+from gyroctl.plant.beyond import HALF, NODES, ORDER, Beyond, base_rows, cubic_rows, moved, node_rows, pair, signal_rows
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.equations import PHI1
 from gyroctl.plant.reduced import POWERS
@@ -35,6 +23,10 @@ NEAR = 9
 
 ANGLES = np.arcsin(np.arange(-HALF, HALF + 1) / HALF)
 """Angle phi1 of each place. [rad]"""
+
+BORDERS = np.arcsin(np.clip((np.arange(NODES + 1) - HALF - 0.5) / HALF, -1.0, 1.0))
+MIDDLE, WIDE = 0.5 * (BORDERS[1:] + BORDERS[:-1]) - ANGLES, 0.5 * np.diff(BORDERS)
+"""Middle of the range of phi1 that belongs to each place, from the place, and half its width. [rad]"""
 
 FIRST = np.clip(np.arange(NODES) - NEAR // 2, 0, NODES - NEAR)
 """First of the nodes around each place, all of them within the reach."""
@@ -139,7 +131,7 @@ def near(more: Any, waves: Any, L: int, width: int, where: float, out: Any, at: 
     and the float is near the same place.
     """
     if more.position is not None:
-        size, part, block = (out.size - signal_rest(more, L)) // 3, cubic_rows(more) * L, node_rows(more)
+        size, part, block = signal_rows(more) * L, cubic_rows(more) * L, node_rows(more)
         base, kept = base_rows(more) * L, 3 * size
         row, known = at * size + base, kept + 4 * part  # sample and place of what is kept, node and sense of the place
         cell = min(max(math.floor(where) - 1, 0), waves.size // width - 4)
@@ -191,33 +183,33 @@ def forget(position: Any, L: int, out: Any) -> None:
     """Forget what `near` has kept."""
     if position is not None:
         for l in range(L):
-            out[out.size - 4 * L + l] = -9.0
+            out[out.size - 6 * L + l] = -9.0
 
 
 @inlined
 def standing(angle: float) -> Any:
     """Number of the place next to a float at phi1 = `angle` [rad], sense of cos phi1 there, phi1 of the place."""
     turn = math.floor(angle / math.pi + 0.5) if abs(angle) < 1e9 else 0.0
-    rest = angle - turn * math.pi
     sense = 1.0 - 2.0 * (turn - 2.0 * math.floor(0.5 * turn))
-    square = rest * rest
-    node = math.floor(HALF * sense * rest * (1.0 - square * (1.0 / 6.0 - square / 120.0)) + 0.5)  # sine, near enough
-    number = int(min(node, HALF)) + HALF if node > -HALF else 0  # also where a run has left all bounds
+    node = math.floor(HALF * math.sin(angle) + 0.5) if abs(angle) < 1e9 else 0.0  # also where a run left all bounds
+    number = int(node) + HALF
     return number, sense, turn * math.pi + sense * ANGLES[number]
 
 
 @inlined
-def stand(more: Any, x: Any, L: int, out: Any) -> bool:
+def stand(more: Any, x: Any, L: int, out: Any, begin: bool) -> bool:
     """Write the places next to the floats at the beginning of a step, and tell whether any is another one."""
     changed = False
     if more.position is not None:
-        size, own = signal_rows(more) * L, out.size - 2 * L
+        size, own = signal_rows(more) * L, 3 * signal_rows(more) * L + 4 * cubic_rows(more) * L
         row = (base_rows(more) + cubic_rows(more)) * L
         for l in range(L):
-            node, sense, place = standing(x[PHI1 * L + l].real)
-            out[own + l], out[own + L + l] = node, sense
-            if out[row + l].real != place:
+            angle = x[PHI1 * L + l].real
+            if begin or not abs(angle - out[own + 4 * L + l].real) <= out[own + 5 * L + l].real:
                 changed = True
-            for instant in range(3):
-                out[instant * size + row + l] = place
+                node, sense, place = standing(angle)
+                out[own + 2 * L + l], out[own + 3 * L + l] = node, sense
+                out[own + 4 * L + l], out[own + 5 * L + l] = place + sense * MIDDLE[node], WIDE[node]
+                for instant in range(3):
+                    out[instant * size + row + l] = place
     return changed
