@@ -4,25 +4,23 @@ The text is smooth, so that it serves NumPy, complex numbers, casadi symbols and
 stands for |x| and tanh for a limit. What the waves bring along for it, beside the two moments at rest, are further
 rows of signals. Their order at an instant, each row `L` runs wide:
 
-    Me1, Me3; u, w with drag; F1, F3 with a reduced wetted surface, each as a polynomial in sin phi1 where the position
-    moves; the moments about the present position with a moving one; R1, R3, held from outside, with a wetted surface.
+    Me1, Me3; u, w with drag; F1, F3 with a reduced wetted surface; where the position moves cubics of Me1 and Me3, and
+    of F1 and F3 in the place of these two, in phi1 about a place next to the float, and that place; R1, R3, held from
+    outside, with a wetted surface.
 
-The moments over positions are known at even nodes across the reach of the lever. A realisation carries all of them;
-the equations see a cubic about a place next to the float, from the eight nodes around it, see `kernel.near`.
+A realisation carries Me1 and Me3 at even nodes across the reach of the lever, and F1 and F3 as polynomials in sin phi1;
+the equations see the cubics, see `gyroctl.plant.near`.
 """
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.friction import SOFT, axis_gear, pressing, rubbing
-from gyroctl.plant.reduced import places, reduced_moments, undisturbed
-from gyroctl.plant.trigonometry import sine
+from gyroctl.plant.reduced import POWERS, reduced_moments
 
 BEYOND = ("second_order", "drag", "bearing", "windage", "rolling_resistance", "contact")
 """Powers of the energy ledger that these terms add behind the others, in this order. [W]"""
@@ -31,15 +29,8 @@ HALF = 10
 """Nodes of the position on either side of rest; their spacing is a tenth of the reach, 0.105 m."""
 
 NODES = 2 * HALF + 1
-NEAR = 8
-"""Nodes next to the float through which its moments are interpolated: error 4e-4 of their deviation in a sea of
-gamma 1 and 3.6 rad/s, less in any narrower or longer one."""
-
 ORDER = 4
-"""Coefficients of the moments about a place: as many as the order of the integrator."""
-
-PLACES = 4
-"""Such places per spacing of the nodes; the float is within 13 mm of one when a step begins."""
+"""Coefficients of a moment about a place: as many as the order of the integrator."""
 
 SLOW = 1.0
 """Speed about which bearing, windage and rolling resistance change their sign. [rad/s]"""
@@ -47,11 +38,12 @@ SLOW = 1.0
 STILL = 1e-6
 """Square of the velocity about which drag changes its sign. [m^2/s^2]"""
 
+NOTHING = -0.0
+"""What a term adds that is off: x + -0.0 is x whatever x is, so that nothing of it is left when compiled."""
+
 
 class Position(NamedTuple):
     """Moments at the float's own position."""
-
-    scale: float = float(HALF)  # reach over the spacing of the nodes
 
 
 class Drag(NamedTuple):
@@ -107,11 +99,11 @@ def pair(term: Any) -> int:
 
 
 @inlined
-def undisturbed_rows(reduced: Any) -> int:
-    """Rows of the linear Froude-Krylov moments."""
-    if reduced is None:
-        return 0
-    return 2 * places(reduced.moving)
+def moved(position: Any, reduced: Any) -> Any:
+    """Polynomials of the wetted surface where the position moves, else None."""
+    if position is None:
+        return None
+    return reduced
 
 
 @inlined
@@ -119,7 +111,7 @@ def base_rows(beyond: Any) -> int:
     """Signals of an instant that are taken from the realisation one by one."""
     if beyond is None:
         return 2
-    return 2 + pair(beyond.drag) + undisturbed_rows(beyond.reduced)
+    return 2 + pair(beyond.drag) + pair(beyond.reduced) - pair(moved(beyond.position, beyond.reduced))
 
 
 @inlined
@@ -127,15 +119,19 @@ def node_rows(beyond: Any) -> int:
     """Signals of an instant that a realisation holds over the positions."""
     if beyond is None:
         return 0
-    return NODES * pair(beyond.position)
+    return POWERS * pair(moved(beyond.position, beyond.reduced)) + NODES * pair(beyond.position)
 
 
 @inlined
-def near_rows(position: Any) -> int:
-    """Rows of the polynomials about a place next to the float: two of them, and the place."""
-    if position is None:
-        return 0
-    return 2 * ORDER + 1
+def cubic_rows(beyond: Any) -> int:
+    """Rows of the cubics about a place next to the float."""
+    return ORDER * (pair(beyond.position) + pair(moved(beyond.position, beyond.reduced)))
+
+
+@inlined
+def near_rows(beyond: Any) -> int:
+    """Rows of the cubics, and of their place."""
+    return cubic_rows(beyond) + pair(beyond.position) // 2
 
 
 @inlined
@@ -143,7 +139,7 @@ def signal_rows(beyond: Any) -> int:
     """Signals of an instant as the equations see them."""
     if beyond is None:
         return 2
-    return base_rows(beyond) + near_rows(beyond.position) + pair(beyond.surface)
+    return base_rows(beyond) + near_rows(beyond) + pair(beyond.surface)
 
 
 @inlined
@@ -151,13 +147,13 @@ def signal_room(beyond: Any, L: int) -> int:
     """Numbers for the signals at the three instants of a step of L runs, and for what is worked out on the way."""
     if beyond is None:
         return 6 * L
-    return 3 * signal_rows(beyond) * L + pair(beyond.position) // 2 * signal_rest(L)
+    return 3 * signal_rows(beyond) * L + signal_rest(beyond, L)
 
 
 @inlined
-def signal_rest(L: int) -> int:
-    """Numbers behind the signals: cubics of four samples, and where and when they hold, see `kernel.near`."""
-    return (8 * ORDER + 2) * L
+def signal_rest(beyond: Any, L: int) -> int:
+    """Numbers behind the signals: cubics of four samples, and where and when they hold, see `near.near`."""
+    return (4 * cubic_rows(beyond) + 3 * pair(beyond.position)) * L
 
 
 @inlined
@@ -172,17 +168,20 @@ def ledger_rows(beyond: Any) -> int:
 
 
 @inlined
-def displaced(position: Any, phi1: Any, me1: Any, me3: Any, signals: Any, at: int, L: int, l: int, row: int) -> Any:
-    """What the moments at the float's position have more than those at rest. [Nm]
-
-    The position is l sin phi1 along x3; it is counted in spacings of the nodes.
-    """
+def displaced(position: Any, from_place: Any, me1: Any, me3: Any, signals: Any, at: int, L: int, l: int) -> Any:
+    """What the moments at the float's position have more than those at rest; `from_place` [rad]. [Nm]"""
     if position is None:
-        return 0.0, 0.0
-    t = position.scale * sine(phi1) - signals[at + (row + 2 * ORDER) * L + l]
-    one = cubic(signals, at + row * L + l, L, t)
-    three = cubic(signals, at + (row + ORDER) * L + l, L, t)
+        return NOTHING, NOTHING
+    one, three = cubic(signals, at + l, L, from_place), cubic(signals, at + ORDER * L + l, L, from_place)
     return one - me1, three - me3
+
+
+@inlined
+def away(position: Any, phi1: Any, place: Any) -> Any:
+    """Angle between the float and the place about which its moments are known. [rad]"""
+    if position is None:
+        return 0.0
+    return phi1 - place
 
 
 @inlined
@@ -195,7 +194,7 @@ def cubic(c: Any, at: int, L: int, t: Any) -> Any:
 def dragged(drag: Any, v1: Any, v3: Any, signals: Any, at: int, L: int, l: int) -> Any:
     """Moments of the drag on phi1 and phi3. [Nm]"""
     if drag is None:
-        return 0.0, 0.0
+        return NOTHING, NOTHING
     r1 = drag.reach * v1 - signals[at + 2 * L + l]
     r3 = drag.reach * v3 - signals[at + 3 * L + l]
     speed = np.sqrt(r1 * r1 + r3 * r3 + STILL)
@@ -206,7 +205,7 @@ def dragged(drag: Any, v1: Any, v3: Any, signals: Any, at: int, L: int, l: int) 
 def held_moments(surface: Any, signals: Any, at: int, L: int, l: int, row: int) -> Any:
     """Moments that are held from outside. [Nm]"""
     if surface is None:
-        return 0.0, 0.0
+        return NOTHING, NOTHING
     return signals[at + row * L + l], signals[at + (row + 1) * L + l]
 
 
@@ -242,11 +241,20 @@ def lost(losses: Any, W: Any, rolling: Any, load: Any) -> Any:
     `rolling` is the speed theta' of the spin axis [rad/s], `load` the moment M3 that presses it on the track [Nm].
     """
     if losses is None:
-        return 0.0, 0.0, 0.0
+        return NOTHING, NOTHING, NOTHING
     bearing = losses.bearing * np.tanh(W / SLOW)
     windage = losses.windage * W * np.sqrt(W * W + SLOW * SLOW)
     resistance = losses.rolling * np.sqrt(load * load + SOFT) * np.tanh(rolling / SLOW)
     return bearing, windage, resistance
+
+
+@inlined
+def slowing(losses: Any, gear: Any, W: Any, rolling: Any, load: Any) -> Any:
+    """Generalised forces of the losses on psi and omega [Nm], and their powers [W]; `gear` is theta' over psi'."""
+    if losses is None:
+        return NOTHING, NOTHING, (0.0 * W, 0.0 * W, 0.0 * W)
+    bearing, windage, resistance = lost(losses, W, rolling, load)
+    return -gear * resistance, -bearing - windage, (bearing * W, windage * W, resistance * rolling)
 
 
 @inlined
@@ -274,13 +282,12 @@ def further(
     at_position, by_drag, wetted = of_waves(beyond, phi1, phi3, v1, v3, me1, me3, signals, at, L, l)
     load = pressing(k, u1, w, W, axis)
     friction, on_ring, rubbed = rubbing(beyond.contact, load, axis, w)
-    bearing, windage, resistance = lost(beyond.losses, W, axis, load)
+    on_psi, on_omega, losses = slowing(beyond.losses, axis_gear(beyond.contact, k.N), W, axis, load)
     more1, more3 = at_position[0] + wetted[0], at_position[1] + wetted[1]
     drag1, drag3 = by_drag
-    forces = more1 + drag1, more3 + drag3, friction - axis_gear(beyond.contact, k.N) * resistance, -bearing - windage
+    forces = more1 + drag1, more3 + drag3, friction + on_psi, on_omega
     work = more1 * v1 + more3 * v3, -drag1 * v1 - drag3 * v3
-    powers = (work[0], work[1], bearing * W, windage * W, resistance * axis, rubbed)
-    return forces, powers, on_ring
+    return forces, (*work, *losses, rubbed), on_ring
 
 
 @inlined
@@ -289,35 +296,31 @@ def of_waves(
 ) -> Any:
     """Moments of position, drag and wetted surface, a pair each. [Nm]"""
     if signals is None:
-        return (0.0, 0.0), (0.0, 0.0), (0.0, 0.0)
-    row = base_rows(beyond)
-    position = displaced(beyond.position, phi1, me1, me3, signals, at, L, l, row)
+        return (NOTHING, NOTHING), (NOTHING, NOTHING), (NOTHING, NOTHING)
+    row, size = base_rows(beyond), near_rows(beyond)
+    from_place = away(beyond.position, phi1, signals[at + (row + size - 1) * L + l])
+    position = displaced(beyond.position, from_place, me1, me3, signals, at + row * L, L, l)
     drag = dragged(beyond.drag, v1, v3, signals, at, L, l)
-    polynomials = immersed(beyond.reduced, phi1, phi3, signals, at, L, l, 2 + pair(beyond.drag))
-    held = held_moments(beyond.surface, signals, at, L, l, row + near_rows(beyond.position))
+    f1, f3 = undisturbed(beyond.position, beyond.reduced, from_place, signals, at, L, l, row)
+    polynomials = immersed(beyond.reduced, phi3, f1, f3)
+    held = held_moments(beyond.surface, signals, at, L, l, row + size)
     return position, drag, (polynomials[0] + held[0], polynomials[1] + held[1])
 
 
 @inlined
-def immersed(reduced: Any, phi1: Any, phi3: Any, signals: Any, at: int, L: int, l: int, row: int) -> Any:
+def immersed(reduced: Any, phi3: Any, f1: Any, f3: Any) -> Any:
     """Moments that the reduced wetted surface adds. [Nm]"""
     if reduced is None:
-        return 0.0, 0.0
-    f1, f3 = undisturbed(reduced, phi1, signals, at, L, l, row)
+        return NOTHING, NOTHING
     return reduced_moments(reduced, phi3, f1, f3)
 
 
-def _weights() -> NDArray[np.float64]:
-    """Weights (places, NEAR, ORDER) of the nodes in value and derivatives/n! at all places along eight nodes."""
-    at = np.arange((NEAR - 1) * PLACES + 1) / PLACES
-    table = np.zeros((at.size, NEAR, ORDER))
-    for j in range(NEAR):
-        others = [i for i in range(NEAR) if i != j]
-        basis = np.polynomial.Polynomial.fromroots(others) / np.prod([j - i for i in others])
-        for n in range(ORDER):
-            table[:, j, n] = (basis.deriv(n) if n else basis)(at) / math.factorial(n)
-    return table
-
-
-WEIGHTS = _weights()
-"""See `_weights`."""
+@inlined
+def undisturbed(position: Any, reduced: Any, from_place: Any, signals: Any, at: int, L: int, l: int, row: int) -> Any:
+    """Linear Froude-Krylov moments F1, F3 at the float's position; `row` is the first of the cubics. [Nm]"""
+    if reduced is None:
+        return NOTHING, NOTHING
+    if position is None:
+        return signals[at + (row - 2) * L + l], signals[at + (row - 1) * L + l]
+    first, second = at + (row + 2 * ORDER) * L + l, at + (row + 3 * ORDER) * L + l
+    return cubic(signals, first, L, from_place), cubic(signals, second, L, from_place)

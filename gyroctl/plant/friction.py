@@ -96,7 +96,7 @@ def rubbing(contact: Any, load: Any, axis: Any, w: Any) -> Any:
     `load` is the moment that presses the axis on its track. [Nm]
     """
     if contact is None:
-        return 0.0, 0.0, 0.0 * w
+        return -0.0, 0.0, 0.0 * w  # the first as `beyond.NOTHING`
     side = -np.tanh(load / SIDE) * contact.N
     slip = axis - side * w
     torque = -contact.traction * np.sqrt(load * load + SOFT) * np.tanh(slip / CREEP)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from gyroctl.plant.beyond import base_rows, near_rows, node_rows, signal_rows
+from gyroctl.plant.beyond import base_rows, node_rows, signal_rows
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.held import extrapolate, renew
 from gyroctl.plant.lagrange import TAPS, lagrange_weights
@@ -17,7 +17,7 @@ def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: 
     """Write the signals at `position` [grid steps] into `out`, for the instant `at` of a step.
 
     `waves` holds for each sample in turn L values of Me1, then L of Me3 and of each further signal of `more`
-    (`Beyond`); then, where the position moves, of each run the moments Me1 and Me3 at all nodes.
+    (`Beyond`); then, where the position moves, of each run what is known over the positions.
     """
     rows, width, signals = 2, 2 * L, 2 * L
     if more is not None:
@@ -34,23 +34,22 @@ def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: 
             total += weight[i] * waves[base + i * width + lane]
         out[at * signals + lane] = total
     if more is not None:
-        near(more.position, waves, L, rows * L, width, position, out, at)
+        near(more, waves, L, width, position, out, at)
 
 
 @inlined
 def stand_at(more: Any, x: Any, L: int, out: Any, begin: bool) -> bool:
     """Look where the floats are, see `stand`, at the beginning of an interval or of a step."""
-    row = (base_rows(more) + near_rows(more.position) - 1) * L
     if begin:
         forget(more.position, L, out)
-    return stand(more.position, x, L, out, row, signal_rows(more) * L)
+    return stand(more, x, L, out, begin)
 
 
 @inlined
-def follow(more: Any, x: Any, L: int, out: Any, waves: Any, weight: Any, position: float) -> None:
-    """Take the signals at the beginning of a step, `position` [grid steps], anew where a float has moved on."""
+def follow(more: Any, x: Any, L: int, out: Any, waves: Any, position: float) -> None:
+    """Take the cubics at the beginning of a step, `position` [grid steps], anew where a float has moved on."""
     if stand_at(more, x, L, out, False):
-        interpolate(waves, L, position, weight, out, 0, more)
+        near(more, waves, L, (base_rows(more) + node_rows(more)) * L, position, out, 0)
 
 
 @inlined

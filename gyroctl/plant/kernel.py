@@ -144,7 +144,7 @@ def advance(
     interpolate(waves, L, start / waves_dt, weight, moments, 0, more)
     for step in range(steps):
         if more is not None:
-            follow(more, x, L, moments, waves, weight, (start + step * h) / waves_dt)
+            follow(more, x, L, moments, waves, (start + step * h) / waves_dt)
         interpolate(waves, L, (start + (step + 0.5) * h) / waves_dt, weight, moments, 1, more)
         interpolate(waves, L, (start + (step + 1.0) * h) / waves_dt, weight, moments, 2, more)
         if held is not None:

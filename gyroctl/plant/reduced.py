@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyroctl.plant.compiled import inlined
-from gyroctl.plant.trigonometry import cos_sin
 
 POWERS = 11
 """Coefficients of a moment over the reach of the lever: degree 10."""
@@ -60,27 +59,6 @@ def undisturbed_names(moving: Any) -> tuple[str, ...]:
     if moving is None:
         return "F1", "F3"
     return tuple(f"{moment}^{i}" for moment in ("F1", "F3") for i in range(POWERS))
-
-
-@inlined
-def places(moving: Any) -> int:
-    """Coefficients of each Froude-Krylov moment: one at rest, a polynomial in sin phi1 where the float moves."""
-    if moving is None:
-        return 1
-    return POWERS
-
-
-@inlined
-def undisturbed(r: Reduced, phi1: Any, signals: Any, at: int, L: int, l: int, row: int) -> Any:
-    """Linear Froude-Krylov moments F1, F3 at the float's position, from their signals from `row` on. [Nm]"""
-    n = places(r.moving)
-    f1, f3 = signals[at + (row + n - 1) * L + l], signals[at + (row + 2 * n - 1) * L + l]
-    if r.moving is not None:
-        _, s = cos_sin(phi1)
-        for i in range(n - 1):
-            f1 = signals[at + (row + n - 2 - i) * L + l] + s * f1
-            f3 = signals[at + (row + 2 * n - 2 - i) * L + l] + s * f3
-    return f1, f3
 
 
 @inlined

@@ -265,13 +265,13 @@ class _Every(NamedTuple):
         if len(plant.channels) == 2:
             of_seed = self.synthesis.moments_batch(seeds, self.blend)
             return np.ascontiguousarray(of_seed[of_lane].transpose(2, 1, 0)).ravel()
-        of_seed = self.synthesis.signals(plant, seeds, self.blend)
-        rows, count = base_rows(plant.coefficients.beyond), len(of_lane)
-        waves = np.empty((of_seed.shape[2], of_seed.shape[1] * count))
-        for lane, seed in enumerate(of_lane):
-            nodes = of_seed[seed, rows:].T
-            waves[:, lane : rows * count : count] = of_seed[seed, :rows].T
-            waves[:, rows * count + lane * nodes.shape[1] :][:, : nodes.shape[1]] = nodes
+        rows, count, n = base_rows(plant.coefficients.beyond), len(of_lane), self.synthesis.grid.n
+        waves = np.empty((n, len(plant.channels) * count))
+        for seed, signals in enumerate(self.synthesis.each_signals(plant, seeds, self.blend)):
+            base, nodes = signals[:rows].T, signals[rows:].T
+            for lane in np.flatnonzero(np.equal(of_lane, seed)):
+                waves[:, lane : rows * count : count] = base
+                waves[:, rows * count + lane * nodes.shape[1] :][:, : nodes.shape[1]] = nodes
         return waves.ravel()
 
 

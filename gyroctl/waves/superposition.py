@@ -39,17 +39,19 @@ class HarmonicSum:
     def __call__(self, coefficients: NDArray[np.complex128], out: NDArray[np.float64]) -> None:
         """Write the sums into `out`; see `Superposition`.
 
-        numpy.fft and scipy.fft take the same time here; writing into a given array halves it, which only NumPy does.
+        The room for a period stays in the cache when it is as small as for two rows, which scipy.fft takes together:
+        NumPy, whose bits are the same, takes half as long again.
         """
+        from scipy.fft import irfft
+
         rows, k = coefficients.shape
         n = out.shape[1]
         half = np.zeros((rows, k + 1), dtype=np.complex128)
         np.multiply(coefficients, 0.5, out=half[:, 1:])
-        if n > self.steps:
-            np.fft.irfft(half, self.steps, norm="forward", out=out[:, : self.steps])
-            out[:, self.steps :] = out[:, : n - self.steps]
-        else:
-            out[:] = np.fft.irfft(half, self.steps, norm="forward")[:, :n]
+        for first in range(0, rows, 2):
+            whole = irfft(half[first : first + 2], self.steps, norm="forward")
+            out[first : first + 2, : self.steps] = whole[:, :n]
+            out[first : first + 2, self.steps :] = whole[:, : max(n - self.steps, 0)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, get_args
 
@@ -122,16 +122,20 @@ class Synthesis:
         InputError
             Field ``plant.excitation``: another one than that of this synthesis. Else as `moments_batch`.
         """
+        return np.stack(list(self.each_signals(plant, seeds, blend)))
+
+    def each_signals(self, plant: Plant, seeds: Sequence[int], blend: float = 0.0) -> Iterator[NDArray[np.float64]]:
+        """Signals of one seed after the other, (channels, n), see `signals`: many would not stay in a cache."""
         if plant.excitation.sha256 != self.hydrodynamics:
             problem = "the waves were made for another excitation, beyond the linear model it must be the same"
             raise InputError("plant.excitation", plant.name, problem, "Realise the waves with this plant")
         length = check_blend(blend, self.grid.duration)
         of_wave, regular = response(plant, self.sea, self.waves.omega)
-        result = np.empty((len(seeds), len(plant.channels), self.grid.n))
-        for seed, rows in zip(seeds, result, strict=True):
-            self.superposed(of_wave, seed, rows)
-        blend_signals(result, regular, self.sea.wp, self.grid.dt, length)
-        return result
+        for seed in seeds:
+            result = np.empty((len(plant.channels), self.grid.n))
+            self.superposed(of_wave, seed, result)
+            blend_signals(result, regular, self.sea.wp, self.grid.dt, length)
+            yield result
 
     def superposed(self, of_wave: NDArray[np.complex128], seed: int, out: NDArray[np.float64]) -> None:
         """Write signals of the waves into `out` (rows, n): `of_wave` (rows, k) per metre of each component."""
