@@ -18,9 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.hydrodynamics.dispersion import wavenumber
-from gyroctl.plant.beyond import HALF, ORDER, PLACES, base_rows, signal_rows
+from gyroctl.plant.beyond import base_rows, cubic_rows, signal_rows
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.equations import PHI1
+from gyroctl.plant.near import ANGLES, standing
 from gyroctl.plant.plant import Plant
 from gyroctl.plant.trigonometry import cos_sin, sine
 from gyroctl.waves.channels import transfers
@@ -88,8 +89,8 @@ def signal_table(plant: Plant, sea: SeaState) -> Array:
     matrix = regression(plant, sea)
     x = np.zeros(len(plant.labels))
     table = []
-    for place in range(-HALF * PLACES, HALF * PLACES + 1) if position_of(beyond) is not None else (0,):
-        x[PHI1] = np.arcsin(place / (HALF * PLACES))
+    for angle in ANGLES if position_of(beyond) is not None else (0.0,):
+        x[PHI1] = angle
         table.append(np.stack([plant.near(x, column) for column in matrix.T], axis=1))
     return np.ascontiguousarray(table)
 
@@ -123,15 +124,16 @@ def unexplained(plant: Plant, sea: SeaState) -> float:
 def put_signals(more: Any, table: Any, phi1: float, m1: float, r1: float, m3: float, r3: float, out: Any) -> None:
     """Write the signals next to a float at `phi1` [rad] for known moments [Nm] and rates [Nm/s] into `out`."""
     if more is not None:
-        at = 0
+        at, sense, place, base = 0, 1.0, 0.0, base_rows(more)
         if more.position is not None:
-            at = int(min(max(np.floor(HALF * PLACES * sine(phi1) + 0.5), -1.0 * HALF * PLACES), 1.0 * HALF * PLACES))
-            at += HALF * PLACES
+            at, sense, place = standing(phi1)
         for i in range(signal_rows(more)):
             row = table[at, i]
             out[i] = row[0] * m1 + row[1] * r1 + (row[2] * m3 + row[3] * r3)
         if more.position is not None:
-            out[base_rows(more) + 2 * ORDER] = (at - HALF * PLACES) / PLACES
+            for i in range(base + 1, base + cubic_rows(more), 2):  # odd powers of the angle from the place
+                out[i] *= sense
+            out[base + cubic_rows(more)] = place
 
 
 def phase_along(plant: Plant, sea: SeaState) -> float:
