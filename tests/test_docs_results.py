@@ -58,7 +58,6 @@ DEFINED: dict[str, dict[str, str]] = {
     "docs/wetted.md": {
         r"(?:0\.2|0\.5|2) % of": "bars, held by the tests that are named beside them",
         r"10 ms": "setting of the plant",
-        r"98 %": "name of a measure",
     },
     "docs/nomenclature.md": {r"98 %|95 %|99 %|99\.9 %|0\.3 rad|10 %|5 %": "names of measures, and definitions"},
 }

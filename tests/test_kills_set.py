@@ -20,10 +20,12 @@ ROOMS = {
     "laws",
     "margins",
     "physics",
+    "real_water",
     "rows",
     "simulation",
     "statistics",
     "verdict",
+    "water",
     "waves",
 }
 
