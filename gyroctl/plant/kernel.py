@@ -22,6 +22,7 @@ from gyroctl.plant import (
     equations,
     friction,
     gripping,
+    hyperbolic,
     instants,
     lagrange,
     reduced,
@@ -57,9 +58,16 @@ LAGGED = 2.0
 """How much finer a lag is resolved than the slip at the same rate: Runge-Kutta sees it as Simpson's rule does."""
 
 SOURCES = (
-    *(compiled.__file__, trigonometry.__file__, beyond.__file__, friction.__file__, equations.__file__),
-    *(course.__file__, gripping.__file__, nearby.__file__, holding.__file__, lagrange.__file__, reduced.__file__),
-    *(wetted.__file__, instants.__file__, __file__),
+    *(
+        compiled.__file__,
+        trigonometry.__file__,
+        hyperbolic.__file__,
+        beyond.__file__,
+        friction.__file__,
+        equations.__file__,
+    ),
+    *(course.__file__, gripping.__file__, nearby.__file__, holding.__file__, lagrange.__file__),
+    *(reduced.__file__, wetted.__file__, instants.__file__, __file__),
 )
 
 
