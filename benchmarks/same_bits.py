@@ -91,7 +91,7 @@ def margins(folder: Path) -> dict[str, str]:
     """Numbers of a margin report."""
     gyroctl("margins", "--no-maps", "--samples", "32", "--out", "margins", folder=folder)
     found = json.loads((folder / "margins" / "margins.json").read_text())
-    return {"numbers": digest({key: value for key, value in found.items() if key != "seconds"})}
+    return {"numbers": digest({key: value for key, value in found.items() if key not in ("seconds", "commit")})}
 
 
 def tuning(folder: Path) -> dict[str, str]:

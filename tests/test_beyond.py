@@ -265,6 +265,23 @@ def test_drag_acts_in_the_relative_velocity() -> None:
     np.testing.assert_allclose(plant.derivative(x, (0.05, 4e-4), (10.0, -20.0, u, w)), same, rtol=1e-12, atol=1e-12)
 
 
+def test_compiled_tangent_is_the_library_s() -> None:
+    """To the last bits over all sizes, also where it is small or has arrived."""
+    from numba import njit
+
+    from gyroctl.plant.hyperbolic import tanh
+
+    @njit  # type: ignore[untyped-decorator]
+    def compiled(x: Array, out: Array) -> None:
+        for i in range(x.size):
+            out[i] = tanh(x[i])
+
+    x = np.concatenate([np.linspace(-25.0, 25.0, 20001), np.logspace(-12.0, 1.5, 2000)])
+    found = np.empty_like(x)
+    compiled(x, found)
+    np.testing.assert_allclose(found, np.tanh(x), rtol=2e-15)
+
+
 @pytest.mark.parametrize("slip", [-130.0, -20.0, -1.0, 0.0, 5.0, 20.0, 44.0, 200.0])
 def test_coupling_torque_follows_its_curve(slip: float) -> None:
     plant = gy.zhang2017(coupling_slip=20.0, coupling_cap=2.0)

@@ -20,6 +20,7 @@ import numpy as np
 
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.friction import SOFT, axis_gear, pressing, rubbing
+from gyroctl.plant.hyperbolic import tanh
 from gyroctl.plant.reduced import POWERS, reduced_moments
 
 BEYOND = ("second_order", "drag", "bearing", "windage", "rolling_resistance", "contact")
@@ -223,7 +224,7 @@ def capped(cap: Any, torque: Any) -> Any:
     """Torque of the coupling within its greatest one. [Nm]"""
     if cap is None:
         return torque
-    return cap.torque * np.tanh(torque / cap.torque)
+    return cap.torque * tanh(torque / cap.torque)
 
 
 @inlined
@@ -242,9 +243,9 @@ def lost(losses: Any, W: Any, rolling: Any, load: Any) -> Any:
     """
     if losses is None:
         return NOTHING, NOTHING, NOTHING
-    bearing = losses.bearing * np.tanh(W / SLOW)
+    bearing = losses.bearing * tanh(W / SLOW)
     windage = losses.windage * W * np.sqrt(W * W + SLOW * SLOW)
-    resistance = losses.rolling * np.sqrt(load * load + SOFT) * np.tanh(rolling / SLOW)
+    resistance = losses.rolling * np.sqrt(load * load + SOFT) * tanh(rolling / SLOW)
     return bearing, windage, resistance
 
 

@@ -27,6 +27,8 @@ MANY = 1000.0
 @inlined
 def substeps(contact: Any, k: Coefficients, y: Any, h: float) -> int:
     """Number of steps into which the friction divides one of `h` [s] that begins at the state `y` of a single run."""
+    if contact is None:
+        return 1
     needed = h * stiffness(contact, k, y) / RESOLVED
     if needed < MANY:
         steps: int = max(math.ceil(needed), 1)

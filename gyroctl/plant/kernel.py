@@ -22,6 +22,7 @@ from gyroctl.plant import (
     equations,
     friction,
     gripping,
+    hyperbolic,
     instants,
     lagrange,
     reduced,
@@ -57,9 +58,16 @@ LAGGED = 2.0
 """How much finer a lag is resolved than the slip at the same rate: Runge-Kutta sees it as Simpson's rule does."""
 
 SOURCES = (
-    *(compiled.__file__, trigonometry.__file__, beyond.__file__, friction.__file__, equations.__file__),
-    *(course.__file__, gripping.__file__, nearby.__file__, holding.__file__, lagrange.__file__, reduced.__file__),
-    *(wetted.__file__, instants.__file__, __file__),
+    *(
+        compiled.__file__,
+        trigonometry.__file__,
+        hyperbolic.__file__,
+        beyond.__file__,
+        friction.__file__,
+        equations.__file__,
+    ),
+    *(course.__file__, gripping.__file__, nearby.__file__, holding.__file__, lagrange.__file__),
+    *(reduced.__file__, wetted.__file__, instants.__file__, __file__),
 )
 
 
@@ -102,6 +110,8 @@ def advance(
 ) -> None:
     """Advance L runs by `hold` seconds in `steps` equal Runge-Kutta steps with constant `cc`, `cg`, or moving ones.
 
+    Where there is friction in the contact, of a single run, each step is taken in as many as that needs.
+
     Parameters
     ----------
     y : (rows * L,) array
@@ -131,8 +141,7 @@ def advance(
     more : Beyond, optional
         `k.beyond`, as an argument of its own: what is off is compiled away.
     """
-    h = hold / steps
-    size = y.size
+    whole, size = hold / steps, y.size
     signals, ledger = 2 * L, len(LEDGER) * L
     if more is not None:
         signals, ledger = signal_rows(more) * L, (len(LEDGER) + len(BEYOND)) * L
@@ -143,64 +152,37 @@ def advance(
         stand_at(more, x, L, moments, True)
     interpolate(waves, L, start / waves_dt, weight, moments, 0, more)
     for step in range(steps):
+        finer = 1
         if more is not None:
-            follow(more, x, L, moments, waves, (start + step * h) / waves_dt)
-        interpolate(waves, L, (start + (step + 0.5) * h) / waves_dt, weight, moments, 1, more)
-        interpolate(waves, L, (start + (step + 1.0) * h) / waves_dt, weight, moments, 2, more)
-        if held is not None:
-            hold_on(more, held, start + step * h, h, x, L, moments)
-        for stage in range(4):
-            ahead = 0.5 * h if stage < 2 else h
-            point = (stage + 1) // 2 * signals
-            dx = slope[stage]
-            if moving is not None and stage % 2 == 1:  # the middle; the end, which is the start of the next step
-                cc[0], cg[0] = instant(moving, since + (step + 0.5 * ((stage + 1) // 2)) * h)
-            for l in range(L):
-                me1, me3 = moments[point + l], moments[point + L + l]
-                derivative(x, dx, L, l, k, cc[l], cg[l], me1, me3, more, moments, point)
-            if stage < 3:
-                for i in range(states):
-                    x[i] = y[i] + ahead * dx[i]
-        first, second, third, fourth = slope[0], slope[1], slope[2], slope[3]
-        for i in range(size):
-            y[i] = y[i] + h / 6.0 * (first[i] + 2.0 * (second[i] + third[i]) + fourth[i])
-        for i in range(states):
-            x[i] = y[i]
-        for lane in range(signals):
-            moments[lane] = moments[2 * signals + lane]
-
-
-@inlined
-def grip(
-    contact: Any,
-    y: Any,
-    x: Any,
-    slope: Any,
-    moments: Any,
-    weight: Any,
-    k: Coefficients,
-    cc: Any,
-    cg: Any,
-    start: float,
-    hold: float,
-    steps: int,
-    waves: Any,
-    waves_dt: float,
-    moving: Any = None,
-    since: float = 0.0,
-    held: Any = None,
-    more: Any = None,
-) -> None:
-    """Advance one run as `advance` does; with friction in the contact each step in as many as that needs."""
-    if contact is None:
-        advance(
-            y, x, slope, moments, weight, 1, k, cc, cg, start, hold, steps, waves, waves_dt, moving, since, held, more
-        )
-    else:
-        h = hold / steps
-        for step in range(steps):
-            finer, t, on = substeps(contact, k, y, h), start + step * h, since + step * h
-            advance(y, x, slope, moments, weight, 1, k, cc, cg, t, h, finer, waves, waves_dt, moving, on, held, more)
+            finer = substeps(more.contact, k, y, whole)
+        h = whole / finer
+        for part in range(finer):
+            now, middle, after = step + part / finer, step + (part + 0.5) / finer, step + (part + 1.0) / finer
+            if more is not None:
+                follow(more, x, L, moments, waves, (start + now * whole) / waves_dt)
+            interpolate(waves, L, (start + middle * whole) / waves_dt, weight, moments, 1, more)
+            interpolate(waves, L, (start + after * whole) / waves_dt, weight, moments, 2, more)
+            if held is not None:
+                hold_on(more, held, start + now * whole, h, x, L, moments)
+            for stage in range(4):
+                ahead = 0.5 * h if stage < 2 else h
+                point = (stage + 1) // 2 * signals
+                dx = slope[stage]
+                if moving is not None and stage % 2 == 1:  # the middle; the end, which is the start of the next step
+                    cc[0], cg[0] = instant(moving, since + (middle if stage == 1 else after) * whole)
+                for l in range(L):
+                    me1, me3 = moments[point + l], moments[point + L + l]
+                    derivative(x, dx, L, l, k, cc[l], cg[l], me1, me3, more, moments, point)
+                if stage < 3:
+                    for i in range(states):
+                        x[i] = y[i] + ahead * dx[i]
+            first, second, third, fourth = slope[0], slope[1], slope[2], slope[3]
+            for i in range(size):
+                y[i] = y[i] + h / 6.0 * (first[i] + 2.0 * (second[i] + third[i]) + fourth[i])
+            for i in range(states):
+                x[i] = y[i]
+            for lane in range(signals):
+                moments[lane] = moments[2 * signals + lane]
 
 
 @stamped(SOURCES)
@@ -220,9 +202,8 @@ def hold_into(
 ) -> None:
     """Advance one run in place. `work` (5, rows), `controls` (2, 1); float or complex alike."""
     cc, cg = controls[0], controls[1]
-    moving, since = None, 0.0
-    on, x, slope, more = contact_of(k.beyond), work[0], work[1:], k.beyond
-    grip(on, y, x, slope, moments, weight, k, cc, cg, start, hold, steps, waves, waves_dt, moving, since, held, more)
+    x, slope, moving, since, more = work[0], work[1:], None, 0.0, k.beyond
+    advance(y, x, slope, moments, weight, 1, k, cc, cg, start, hold, steps, waves, waves_dt, moving, since, held, more)
 
 
 @stamped(SOURCES)
@@ -261,8 +242,7 @@ def move_into(
         Receives cc, cg at the end, and the root of the mean square of cg over the interval. [Nms]
     """
     cc, cg = controls[0], controls[1]
-    on, x, slope, more = contact_of(k.beyond), work[0], work[1:], k.beyond
-    since = 0.0
+    x, slope, since, more = work[0], work[1:], 0.0, k.beyond
     while since < hold:
         until = next_bend(moving, since, hold)
         cc[0], cg[0] = instant(moving, since)
@@ -270,7 +250,7 @@ def move_into(
         rate = max(finer * slip_rate(k, largest), LAGGED * lag_rate(moving, since))
         steps = steps_for(until - since, dt, rate)
         t, part = start + since, until - since
-        grip(on, y, x, slope, moments, weight, k, cc, cg, t, part, steps, waves, waves_dt, moving, since, held, more)
+        advance(y, x, slope, moments, weight, 1, k, cc, cg, t, part, steps, waves, waves_dt, moving, since, held, more)
         since = until
     moved[0], moved[1] = instant(moving, hold)
     moved[2] = effective(moving, 1, hold)
@@ -290,7 +270,8 @@ def hold_one(
     controls = np.array([[cc], [cg]], y.dtype)
     work = np.empty((5, y.size), y.dtype)
     moments = np.empty(signal_room(k.beyond, 1), waves.dtype)
-    hold_into(out, work, moments, np.empty(TAPS), k, controls, start, hold, steps, waves, waves_dt)
+    held = None  # told, or the compiled loop, which tells it, would need a function of its own
+    hold_into(out, work, moments, np.empty(TAPS), k, controls, start, hold, steps, waves, waves_dt, held)
     return out
 
 

@@ -18,7 +18,6 @@ from gyroctl.plant.compiled import INLINED
 TWO_OVER_PI = 2.0 / math.pi
 # pi/2 in three parts (Cody and Waite): products with turn numbers below 2^20 are exact
 PART_1, PART_2, PART_3 = 1.57079625129699707031e00, 7.54978941586159635335e-08, 5.39030285815811905290e-15
-SERIES = tuple((-1.0) ** n / math.factorial(2 * n + 1) for n in range(1, 9))
 TO_INTEGER = 6755399441055744.0  # 1.5 * 2^52: adding and subtracting rounds to the nearest integer
 
 
@@ -53,32 +52,6 @@ def _polynomial(angle: Any) -> Any:
     sin_out = sign * (odd * cosine + (1.0 - odd) * sine)
     cos_out = sign * ((1.0 - odd) * cosine - odd * sine)
     return cos_out, sin_out
-
-
-def sine(angle: Any) -> Any:
-    """Sine of `angle` [rad] alone, for floats, arrays, complex numbers and casadi symbols; compiled, half the work."""
-    return np.sin(angle)
-
-
-def _series(angle: Any) -> Any:
-    """Taylor's series within a quarter turn: the first term left out is 4e-14."""
-    turns = (angle / math.pi + TO_INTEGER) - TO_INTEGER  # half turns, to nearest
-    r = ((angle - turns * 2.0 * PART_1) - turns * 2.0 * PART_2) - turns * 2.0 * PART_3
-    odd = turns - 2.0 * ((turns * 0.5 - 0.25 + TO_INTEGER) - TO_INTEGER)
-    z = r * r
-    zz = z * z
-    low = (SERIES[0] + SERIES[1] * z) + (SERIES[2] + SERIES[3] * z) * zz
-    high = (SERIES[4] + SERIES[5] * z) + (SERIES[6] + SERIES[7] * z) * zz
-    return (1.0 - 2.0 * odd) * (r + r * z * (low + high * (zz * zz)))
-
-
-def _library_sine(angle: Any) -> Any:
-    return np.sin(angle)
-
-
-@overload(sine, jit_options=INLINED)  # type: ignore[untyped-decorator]
-def _sine_compiled(angle: Any) -> Any:
-    return _series if isinstance(angle, types.Float) else _library_sine
 
 
 def _library(angle: Any) -> Any:
