@@ -74,7 +74,7 @@ def physics_table(
         },
         "cases": {name: [cell.record() for cell in table.values()] for name, table in tables.items()},
         "orders": {name: one.record() for name, one in judged.items()},
-        "answer": answered,
+        "answer": {**answered, "sentences": in_sentences(answered)},
         "failed": failed | {what: why for outcome in found.values() for what, why in outcome.failures.items()},
     }
     return content, _text(waters, tables, judged, answered), draw_physics(tables, ask.record())
