@@ -22,8 +22,8 @@ from gyroctl.simulation.validity import validity
 from gyroctl.studies.evaluation import Request, request
 from gyroctl.studies.evaluation.cases import Case, Outcome, Runs
 from gyroctl.studies.evaluation.entrants import Entrant, pair
-from gyroctl.studies.evaluation.order import holding, lost_lock, order, told, turns
-from gyroctl.studies.evaluation.physics import judge, physics_table
+from gyroctl.studies.evaluation.order import changes, holding, lost_lock, order, told
+from gyroctl.studies.evaluation.physics import _left, judge, physics_table
 from gyroctl.studies.evaluation.physics_answer import answer, in_sentences
 from gyroctl.studies.evaluation.physics_cells import table_of
 from gyroctl.studies.evaluation.real_water import LINEAR, WATERS, Water
@@ -44,7 +44,16 @@ def asked(out: Path, laws: str = "load_angle", seeds: Any = ("100000:100001",)) 
 def runs(label: str, power: float, locked: int = 16, scatter: float = 0.3, phase: float = 0.0, n: int = 16) -> Runs:
     """Planted runs: power about a mean, lock held in so many of them."""
     wave = np.sin(2.4 * SEEDS[:n] + phase)
-    names = ("power_cv", "power_cv_1s", "phi1_p98", "phi3_p98", "phi1_max", "phi3_max", "outside_share", "cycle_slips")
+    names: tuple[str, ...] = (
+        "power_cv",
+        "power_cv_1s",
+        "phi1_p98",
+        "phi3_p98",
+        "phi1_max",
+        "phi3_max",
+        "outside_share",
+        "cycle_slips",
+    )
     names += ("generated_w", "stored_w", "slip_loss_w", "wave_input_w", "saturations", "ledger_residual")
     names += ("outside_model", "step_ms_median", "step_ms_p99", "fallbacks", "deadline_misses", "failed")
     names += ("reversals", "traction_p99", "beyond_validity")
@@ -129,7 +138,8 @@ def test_every_choice_stands_alone_in_some_case_and_the_cases_differ() -> None:
 
 def test_table_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     waters = (Water(LINEAR, {}), Water("drag", {"drag": 0.5}), Water("lag", {}, lag=0.1))
-    perform, ran = execution.perform, []
+    perform: Any = execution.perform  # type: ignore[attr-defined]
+    ran: list[tuple[str, int]] = []
 
     def stops(item: Any) -> Any:
         if len(ran) == 7:
@@ -168,6 +178,11 @@ def test_command_takes_what_the_table_has_for_itself(tmp_path: Path) -> None:
     )
     some = request(tmp_path, "coupling").usually(LAWS, USUAL, DURATION)
     assert some.plan.all == tuple(range(1, 17)) and not some.plan.own, "seeds of a law that takes no part"
+
+
+def test_time_left_goes_by_the_cases_that_are_done() -> None:
+    assert _left(0.0, 0, 20) == "" == _left(10.0, 5, 20), "nothing known, or not worth a word"
+    assert _left(300.0, 5, 20) == ", about 15 min left"
 
 
 def test_command_writes_table_picture_and_numbers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -211,9 +226,8 @@ def test_choice_that_turns_the_order_is_named() -> None:
     turned = {**STRONG, "a": runs("a", 6.0), "b": runs("b", 9.0, phase=1.0)}
     found = judged(STRONG, kept=STRONG, turning=turned)
     assert [(entry["case"], entry["first"], entry["second"]) for entry in found["turned"]] == [("turning", "b", "a")]
-    assert found["turned"][0]["here"].value == pytest.approx(3.0) and found["turned"][0][
-        "before"
-    ].value == pytest.approx(3.0)
+    turn = found["turned"][0]
+    assert (turn["here"].value, turn["before"].value) == (pytest.approx(3.0), pytest.approx(-3.0))
     told_ = "\n".join(in_sentences(found))
     assert "turning (`b` before `a` by 3.0 W)" in told_ and "kept" not in told_
     assert "No choice takes the lock" in told_
@@ -224,7 +238,9 @@ def test_choice_that_does_not_turn_it_is_not_named() -> None:
         STRONG,
         weaker={name: runs(name, 0.5 * float(np.mean(one.values["mean_power"]))) for name, one in STRONG.items()},
     )
-    assert not any(found[name] for name in ("turned", "turned_lost", "unsure", "takes_lock", "costs_lock"))
+    assert not any(
+        found[name] for name in ("turned", "turned_lost", "parted", "blurred", "exchanged", "takes_lock", "costs_lock")
+    )
     told_ = "\n".join(in_sentences(found))
     assert "weaker" not in told_ and "No choice turns the order" in told_
 
@@ -232,7 +248,7 @@ def test_choice_that_does_not_turn_it_is_not_named() -> None:
 def test_neighbours_that_chance_exchanges_do_not_turn_the_order() -> None:
     near = {**STRONG, "b": runs("b", 8.9, scatter=2.0, phase=1.0)}
     found = judged(near, noisy={**near, "b": runs("b", 9.1, scatter=2.0, phase=1.0)})
-    assert not found["turned"] and [entry["case"] for entry in found["unsure"]] == ["noisy"]
+    assert not found["turned"] and [entry["case"] for entry in found["exchanged"]] == ["noisy"]
     assert "within what chance explains: noisy" in "\n".join(in_sentences(found))
 
 
@@ -243,7 +259,7 @@ def test_turn_with_the_loss_of_lock_is_told_apart_from_one_among_laws_that_lock(
     assert {(entry["first"], entry["second"]) for entry in found["turned_lost"]} == {("b", "a"), ("best_constant", "a")}
     assert [(entry["law"], entry["held"], entry["held_before"]) for entry in found["takes_lock"]] == [("a", 0, 16)]
     told_ = "\n".join(in_sentences(found))
-    assert "changes with the loss of lock: falling" in told_ and "Lock is taken by: falling (`a` 0 of 16)" in told_
+    assert "turns where lock is lost: falling" in told_ and "Lock is taken by: falling (`a` 0 of 16)" in told_
 
 
 def test_few_losses_are_not_said_to_take_the_lock() -> None:
@@ -277,4 +293,13 @@ def test_change_against_the_linear_plant_is_paired() -> None:
 
 def test_turns_need_both_laws_in_the_linear_plant() -> None:
     base = order({"a": STRONG["a"], "best_constant": STRONG["best_constant"]})
-    assert turns(base, order({**STRONG, "b": runs("b", 20.0)}), []) == []
+    assert changes(base, order({**STRONG, "b": runs("b", 20.0)}), []) == []
+
+
+def test_laws_that_are_told_apart_only_there_or_no_longer() -> None:
+    near, noisy = runs("b", 8.9, scatter=2.0, phase=1.0), runs("b", 7.5, scatter=4.0, phase=1.0)
+    found = judged({**STRONG, "b": near}, clear=STRONG)
+    assert [(entry["case"], entry["first"], entry["second"]) for entry in found["parted"]] == [("clear", "a", "b")]
+    found = judged(STRONG, rough={**STRONG, "b": noisy})
+    assert [(entry["first"], entry["second"]) for entry in found["blurred"]] == [("a", "b")]
+    assert "No longer told apart: rough" in "\n".join(in_sentences(found))

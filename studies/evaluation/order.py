@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
-from gyroctl.statistics import CONFIDENCE, NOT_DISTINGUISHABLE, Estimate, PairedDifference, holm, paired_difference
+from gyroctl.statistics import CONFIDENCE, Estimate, PairedDifference, holm, paired_difference
 from gyroctl.statistics import in_words as difference_in_words
 from gyroctl.studies.evaluation.cases import Runs, common_seeds
 
@@ -40,14 +40,21 @@ class Order:
         return self.laws[0] + "".join(f" {sign} {law}" for sign, law in zip(signs, self.laws[1:], strict=True))
 
 
-class Turn(NamedTuple):
-    """Two laws whose order is another than in the linear plant."""
+Kind = Literal["turned", "parted", "blurred", "exchanged"]
 
-    first: str  # has more power here, and had less
+
+class Change(NamedTuple):
+    """Two laws that stand to each other otherwise than in the linear plant.
+
+    "turned": told apart there and here, the other way round; "parted": told apart only here; "blurred": told apart
+    only there; "exchanged": the other way round within what chance explains.
+    """
+
+    kind: Kind
+    first: str  # has more power here
     second: str
     here: Estimate  # how much more [W]
-    before: Estimate  # how much less it had [W]
-    sure: bool  # both can be told from chance
+    before: Estimate  # how much more in the linear plant [W]
     lost: tuple[str, ...]  # which of the two do not hold lock here
 
 
@@ -90,30 +97,30 @@ def told(pair: PairedDifference) -> bool:
     return pair.words in MORE
 
 
-def turns(linear: Order, here: Order, holding: Sequence[str]) -> list[Turn]:
-    """Pairs of laws whose order in a case is another than in the linear plant; `holding` are those that hold lock."""
+def changes(linear: Order, here: Order, holding: Sequence[str]) -> list[Change]:
+    """Compare every two laws of a case with the linear plant; `holding` are those that hold lock here."""
     found = []
     for pair in here.pairs:
         if not {pair.first, pair.second} <= set(linear.laws):
             continue
         before = linear.pair(pair.first, pair.second)
-        if before.first == pair.first:
-            continue
-        lost = tuple(law for law in (pair.first, pair.second) if law not in holding)
-        found.append(Turn(pair.first, pair.second, pair.estimate, before.estimate, told(before) and told(pair), lost))
+        turned = before.first != pair.first
+        if kind := _kind(told(before), told(pair), turned):
+            lost = tuple(law for law in (pair.first, pair.second) if law not in holding)
+            more = before.estimate
+            if turned:
+                more = more._replace(value=-more.value, low=-more.high, high=-more.low)
+            found.append(Change(kind, pair.first, pair.second, pair.estimate, more, lost))
     return found
 
 
-def blurred(linear: Order, here: Order) -> list[tuple[str, str]]:
-    """Pairs of laws that can be told apart in the linear plant, stand in the same order here, and cannot any more."""
-    return [
-        (pair.first, pair.second)
-        for pair in here.pairs
-        if pair.words == NOT_DISTINGUISHABLE
-        and {pair.first, pair.second} <= set(linear.laws)
-        and linear.pair(pair.first, pair.second).first == pair.first
-        and told(linear.pair(pair.first, pair.second))
-    ]
+def _kind(before: bool, here: bool, turned: bool) -> Kind | None:
+    """Kind of change by whether two laws can be told apart in the linear plant and here; None for none."""
+    if before and here:
+        return "turned" if turned else None
+    if before or here:
+        return "blurred" if before else "parted"
+    return "exchanged" if turned else None
 
 
 def holding(runs: Mapping[str, Runs]) -> list[str]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.errors import InputError
 from gyroctl.reports.wording import number, percent
 from gyroctl.studies.evaluation.cases import Case, Outcome, best_pair_of, run_case
-from gyroctl.studies.evaluation.order import holding, lost_lock, order, turns
+from gyroctl.studies.evaluation.order import changes, holding, lost_lock, order
 from gyroctl.studies.evaluation.physics_answer import Judged, answer, in_sentences
 from gyroctl.studies.evaluation.physics_cells import Cell, table_of
 from gyroctl.studies.evaluation.real_water import LINEAR, WATERS, Water, in_words
@@ -53,8 +54,9 @@ def physics_table(
     pair = best_pair_of(Case(LINEAR, waters[0].plant(), sea, ask.settings), ask)
     found: dict[str, Outcome] = {}
     failed: dict[str, str] = {}
+    begin = time.monotonic()
     for i, water in enumerate(waters):
-        ask.say(f"physics: {water.name} ({i + 1} of {len(waters)})")
+        ask.say(f"physics: {water.name} ({i + 1} of {len(waters)}{_left(time.monotonic() - begin, i, len(waters))})")
         try:
             case = Case(water.name, water.plant(), sea, water.settings(ask.settings))
             found[water.name] = run_case(case, [pair, *ask.entrants], ask)
@@ -80,11 +82,17 @@ def physics_table(
     return content, _text(waters, tables, judged, answered), draw_physics(tables, ask.record())
 
 
+def _left(spent: float, done: int, cases: int) -> str:
+    """Time left by the mean of the cases that are done, where it is worth a word."""
+    left = spent / done * (cases - done) / 60.0 if done else 0.0
+    return f", about {left:.0f} min left" if left > 1.0 else ""
+
+
 def judge(water: Water, outcome: Outcome, linear: Outcome) -> Judged:
     """Order and lock in a case against the linear plant."""
     here, before, held = order(outcome.runs), order(linear.runs), holding(outcome.runs)
     return Judged(
-        water, here, tuple(held), tuple(turns(before, here, held)), tuple(lost_lock(linear.runs, outcome.runs))
+        water, here, tuple(held), tuple(changes(before, here, held)), tuple(lost_lock(linear.runs, outcome.runs))
     )
 
 

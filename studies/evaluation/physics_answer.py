@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gyroctl.reports.wording import listed, number
-from gyroctl.studies.evaluation.order import HOLDS, Lost, Order, Turn
+from gyroctl.studies.evaluation.order import HOLDS, Change, Lost, Order
 from gyroctl.studies.evaluation.real_water import LINEAR, Water
 
 
@@ -18,7 +18,7 @@ class Judged:
     water: Water
     order: Order
     holding: tuple[str, ...]  # laws that hold lock
-    turns: tuple[Turn, ...]  # pairs of laws in another order than in the linear plant
+    changes: tuple[Change, ...]  # pairs of laws that stand to each other otherwise than in the linear plant
     lost: tuple[Lost, ...]  # laws that hold lock in fewer runs than there
 
     def record(self) -> dict[str, Any]:
@@ -28,7 +28,7 @@ class Judged:
             "words": self.order.words,
             "holding": list(self.holding),
             "pairs": [pair._asdict() for pair in self.order.pairs],
-            "turns": [turn._asdict() for turn in self.turns],
+            "changes": [change._asdict() for change in self.changes],
             "lost": [lost._asdict() for lost in self.lost],
         }
 
@@ -39,16 +39,17 @@ def answer(judged: Mapping[str, Judged]) -> dict[str, Any]:
     Returns
     -------
     dict
-        ``linear``: the order there in words. ``turned``: cases in which two laws that both hold lock change places,
-        both differences told from chance; ``turned_lost``: the same where one of them does not hold lock; ``unsure``:
-        change places within what chance explains. ``takes_lock``: cases in which a law loses lock, told from chance;
-        ``costs_lock``: within what chance explains. Each a list of entries with the case and the laws.
+        ``linear``: the order there in words. Then lists of entries with the case and its laws. ``turned``: two laws
+        that both hold lock stand the other way round, both differences told from chance; ``turned_lost``: the same
+        where one of them does not hold lock; ``parted``, ``blurred``, ``exchanged``: see `order.Change`;
+        ``takes_lock``: a law loses lock, told from chance; ``costs_lock``: within what chance explains.
     """
-    found: dict[str, Any] = {name: [] for name in ("turned", "turned_lost", "unsure", "takes_lock", "costs_lock")}
+    lists = ("turned", "turned_lost", "parted", "blurred", "exchanged", "takes_lock", "costs_lock")
+    found: dict[str, Any] = {name: [] for name in lists}
     for name, case in judged.items():
-        for turn in case.turns:
-            where = "unsure" if not turn.sure else "turned_lost" if turn.lost else "turned"
-            found[where].append({"case": name, "single": case.water.single, **turn._asdict()})
+        for change in case.changes:
+            kind = "turned_lost" if change.kind == "turned" and change.lost else change.kind
+            found[kind].append({"case": name, "single": case.water.single, **change._asdict()})
         for lost in case.lost:
             where = "takes_lock" if lost.sure else "costs_lock"
             found[where].append({"case": name, "single": case.water.single, **lost._asdict()})
@@ -60,13 +61,17 @@ def in_sentences(found: Mapping[str, Any]) -> list[str]:
     told = [f"In the linear plant: {found['linear']}."]
     held = f"that hold lock (in {100 * HOLDS:g} % of their runs)"
     if found["turned"]:
-        told.append(f"The order of the laws {held} changes: {_turned(found['turned'])}.")
+        told.append(f"The order of laws {held} turns: {_changed(found['turned'])}.")
     else:
-        told.append(f"No choice turns the order of the laws {held} in a way that could be told from chance.")
-    if found["turned_lost"]:
-        told.append(f"It changes with the loss of lock: {_turned(found['turned_lost'])}.")
-    if found["unsure"]:
-        told.append(f"Neighbours change places within what chance explains: {_turned(found['unsure'])}.")
+        told.append(f"No choice turns the order of two laws {held} in a way that could be told from chance.")
+    for name, words in (
+        ("turned_lost", "It turns where lock is lost"),
+        ("parted", "Told apart there and not in the linear plant"),
+        ("blurred", "No longer told apart"),
+        ("exchanged", "Exchanged within what chance explains"),
+    ):
+        if found[name]:
+            told.append(f"{words}: {_changed(found[name])}.")
     if found["takes_lock"]:
         told.append(f"Lock is taken by: {_lost(found['takes_lock'])}.")
     else:
@@ -76,11 +81,13 @@ def in_sentences(found: Mapping[str, Any]) -> list[str]:
     return told
 
 
-def _turned(entries: Sequence[Mapping[str, Any]]) -> str:
-    return "; ".join(f"{case} ({listed([_turn(entry) for entry in some])})" for case, some in _by_case(entries).items())
+def _changed(entries: Sequence[Mapping[str, Any]]) -> str:
+    return "; ".join(
+        f"{case} ({listed([_change(entry) for entry in some])})" for case, some in _by_case(entries).items()
+    )
 
 
-def _turn(entry: Mapping[str, Any]) -> str:
+def _change(entry: Mapping[str, Any]) -> str:
     words = f"`{entry['first']}` before `{entry['second']}` by {number(entry['here'].value, 2)} W"
     lost = [f"`{law}`" for law in entry["lost"]]
     return f"{words}, without lock {listed(lost)}" if lost else words
