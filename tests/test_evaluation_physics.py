@@ -303,3 +303,29 @@ def test_laws_that_are_told_apart_only_there_or_no_longer() -> None:
     found = judged(STRONG, rough={**STRONG, "b": noisy})
     assert [(entry["first"], entry["second"]) for entry in found["blurred"]] == [("a", "b")]
     assert "No longer told apart: rough" in "\n".join(in_sentences(found))
+
+
+# --- the picture -----------------------------------------------------------------------------------------------------
+
+
+def test_picture_shows_power_as_length_and_counts_lost_lock() -> None:
+    from matplotlib.patches import Rectangle
+
+    from gyroctl.studies.evaluation.draw_physics import draw_physics
+
+    linear = outcome(best_constant=STRONG["best_constant"], b=STRONG["b"], a=STRONG["a"])
+    fallen = outcome(best_constant=STRONG["best_constant"], b=runs("b", -1.0, locked=3), a=STRONG["a"])
+    tables = {LINEAR: table_of(linear, linear), "choice": table_of(fallen, linear)}
+    figure = draw_physics(tables, {"laws": ["a", "b"], "duration_s": 600.0, "seeds": [1], "own_seeds": {}})
+    axes = {axis.get_title(loc="left").replace("\n", "_"): axis for axis in figure.axes}
+    axes |= {axis.get_title().replace("\n", "_"): axis for axis in figure.axes if axis.get_title()}
+    assert [name for name in axes if name] == ["a", "b", "best_constant"], "as asked for, the reference last"
+    lengths = {
+        name: [round(p.get_width(), 9) for p in axis.patches if isinstance(p, Rectangle)] for name, axis in axes.items()
+    }
+    assert lengths["b"] == [6.0, -1.0] and lengths["a"] == [9.0, 9.0]
+    inches = {name: axis.get_position().width / float(np.ptp(axis.get_xlim())) for name, axis in axes.items()}
+    assert max(inches.values()) == pytest.approx(min(inches.values()), rel=0.05), "a watt is as long for every law"
+    assert "3/16" in [text.get_text() for text in axes["b"].texts] and not any(
+        "/" in t.get_text() for t in axes["a"].texts
+    )
