@@ -16,6 +16,7 @@ ROW = (
     *("law", "kind", "information", "preview", "tuning", "seeds", "seed_states", "runs", "failed", "locked", "in_step"),
     *("pair_in_step", "turns_kept", "cycle_slips", "power", "generated_w", "stored_w", "cv", "ratio", "of_nominal"),
     *("phi1_p98", "phi3_p98", "phi1_max", "phi3_max", "over_limit", "outside_share", "verdict", "limits_missed"),
+    *("lock", "of_linear", "less_linear", "reversals", "traction_p99", "beyond_validity"),
 )
 """Of a law in a case of an evaluation."""
 
@@ -115,6 +116,13 @@ def _information(report: Mapping[str, Any]) -> dict[str, Any]:
     return {**_asked(report), "gamma": report["gamma"], "levels": levels, "differences": report["differences"]}
 
 
+def _physics(report: Mapping[str, Any]) -> dict[str, Any]:
+    cases = {case: [_only(row, ROW) for row in rows] for case, rows in report["cases"].items()}
+    orders = {case: _only(order, ("words", "holding")) for case, order in report["orders"].items()}
+    told = {**_only(report, ("gamma", "pair", "waters")), "sentences": report["answer"]["sentences"]}
+    return {**_asked(report), **told, "orders": orders, "cases": cases}
+
+
 def _bound(report: Mapping[str, Any]) -> dict[str, Any]:
     windows = [
         {
@@ -151,6 +159,7 @@ KEEPERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
     "offdesign": _offdesign,
     "robustness": _robustness,
     "information": _information,
+    "physics": _physics,
     "bound": _bound,
     "margins": _margins,
     "statements": _all,

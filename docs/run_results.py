@@ -68,6 +68,12 @@ RUNS = {
         "information.json",
         "1 h",
     ),
+    "physics": Run(
+        "gyroctl evaluate physics",
+        "gyroctl evaluate physics --laws coupling,load_angle --seeds 1:4 --duration 300",
+        "physics.json",
+        "45 min",
+    ),
     "bound_gamma1": Run(BOUND.format(1), QUICK.format(1), "bound.json", "30 min"),
     "bound_gamma5": Run(BOUND.format(5), QUICK.format(5), "bound.json", "30 min"),
     "bound_gamma50": Run(BOUND.format(50) + OWN_SET, QUICK.format(50), "bound.json", "35 min"),

@@ -16,13 +16,14 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from result_blocks import benchmarks, bounds, evaluations, margins, pictures, seas, studies
+from result_blocks import benchmarks, bounds, evaluations, margins, physics, pictures, seas, studies
 from result_blocks.source import HERE, ROOT, Missing, result, table
 from run_results import RUNS
 
 BLOCKS: Mapping[str, Callable[[], str]] = {
     **seas.BLOCKS,
     **evaluations.BLOCKS,
+    **physics.BLOCKS,
     **bounds.BLOCKS,
     **margins.BLOCKS,
     **studies.BLOCKS,
@@ -70,7 +71,7 @@ def filled(page: str, folder: str = "docs") -> str:
 
 def whole_pages() -> dict[str, str]:
     """Pages that hold nothing but results, by path."""
-    found = {path: f"{_made(make)}\n" for path, make in evaluations.PAGES.items()}
+    found = {path: f"{_made(make)}\n" for path, make in {**evaluations.PAGES, **physics.PAGES}.items()}
     found = {path: text.replace(HERE, "") for path, text in found.items()}
     return {**found, "docs/results/README.md": index()}
 

@@ -19,6 +19,7 @@ ROOMS = {
     "hydrodynamics",
     "laws",
     "margins",
+    "order",
     "physics",
     "real_water",
     "rows",

@@ -66,6 +66,18 @@ def _seas() -> Figure:
     return draw_seas(tables, found["request"])
 
 
+def _physics() -> Figure:
+    from gyroctl.studies.evaluation.draw_physics import draw_physics
+    from gyroctl.studies.evaluation.physics_cells import Cell
+
+    found, unused = result("physics"), _estimate(None)
+    tables = {
+        case: {row["law"]: Cell(row_of(row), math.nan, math.nan, math.nan, unused, unused) for row in rows}
+        for case, rows in found["cases"].items()
+    }
+    return draw_physics(tables, found["request"])
+
+
 def _forecast() -> Figure:
     from gyroctl.studies.forecast.draw import draw
     from gyroctl.studies.forecast.skill import Skill
@@ -80,5 +92,6 @@ def _forecast() -> Figure:
 
 PICTURES: Mapping[str, Picture] = {
     "docs/seas.png": Picture("docs/results/seas.json", _seas),
+    "docs/physics.png": Picture("docs/results/physics.json", _physics),
     "docs/forecast.png": Picture("docs/results/forecast.json", _forecast),
 }

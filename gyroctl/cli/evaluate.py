@@ -14,18 +14,27 @@ from gyroctl.cli.options import Workers, failures
 def evaluate(
     tables: Annotated[
         list[str] | None,
-        typer.Argument(metavar="[TABLE ...]", help="seas, offdesign, information, robustness; without any all four."),
+        typer.Argument(
+            metavar="[TABLE ...]", help="seas, offdesign, information, robustness, physics; all without any."
+        ),
     ] = None,
     laws: Annotated[
-        str, typer.Option(help="Laws with commas between: load_angle,nmpc[information=oracle]. Without it all.")
+        str,
+        typer.Option(
+            help="Laws with commas between: load_angle,nmpc[information=oracle]. Without it all, "
+            "in physics nmpc, coupling and load_angle."
+        ),
     ] = "",
     seeds: Annotated[
         list[str] | None,
         typer.Option(
-            help="Realisations, 1:64 by default; nmpc=1:16 for one law, '@gamma 5=1:8' in one case. May repeat."
+            help="Realisations, 1:64 by default, in physics 1:16 and nmpc=1:8; nmpc=1:16 for one law, "
+            "'@gamma 5=1:8' in one case. May repeat."
         ),
     ] = None,
-    duration: Annotated[float, typer.Option(help="Length of the runs [s].")] = 2000.0,
+    duration: Annotated[
+        float | None, typer.Option(help="Length of the runs [s], 2000 by default, in physics 600.")
+    ] = None,
     workers: Workers = 0,
     out: Annotated[Path, typer.Option(help="Folder for tables, figures and runs.")] = Path("results/evaluation"),
     budget: Annotated[float, typer.Option(help="Simulated time to find the best constant pair of a sea [s].")] = 4e6,
@@ -34,7 +43,7 @@ def evaluate(
         bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a table judges nothing.")
     ] = False,
 ) -> None:
-    """Judge laws on spent or reserve realisations: three seas, off the design, price of information, robustness."""
+    """Judge laws on spent or reserve realisations: seas, off the design, information, robustness, real water."""
     from gyroctl.studies.evaluation import evaluate_tables, request
 
     chosen, say = seeds or (), partial(typer.echo, err=True)

@@ -11,6 +11,7 @@ from gyroctl.provenance import made
 from gyroctl.reports.wording import seed_ranges
 from gyroctl.studies.evaluation.information import information_table
 from gyroctl.studies.evaluation.offdesign import offdesign_table
+from gyroctl.studies.evaluation.physics import DURATION, LAWS, SEEDS, physics_table
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.robustness import robustness_table
 from gyroctl.studies.evaluation.seas import seas_table
@@ -28,6 +29,7 @@ TABLES: dict[str, Table] = {
     "offdesign": offdesign_table,
     "information": information_table,
     "robustness": robustness_table,
+    "physics": physics_table,
 }
 """Tables by name."""
 
@@ -39,7 +41,11 @@ TITLES = {
     "offdesign": "Off the design, same parameters",
     "information": "The price of information",
     "robustness": "Devices that differ from the design",
+    "physics": "The laws in real water",
 }
+
+USUAL = {"physics": (LAWS, SEEDS, DURATION)}
+"""Laws, seeds and length [s] of a table that has its own, where they are not asked for."""
 
 
 def evaluate_tables(names: Sequence[str], ask: Request) -> dict[str, dict[str, Any]]:
@@ -93,6 +99,7 @@ def _one(name: str, ask: Request) -> dict[str, Any]:
     from gyroctl.studies.style import styled
 
     begin = time.monotonic()
+    ask = ask.usually(*USUAL[name]) if name in USUAL else ask
     with styled():
         found, text, figure = TABLES[name](ask)
         ask.out.mkdir(parents=True, exist_ok=True)

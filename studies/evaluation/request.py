@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,9 @@ from gyroctl.waves.checks import DURATION_MAX, at_most, positive, within
 BUDGET_MAX = 1e12
 """Largest simulated time for a search. [s]"""
 
+DURATION = 2000.0
+"""Length of the runs where none is asked for and the table has none of its own. [s]"""
+
 RUNS, PAIRS = "runs", "pairs"
 """Folders of finished runs and of constant pairs that were found."""
 
@@ -30,15 +33,25 @@ class Request:
     out: Path  # folder of tables, figures and finished runs
     entrants: tuple[Entrant, ...]  # the laws, the reference aside
     plan: SeedPlan  # realisations of each law
-    duration: float = 2000.0  # length of the runs [s]
+    duration: float = DURATION  # length of the runs [s]
     workers: int | None = None  # they change no result
     tuned_on: tuple[int, ...] = ()  # seeds that no run may use
     budget: float = 4e6  # simulated time for the search of each sea's best constant pair [s]
     settings: Settings = field(default_factory=Settings)  # steps, sensors and actuators of the nominal case
-    named: bool = False  # whether the laws were asked for by name
+    given: frozenset[str] = frozenset()  # what was asked for: laws, seeds, duration; the rest a table may choose
     planner: str = "nmpc"  # the law whose information is varied
     quiet: bool = False  # no progress
     say: Callable[[str], None] = lambda _: None  # told what is being done
+
+    def usually(self, laws: str, seeds: Sequence[str], duration: float) -> Request:
+        """Request of a table with these for what was not asked for; seeds of a law that takes no part are left out."""
+        entrants = self.entrants if "laws" in self.given else tuple(parse(laws))
+        plan = self.plan
+        if "seeds" not in self.given:
+            usual, part = seed_plan(seeds, tuned_on=self.tuned_on), {entrant.name for entrant in entrants}
+            plan = SeedPlan(usual.common, {law: own for law, own in usual.own.items() if law in part})
+        length = self.duration if "duration" in self.given else duration
+        return replace(self, entrants=entrants, plan=plan, duration=length)
 
     def record(self) -> dict[str, Any]:
         """For the JSON files."""
@@ -55,7 +68,7 @@ def request(
     out: Path,
     laws: str = "",
     seeds: Sequence[str] = (),
-    duration: float = 2000.0,
+    duration: float | None = None,
     workers: int = 0,
     allow_tuning_seeds: bool = False,
     budget: float = 4e6,
@@ -70,13 +83,15 @@ def request(
     InputError
         For laws, seeds or a duration that cannot be used, all before the first run.
     """
+    given = {"laws": bool(laws), "seeds": bool(seeds), "duration": duration is not None}
+    duration = DURATION if duration is None else duration
     entrants = tuple(entrant for entrant in (parse(laws) if laws else default_entrants()) if entrant.label != REFERENCE)
     built, names = [entrant.build() for entrant in entrants], [entrant.name for entrant in entrants]
     tuned_on = refused_for(built, names)
     plan = seed_plan(seeds, allow_tuning_seeds, tuned_on)
     known = {entrant.label for entrant in entrants} | {*names, planner}
-    for given in plan.own:
-        name = given.partition("@")[0]  # "nmpc@gamma 5": in that case alone; "@gamma 5": every law in it
+    for whose in plan.own:
+        name = whose.partition("@")[0]  # "nmpc@gamma 5": in that case alone; "@gamma 5": every law in it
         if name and name not in known and not any(name.startswith(f"{one}[") for one in known):
             raise InputError("seeds", name, "no law of that name takes part", f"Name one of {', '.join(sorted(known))}")
     if out.exists() and not out.is_dir():
@@ -89,7 +104,7 @@ def request(
     if not duration > settings.score_from:
         problem = f"is not longer than the blend of {settings.blend:g} s"
         raise InputError("duration", duration, problem, "Give a longer one, for example 2000")
-    refused, named = () if allow_tuning_seeds else tuned_on, bool(laws)
+    refused, asked = () if allow_tuning_seeds else tuned_on, frozenset(name for name, it in given.items() if it)
     return Request(
-        out, entrants, plan, duration, workers or None, refused, budget, settings, named, planner, quiet, say
+        out, entrants, plan, duration, workers or None, refused, budget, settings, asked, planner, quiet, say
     )

@@ -106,7 +106,7 @@ def bar_words(gamma: float, row: Row) -> str:
 def _entrants(ask: Request) -> list[Entrant]:
     """The laws asked for; by default also the planner with a perfect preview, for which there is a bar."""
     found = list(ask.entrants)
-    if not ask.named and any(entrant.name == ask.planner for entrant in found):
+    if "laws" not in ask.given and any(entrant.name == ask.planner for entrant in found):
         found += parse(f"{ask.planner}[information=oracle]")
     return found
 
