@@ -170,7 +170,8 @@ def continue_orbit(orbit: Orbit, parameter: str, limits: Range, options: Palc | 
     orbit : Orbit
         Where to start, stable or not.
     parameter : str
-        cc, cg [Nms], height [m], wp [rad/s], phase between the moments [rad], d1 [Nms/rad], k1 [Nm/rad] or N [-].
+        cc, cg [Nms], height [m], wp [rad/s], phase between the moments [rad], d1 [Nms/rad], k1 [Nm/rad] or N [-]; or a
+        choice beyond the linear model, see `gyroctl.orbits.orbit_map.OrbitMap`.
     limits : (low, high)
         Where to stop; the orbit's own value is between them.
     options : Palc
