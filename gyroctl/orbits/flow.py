@@ -52,7 +52,7 @@ class Forcing:
         """
         if plant.slips:
             problem = "an axis that sticks and slips has no orbit that could be differentiated"
-            mend = "Give plant.rolling, the same device that rolls, or plant.smooth"
+            mend = 'Give plant.smooth or plant.rolling, the same device with contact = "rolling"'
             raise InputError("plant.contact", "friction", problem, mend)
         beyond = plant.coefficients.beyond
         if beyond is not None and beyond.surface is not None:

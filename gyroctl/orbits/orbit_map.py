@@ -259,6 +259,10 @@ class OrbitMap:
         """Transfers (channels, n) from the elevation to the signals, at frequencies (n,) [rad/s]."""
         return np.asarray(transfers(self._on, omega, self.wave.heading))
 
+    def lacks_signals(self, omega: tuple[float, ...]) -> bool:
+        """Whether a signal is cut off at one of the frequencies [rad/s]: the map is not smooth on the way there."""
+        return bool(np.any(self._transfers(np.array(omega)) == 0.0))
+
     def _turned(self, he: NDArray[np.complex128], at: dict[str, float]) -> NDArray[np.complex128]:
         """Transfers (channels, ...) with the phase of the first moment, at rest and at all positions."""
         if "phase" not in at:
