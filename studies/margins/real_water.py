@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from gyroctl.harness.seed_ledger import ledger
 from gyroctl.studies.margins.drag_lock import (
     DURATION,
     GAMMA,
@@ -59,7 +60,7 @@ def real_water(asked: Request, point: str, kept: Kept, tick: Tick) -> Figure:
     counted: list[Counted] = []
     with kept.stage("water.sea"):
         content["sea"] = {"gamma": GAMMA, "hs_m": asked.wave.hs, "duration_s": DURATION, "seeds": list(SEEDS)}
-        content["sea"]["runs"] = []
+        content["sea"] |= {"seed_states": ledger().states(SEEDS), "runs": []}
         for drag in drags_to_count(lock.drag if lock is not None else 0.0):
             counted.append(counted_in_a_sea(asked, drag))
             content["sea"]["runs"].append(counted[-1].record())
