@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,7 @@ from gyroctl.studies.margins.water import (
     in_words,
     linear_plant,
     most,
+    nearest,
     of_choice,
     with_choices,
 )
@@ -231,6 +233,15 @@ def test_drag_takes_the_place_of_hinge_damping(device: gy.Plant) -> None:
     assert borders[0] > 0.0 > borders[1] > borders[2]
     slope = (borders[1] - borders[0]) / 0.02
     assert (borders[2] - borders[1]) / 0.26 == pytest.approx(slope, rel=0.1)
+
+
+def test_border_is_the_first_one_on_the_way_out_of_stability() -> None:
+    points = [SimpleNamespace(value=value) for value in (-5.0, 1.0, 4.0)]
+    branch: Any = SimpleNamespace(of_kind=lambda kind: points if kind == "Neimark-Sacker" else [])
+    assert nearest(branch, "Neimark-Sacker", 2.0, stable=True) == 1.0
+    assert nearest(branch, "Neimark-Sacker", -7.0, stable=False) == -5.0
+    assert math.isnan(nearest(branch, "Neimark-Sacker", -7.0, stable=True))
+    assert math.isnan(nearest(branch, "fold", 2.0, stable=True))
 
 
 def test_every_choice_of_the_study_has_an_orbit_map_and_starts_from_the_linear_plant(device: gy.Plant) -> None:
