@@ -23,10 +23,12 @@ from gyroctl.robustness.headroom import headroom, ramp
 from gyroctl.robustness.regime import settle, simulate
 from gyroctl.studies.margins import request
 from gyroctl.studies.margins.drag_lock import DragLock, counted_in_a_sea, drag_that_locks, drags_to_count, undamped
+from gyroctl.studies.margins.maps import GROWS, coupling_map
 from gyroctl.studies.margins.request import Request
 from gyroctl.studies.margins.water import (
     ALL,
     CHOICES,
+    OSCILLATIONS,
     ChoiceMargins,
     damping_border,
     in_words,
@@ -129,6 +131,27 @@ def test_height_headroom_is_confirmed_by_a_sinking_wave() -> None:
     assert ramp(near, "height", 1.03 * least, 0.97 * least, periods=600) == pytest.approx(least, rel=0.015)
 
 
+def test_swing_at_half_the_frequency_of_the_wave_grows_where_the_float_moves() -> None:
+    """Parametric resonance, which symmetry forbids: each wave turns the disturbance round and lets it grow."""
+    plant, wave = gy.zhang2017(**SURGE), gy.Regular(0.2, 2.6)
+    orbit = gy.lock_orbit(plant, wave, *PAIR)
+    largest = orbit.multipliers[0]
+    assert orbit.status == "unstable" and largest.real < -1.0 and abs(largest.imag) < 1e-9
+    assert "half the frequency" in orbit.advice
+    mode = orbit.mode("horizontal")
+    assert mode.frequency == pytest.approx(0.5 * 2.6, rel=1e-9) and mode.rate > 0.0
+    n, state, apart = orbit.x.size, orbit.x.copy(), []
+    state[PHI1_RATE] += 1e-6
+    for _ in range(24):
+        state = np.real(flow(plant, state, *PAIR, orbit.forcing, 1.0)[:n])
+        state[[PSI, OMEGA]] -= 2.0 * math.pi, state[OMEGA]
+        apart.append(state[PHI1_RATE] - orbit.x[PHI1_RATE])
+    ratios = np.array(apart[1:]) / np.array(apart[:-1])
+    np.testing.assert_allclose(ratios[-4:], largest.real, rtol=0.02)
+    found = coupling_map(plant, wave, [PAIR[0]], [PAIR[1]])
+    assert found.code.tolist() == [[GROWS]]
+
+
 # --- drag as damping ---------------------------------------------------------------------------------------------
 
 
@@ -223,6 +246,8 @@ def test_borders_of_a_choice_are_where_orbits_found_alone_change(asked: Request)
         assert gy.lock_orbit(plant.replace(d1=part * found.d1_border), WAVE, *PAIR).status == expected
         assert gy.lock_orbit(plant, WAVE, part * found.cc_border, PAIR[1]).status == expected
         assert gy.lock_orbit(plant, WAVE, 0.052, found.cg_end / part).status == expected
+        slower = gy.Regular(WAVE.height, part**0.2 * found.wp_end)
+        assert gy.lock_orbit(plant, slower, *PAIR).status == expected
 
 
 def test_drag_takes_the_place_of_hinge_damping(device: gy.Plant) -> None:
@@ -238,10 +263,10 @@ def test_drag_takes_the_place_of_hinge_damping(device: gy.Plant) -> None:
 def test_border_is_the_first_one_on_the_way_out_of_stability() -> None:
     points = [SimpleNamespace(value=value) for value in (-5.0, 1.0, 4.0)]
     branch: Any = SimpleNamespace(of_kind=lambda kind: points if kind == "Neimark-Sacker" else [])
-    assert nearest(branch, "Neimark-Sacker", 2.0, stable=True) == 1.0
-    assert nearest(branch, "Neimark-Sacker", -7.0, stable=False) == -5.0
-    assert math.isnan(nearest(branch, "Neimark-Sacker", -7.0, stable=True))
-    assert math.isnan(nearest(branch, "fold", 2.0, stable=True))
+    assert nearest(branch, OSCILLATIONS, 2.0, stable=True) == 1.0
+    assert nearest(branch, OSCILLATIONS, -7.0, stable=False) == -5.0
+    assert math.isnan(nearest(branch, OSCILLATIONS, -7.0, stable=True))
+    assert math.isnan(nearest(branch, ("fold",), 2.0, stable=True))
 
 
 def test_every_choice_of_the_study_has_an_orbit_map_and_starts_from_the_linear_plant(device: gy.Plant) -> None:
@@ -256,19 +281,24 @@ def test_every_choice_of_the_study_has_an_orbit_map_and_starts_from_the_linear_p
 
 def test_what_moves_most_is_told_of_single_choices_and_in_words() -> None:
     linear = ChoiceMargins("linear", "stable", 0.99, "horizontal", -0.002, 0.002, 1.2, 5e-3, 5e-3, "fold", 1.5, 0.04)
+    linear = dataclasses.replace(linear, wp_end=2.71, wp_ending="Neimark-Sacker")
 
-    def moved(**changes: float) -> ChoiceMargins:
+    def moved(**changes: Any) -> ChoiceMargins:
         return dataclasses.replace(linear, **changes)
 
     found = {
         "linear": linear,
-        "drag 0.5": moved(rate=-0.09, damping_ratio=0.08, d1_border=-17.0, fold=4.95e-3),
+        "drag 0.5": moved(
+            rate=-0.09, damping_ratio=0.08, d1_border=-17.0, fold=4.95e-3, wp_end=2.8, wp_ending="period doubling"
+        ),
         "bearing 0.01 Nm": moved(fold=4.8e-3),
         "windage 9.1e-7 Nms²": ChoiceMargins("windage", "no orbit"),
         ALL: moved(fold=4e-3, d1_border=-30.0, rate=-0.2),
     }
-    assert most(found) == {"fold": "bearing 0.01 Nm", "neimark_sacker": "drag 0.5", "phi1_damping": "drag 0.5"}
+    told = {"fold": "bearing 0.01 Nm", "neimark_sacker": "drag 0.5", "phi1_damping": "drag 0.5"}
+    assert most(found) == {**told, "frequency": "drag 0.5"}
     words = in_words(found)
     assert "Bearing 0.01 Nm alone moves the fold most, by -4.0 %" in words
     assert "-17 Nms/rad in place of 1.5" in words and "All smooth ones together move the fold by -20.0 %" in words
-    assert most({"linear": linear}) == dict.fromkeys(("fold", "neimark_sacker", "phi1_damping"), "")
+    assert "from 2.71 to 2.8 rad/s, where it ends by a period doubling" in words
+    assert set(most({"linear": linear}).values()) == {""}

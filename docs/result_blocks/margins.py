@@ -120,10 +120,11 @@ def water() -> str:
                 f"{number(one['fold'], 4)} ({100.0 * (one['fold'] / linear['fold'] - 1.0):+.1f} %){ends}",
                 number(one["d1_border"]),
                 least,
+                "none met" if one["wp_end"] is None else f"{number(one['wp_end'])}, {one['wp_ending']}",
             ]
         )
     heads = ("choice", "largest multiplier", "rate of φ1 [1/s] (of critical)", "fold in cg [Nms] (shift)")
-    heads += ("d1 that lock needs [Nms/rad]", "least cc [Nms]")
+    heads += ("d1 that lock needs [Nms/rad]", "least cc [Nms]", "lowest wp [rad/s]")
     return "\n\n".join([table(heads, lines), found["words"], caption("margins_water")])
 
 

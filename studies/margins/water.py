@@ -47,6 +47,9 @@ CHOICES: dict[str, dict[str, Any]] = {
 }
 """One choice at a time, and those of the realistic variant together as far as they can be differentiated."""
 
+OSCILLATIONS: tuple[Kind, ...] = ("Neimark-Sacker", "period doubling")
+"""Where an oscillation begins to grow: at a frequency of its own, or where the symmetry fails at half the wave's."""
+
 LEAST_DAMPING, MOST_DAMPING = -80.0, 40.0
 """Hinge damping between which the border is sought. [Nms/rad]"""
 
@@ -93,6 +96,10 @@ class ChoiceMargins:
         The same in the coupling: least cc with a stable lock; NaN where none was met. [Nms]
     power : float
         Mean electrical power. [W]
+    wp_end : float
+        Lowest frequency of the wave down to which the orbit is stable; NaN where none was met. [rad/s]
+    wp_ending : str
+        How stability ends there.
     """
 
     name: str
@@ -108,6 +115,8 @@ class ChoiceMargins:
     d1_border: float = math.nan
     cc_border: float = math.nan
     power: float = math.nan
+    wp_end: float = math.nan
+    wp_ending: str = ""
 
     def record(self) -> dict[str, Any]:
         """Numbers for JSON."""
@@ -135,6 +144,7 @@ def of_choice(asked: Request, name: str) -> ChoiceMargins:
     over_cg = continue_orbit(orbit, "cg", (0.0, CG_REACH * orbit.cg / min(orbit.lock_share, 1.0)), OPTIONS)
     over_cc = continue_orbit(orbit, "cc", (min(CC_RANGE[0], asked.cc), max(CC_RANGE[1], asked.cc)), OPTIONS)
     room = headroom(orbit, asked.wave, "cg", True) if stable else None
+    down = headroom(orbit, asked.wave, "wp", False) if stable else None
     return ChoiceMargins(
         name,
         orbit.status,
@@ -147,8 +157,10 @@ def of_choice(asked: Request, name: str) -> ChoiceMargins:
         cg_end=room.reached if room is not None else math.nan,
         cg_ending=room.ending if room is not None else "",
         d1_border=damping_border(orbit),
-        cc_border=nearest(over_cc, "Neimark-Sacker", orbit.cc, stable),
+        cc_border=nearest(over_cc, OSCILLATIONS, orbit.cc, stable),
         power=orbit.power * plant.parameters.generator_efficiency,
+        wp_end=down.reached if down is not None else math.nan,
+        wp_ending=down.ending if down is not None else "",
     )
 
 
@@ -158,12 +170,13 @@ def damping_border(orbit: PeriodicOrbit) -> float:
     limits = (min(LEAST_DAMPING, orbit.plant.parameters.d1 - 1.0), MOST_DAMPING)
     scaled, start = scaled_by_orbit(over, orbit, SCALE_DAMPING)
     branch = continue_fixed_point(scaled, start, limits, OPTIONS)
-    return nearest(branch, "Neimark-Sacker", orbit.plant.parameters.d1, orbit.status == "stable")
+    return nearest(branch, OSCILLATIONS, orbit.plant.parameters.d1, orbit.status == "stable")
 
 
-def nearest(branch: Branch, kind: Kind, own: float, stable: bool) -> float:
-    """Nearest point of a kind below the own value of a stable orbit, or above that of an unstable one; NaN for none."""
-    below = [point.value for point in branch.of_kind(kind) if (point.value < own) == stable]
+def nearest(branch: Branch, kinds: tuple[Kind, ...], own: float, stable: bool) -> float:
+    """Nearest point of some kinds below the own value of a stable orbit, or above that of an unstable one, or NaN."""
+    points = [point for kind in kinds for point in branch.of_kind(kind)]
+    below = [point.value for point in points if (point.value < own) == stable]
     return (max(below) if stable else min(below)) if below else math.nan
 
 
@@ -173,7 +186,7 @@ def shift(value: float, linear: float) -> float:
 
 
 def most(found: Mapping[str, ChoiceMargins]) -> dict[str, str]:
-    """The single choice that moves each number most, by "fold", "neimark_sacker" and "phi1_damping"."""
+    """The single choice that moves each number most, by "fold", "neimark_sacker", "phi1_damping" and "frequency"."""
     linear, single = found["linear"], {name: one for name, one in found.items() if name not in ("linear", ALL)}
 
     def largest(number: Callable[[ChoiceMargins], float]) -> str:
@@ -185,6 +198,7 @@ def most(found: Mapping[str, ChoiceMargins]) -> dict[str, str]:
         "fold": largest(lambda one: one.fold),
         "neimark_sacker": largest(lambda one: one.d1_border),
         "phi1_damping": largest(lambda one: one.rate),
+        "frequency": largest(lambda one: one.wp_end),
     }
 
 
@@ -207,12 +221,23 @@ def in_words(found: Mapping[str, ChoiceMargins]) -> str:
             f"{_called(name)} damps phi1 most, with {100.0 * one.damping_ratio:.2g} % of critical in place of "
             f"{100.0 * linear.damping_ratio:.2g} %"
         )
+    if name := told["frequency"]:
+        one = found[name]
+        parts.append(
+            f"{_called(name)} moves the lowest frequency with a stable lock most, from {linear.wp_end:.3g} to "
+            f"{one.wp_end:.3g} rad/s, where it ends by {_process(one.wp_ending)}"
+        )
     if (together := found.get(ALL)) is not None and math.isfinite(together.fold):
         parts.append(
             f"all smooth ones together move the fold by {100.0 * shift(together.fold, linear.fold):+.1f} % and the "
-            f"border to {together.d1_border:.3g} Nms/rad"
+            f"border to {together.d1_border:.3g} Nms/rad; the lowest frequency is {together.wp_end:.3g} rad/s then, by "
+            f"{_process(together.wp_ending)}"
         )
     return ". ".join(_capital(part) for part in parts) + "." if parts else "No choice has an orbit."
+
+
+def _process(ending: str) -> str:
+    return f"a {ending}" + (" bifurcation" if ending == "Neimark-Sacker" else "")
 
 
 def _called(name: str) -> str:
