@@ -139,6 +139,8 @@ def _bound(report: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _margins(report: Mapping[str, Any]) -> dict[str, Any]:
+    if "water" in report:
+        return {"request": report["request"], "water": report["water"]}
     orbit = _only(report["orbit"], ("status", "advice", "power_w", "load_angle_rad", "lock_share", "period_s", "modes"))
     orbit["modes"] = orbit["modes"][:2]
     found = {"request": report["request"], "orbit": orbit}

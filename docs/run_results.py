@@ -79,6 +79,7 @@ RUNS = {
     "bound_gamma50": Run(BOUND.format(50) + OWN_SET, QUICK.format(50), "bound.json", "35 min"),
     "margins": Run(f"{POINT} --cc 0.052 --law load_angle", "", "margins.json", "30 s"),
     "margins_loose": Run(f"{POINT} --cc 0.02", "", "margins.json", "10 s"),
+    "margins_water": Run(f"{POINT} --cc 0.052 --water", "", "margins.json", "2 min"),
     "statements": Run("gyroctl reproduce statements", "", "statements.json", "3 min"),
     "hydro": Run("gyroctl hydro check", "", "hydro.json", "5 s"),
     "startup": Run("python -m gyroctl.studies.startup --seeds 1:101", "", "startup.json", "3 min"),

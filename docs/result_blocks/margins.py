@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from gyroctl.reports.wording import number
-from result_blocks.source import caption, result, table
+from result_blocks.source import caption, result, states, table
 
 UNITS = {"cg": "Nms", "height": "m", "frequency_down": "rad/s", "frequency_up": "rad/s"}
 NAMES = {
@@ -105,4 +105,55 @@ def channels() -> str:
     return f"{table(heads, lines)}\n\n{caption('margins')}"
 
 
-BLOCKS: Mapping[str, Callable[[], str]] = {"margins-orbit": orbit, "margins-sizes": sizes, "margins-channels": channels}
+def water() -> str:
+    """What each choice beyond the linear model moves."""
+    found = result("margins_water")["water"]
+    linear, lines = found["choices"]["linear"], []
+    for name, one in found["choices"].items():
+        ends = "" if one["cg_ending"] == "fold" else f", stable to {number(one['cg_end'])}"
+        least = "none met" if one["cc_border"] is None else number(one["cc_border"])
+        lines.append(
+            [
+                name,
+                f"{one['multiplier']:.4f}",
+                f"{number(one['rate'])} ({100.0 * one['damping_ratio']:.2g} %)",
+                f"{number(one['fold'], 4)} ({100.0 * (one['fold'] / linear['fold'] - 1.0):+.1f} %){ends}",
+                number(one["d1_border"]),
+                least,
+                "none met" if one["wp_end"] is None else f"{number(one['wp_end'])}, {one['wp_ending']}",
+            ]
+        )
+    heads = ("choice", "largest multiplier", "rate of φ1 [1/s] (of critical)", "fold in cg [Nms] (shift)")
+    heads += ("d1 that lock needs [Nms/rad]", "least cc [Nms]", "lowest wp [rad/s]")
+    return "\n\n".join([table(heads, lines), found["words"], caption("margins_water")])
+
+
+def drag() -> str:
+    """The drag that takes the place of the hinge damping, counted in a sea."""
+    found = result("margins_water")["water"]
+    sea, lock = found["sea"], found["drag_that_locks"]
+    lines = [
+        [
+            number(run["drag"]),
+            f"{run['locked']} of {run['runs']} ({run['ci95'][0]:.2f} to {run['ci95'][1]:.2f})",
+            f"{round(run['in_step'] * run['runs'])} of {run['runs']}",
+            number(run["phi1_p98"], 2),
+        ]
+        for run in sea["runs"]
+    ]
+    told = (
+        f"By the multipliers in the regular wave: Cd = {number(lock['drag'])}. In seas of gamma {sea['gamma']:g}, "
+        f"Hs {number(sea['hs_m'])} m, {sea['duration_s']:g} s, seeds {states(sea['seed_states'])}, with the same pair:"
+    )
+    heads = ("Cd", "locked (95 %)", "in step", "98 % of φ1, median [rad]")
+    return "\n\n".join([told, table(heads, lines, 0), caption("margins_water")])
+
+
+BLOCKS: Mapping[str, Callable[[], str]] = {
+    "margins-orbit": orbit,
+    "margins-sizes": sizes,
+    "margins-channels": channels,
+    "margins-water": water,
+    "margins-drag": drag,
+}
+"""Blocks of the pages: each a function from committed results to markdown."""

@@ -90,8 +90,33 @@ def _forecast() -> Figure:
     return draw(skills, found["note"])
 
 
+def _water() -> Figure:
+    from gyroctl.statistics import Share
+    from gyroctl.studies.margins.drag_lock import Counted, Curve, DragLock
+    from gyroctl.studies.margins.draw_water import water
+    from gyroctl.studies.margins.water import ChoiceMargins
+
+    found = result("margins_water")
+    kept, asked = found["water"], found["request"]
+    choices = {
+        name: ChoiceMargins(**{key: math.nan if value is None else value for key, value in one.items()})
+        for name, one in kept["choices"].items()
+    }
+    drag = kept["drag_that_locks"]
+    curves = tuple(Curve(line["over"], np.array(line["at"]), np.array(line["drag"])) for line in drag["curves"])
+    counted = [
+        Counted(run["drag"], Share(run["locked"] / run["runs"], *run["ci95"], run["runs"]), run["in_step"], math.nan)
+        for run in kept["sea"]["runs"]
+    ]
+    wave, controls = asked["wave"], asked["controls"]
+    point = f"wave of {wave['height_m']:g} m at {wave['wp_rad_s']:g} rad/s; "
+    point += f"cc = {controls['cc_nms']:g}, cg = {controls['cg_nms']:g} Nms"
+    return water(choices, DragLock(**{**drag, "curves": curves}), counted, point)
+
+
 PICTURES: Mapping[str, Picture] = {
     "docs/seas.png": Picture("docs/results/seas.json", _seas),
     "docs/physics.png": Picture("docs/results/physics.json", _physics),
     "docs/forecast.png": Picture("docs/results/forecast.json", _forecast),
+    "docs/margins_water.png": Picture("docs/results/margins_water.json", _water),
 }

@@ -13,6 +13,10 @@ CC = typer.Option(help="Magnetic coupling [Nms]; a law starts from it.")
 CG = typer.Option(help="Generator gain [Nms]; a law starts from it.")
 HEIGHT = typer.Option(help="Height of the regular wave [m]; a sea of Hs has equal energy at Hs/1.414.")
 WP = typer.Option(help="Frequency of the wave [rad/s].")
+Choices = Annotated[
+    list[str] | None, typer.Option("--plant", help="Choice of the plant, key=value, e.g. drag=0.5; may repeat.")
+]
+WATER = typer.Option("--water", help="Also what each choice beyond the linear model moves.")
 SENSE = typer.Option(help="Sense of rotation of the ring: 1 or -1.")
 
 
@@ -26,6 +30,10 @@ def margins(
     out: Annotated[Path, typer.Option(help="Folder for margins.json and the figures.")] = Path("results/margins"),
     samples: Annotated[int, typer.Option(help="Random disturbances per size.")] = 128,
     maps: Annotated[bool, typer.Option(help="Also the maps over controls and waves.")] = True,
+    water: Annotated[
+        bool, typer.Option("--water", help="Also what each choice beyond the linear model moves.")
+    ] = False,
+    choices: Choices = None,
     sense: Annotated[int, SENSE] = 1,
     variant: Variant = "corrected",
 ) -> None:
@@ -33,8 +41,9 @@ def margins(
     from gyroctl.devices import zhang2017
     from gyroctl.studies.margins import margin_report, request
 
-    asked = request(zhang2017(variant), height, wp, cc, cg, sense, law, parse(settings or []))
-    content = margin_report(asked, out, samples, maps)
+    plant = zhang2017(variant, **parse(choices or [], "--plant"))
+    asked = request(plant, height, wp, cc, cg, sense, law, parse(settings or []))
+    content = margin_report(asked, out, samples, maps, water=water)
     said = [f"{name.replace('_', ' ')}: {text}" for name, text in content["meaning"].items()]
     answer(content, [*said, f"Numbers and figures: {out}"])
     failures(content["failed"])
@@ -47,6 +56,7 @@ def lockmap(
     height: Annotated[float, HEIGHT] = 0.2,
     wp: Annotated[float, WP] = 3.14,
     out: Annotated[Path, typer.Option(help="Folder for lockmap.json and lockmap.png.")] = Path("results/lockmap"),
+    choices: Choices = None,
     sense: Annotated[int, SENSE] = 1,
     variant: Variant = "corrected",
 ) -> None:
@@ -58,7 +68,7 @@ def lockmap(
     names = [name.strip() for name in axes.split(",")]
     if len(names) != 2:
         raise InputError("axes", axes, "must be two names with a comma between", "Give cc,cg or wp,height")
-    asked = request(zhang2017(variant), height, wp, cc, cg, sense)
+    asked = request(zhang2017(variant, **parse(choices or [], "--plant")), height, wp, cc, cg, sense)
     content = lock_map_report(asked, (names[0], names[1]), out)
     border = [value for value in content["map"]["border"] if value is not None]
     said = f"fold at {names[1]} = {min(border):.4g} to {max(border):.4g}" if border else "no fold within the map"

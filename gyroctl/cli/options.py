@@ -21,15 +21,15 @@ Workers = Annotated[int, typer.Option(min=0, max=1024, help="Workers; 0 for all 
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="Parameter of the law, key=value; may repeat.")]
 
 
-def parse(pairs: list[str]) -> dict[str, Any]:
-    """Turn ["cc=0.1"] into {"cc": 0.1}; what is no number stays text."""
+def parse(pairs: list[str], option: str = "--set") -> dict[str, Any]:
+    """Turn ["cc=0.1"] into {"cc": 0.1}; what is no number stays text. `option` is how they were given."""
     from gyroctl.errors import InputError
 
     values: dict[str, Any] = {}
     for pair in pairs:
         key, equals, text = pair.partition("=")
         if not equals or not key:
-            raise InputError("--set", pair, "is not of the form key=value", "Write for example --set cc=0.1")
+            raise InputError(option, pair, "is not of the form key=value", f"Write for example {option} cc=0.1")
         try:
             values[key.strip()] = float(text)
         except ValueError:

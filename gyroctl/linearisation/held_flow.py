@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.orbits.choices import of_moment
 from gyroctl.orbits.flow import PADDING, STEP, Forcing, Stretch, Vector, run, step_count
 from gyroctl.orbits.symmetry import free_rows
 from gyroctl.plant import Plant
@@ -129,11 +130,6 @@ class HeldFlow:
         start = PADDING * self.forcing.dt + (sample % self.samples + begin) * self.period
         stretch = Stretch(start, (end - begin) * self.period, steps, waves, self.forcing.dt)
         return run(self.plant.coefficients, x, u[0], u[1], stretch)[: x.size]
-
-
-def of_moment(channels: tuple[str, ...], moment: str) -> list[int]:
-    """Rows of the signals that hold a moment: at rest, and at all positions."""
-    return [row for row, name in enumerate(channels) if name.partition("@")[0] == moment]
 
 
 def samples_per_wave(wave_period: float, period: float) -> int:

@@ -15,6 +15,7 @@ from gyroctl.linearisation.harmonic import HarmonicTransfer
 from gyroctl.linearisation.held_flow import INPUTS, HeldFlow, samples_per_wave
 from gyroctl.linearisation.lifted import LiftedModel, lift
 from gyroctl.linearisation.periodic import DEFAULT_OUTPUTS, DERIVED, PeriodicMatrices, output
+from gyroctl.orbits.choices import of_moment
 from gyroctl.orbits.flow import STEP, Matrix, Vector
 from gyroctl.orbits.orbit import Orbit
 
@@ -39,12 +40,15 @@ class PeriodicModel(PeriodicMatrices):
 
     def continuous(self) -> tuple[Matrix, Matrix]:
         """A(t) (N, n, n) and B(t) (N, n, 4) of the continuous-time model x' = A(t) x + B(t) u at the samples."""
-        flow, a, b = self.flow, [], []
+        flow, a, b, channels = self.flow, [], [], self.flow.plant.channels
+        added = np.zeros((len(channels), 2))  # a moment is added at rest and at every position alike
+        for i, moment in enumerate(INPUTS[2:]):
+            added[of_moment(channels, moment), i] = 1.0
         for k, x in enumerate(self.orbit[:-1]):
             moments = np.real(np.exp(2j * np.pi * k / self.samples) * flow.forcing.amplitude)
             full, entry = flow.plant.jacobians(x, tuple(self.controls), moments)
             a.append((full @ flow.embedding)[flow.free])
-            b.append(entry[flow.free])
+            b.append(np.hstack([entry[:, :2], entry[:, 2:] @ added])[flow.free])
         return np.array(a), np.array(b)
 
     def lifted(self) -> LiftedModel:

@@ -85,7 +85,9 @@ def try_loop(
     # the slow modes swing over hundreds of periods: the size alone would take a swing for a growth
     amplitude = np.abs(course @ vectors[:, worst])
     alive = np.flatnonzero((deviation > 1e-3 * size) & (deviation < 1e2 * size))
-    part = np.arange(alive[-1] // 2, alive[-1] + 1)
+    # a disturbance may first rise a hundredfold before its modes are seen: then all that was simulated tells of them
+    last = int(alive[-1]) if alive.size > 1 else deviation.size - 1
+    part = np.arange(last // 2, last + 1)
     growth = float(np.exp(np.polyfit(part, np.log(amplitude[part]), 1)[0]))
     return LoopTrial(growth, predicted, deviation)
 

@@ -170,7 +170,8 @@ def continue_orbit(orbit: Orbit, parameter: str, limits: Range, options: Palc | 
     orbit : Orbit
         Where to start, stable or not.
     parameter : str
-        cc, cg [Nms], height [m], wp [rad/s], phase between the moments [rad], d1 [Nms/rad], k1 [Nm/rad] or N [-].
+        cc, cg [Nms], height [m], wp [rad/s], phase between the moments [rad], d1 [Nms/rad], k1 [Nm/rad] or N [-]; or a
+        choice beyond the linear model, see `gyroctl.orbits.orbit_map.OrbitMap`.
     limits : (low, high)
         Where to stop; the orbit's own value is between them.
     options : Palc
@@ -213,12 +214,20 @@ def scaled_map(orbit: Orbit, parameter: str, limits: Range, symmetric: bool) -> 
     if parameter == "wp" and (limits[0] < band[0] or limits[1] > band[-1]):
         mend = f"Stay in the tabulated band, {band[0]:g} to {band[-1]:g} rad/s"
         raise InputError("limits", limits, "the excitation is not known at these frequencies", mend)
+    if parameter == "wp" and plain.lacks_signals(limits):
+        problem = "the wetted surface follows no waves as short as the upper one"
+        raise InputError("limits", limits, problem, "Lower the upper limit")
+    return scaled_by_orbit(plain, orbit, width)
+
+
+def scaled_by_orbit(plain: OrbitMap, orbit: Orbit, width: float) -> tuple[ScaledMap, Vector]:
+    """Return a map over one parameter, scaled by an orbit and the width of the limits, and the orbit in it."""
     # the size of each state over the period: at phase zero one of them may be small by chance
     free = free_rows(orbit.plant)
     scale = np.maximum(np.max(np.abs(orbit.states(8)), axis=0)[free], 1e-6)
     scale[PSI] = 1.0
     scaled = ScaledMap(plain, scale, np.array([width]))
-    return scaled, scaled.join(orbit.x[free], np.array([plain.value(parameter)]))
+    return scaled, scaled.join(orbit.x[free], np.array([plain.value(plain.parameters[0])]))
 
 
 def width_around(of: ParametricMap, name: str, limits: Range, start: str) -> float:

@@ -52,11 +52,13 @@ class Forcing:
         """
         if plant.slips:
             problem = "an axis that sticks and slips has no orbit that could be differentiated"
-            raise InputError("plant.contact", "friction", problem, "Give plant.rolling, the same device that rolls")
+            mend = 'Give plant.smooth or plant.rolling, the same device with contact = "rolling"'
+            raise InputError("plant.contact", "friction", problem, mend)
         beyond = plant.coefficients.beyond
         if beyond is not None and beyond.surface is not None:
             problem = "cannot be differentiated: its moments are held between evaluations"
-            raise InputError("plant.wetted", "surface", problem, 'Choose wetted = "reduced"')
+            mend = 'Give plant.smooth, the same device with wetted = "reduced"'
+            raise InputError("plant.wetted", "surface", problem, mend)
         he = transfers(plant, np.array([wave.wp]), wave.heading)[:, 0]
         return cls(0.5 * wave.height * he, wave.wp)
 

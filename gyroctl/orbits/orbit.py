@@ -24,6 +24,7 @@ Status = Literal["stable", "unstable", "no orbit"]
 
 GROWS = "An oscillation grows on this orbit (Neimark-Sacker): raise the hinge damping d1 or change cc"
 RUNS_AWAY = "A ring angle off this orbit runs away from it: this is the branch behind the fold"
+DOUBLES = "An oscillation at half the frequency of the wave grows on this orbit (period doubling): raise d1 or the drag"
 
 PIECES = 16
 """Instants of half a period for the mean of the co-rotating rate."""
@@ -141,6 +142,13 @@ def describe(problem: LockProblem, forcing: Forcing, x: Vector, residual: float)
     angle, share = float(np.angle(mean)), plant.parameters.N * cg / (plant.parameters.J4 * abs(mean))
     stable = bool(np.abs(multipliers[0]) < 1.0)
     status: Status = "stable" if stable else "unstable"
-    advice = "" if stable else GROWS if abs(multipliers[0].imag) > 1e-6 else RUNS_AWAY
+    advice = "" if stable else _why_unstable(multipliers[0])
     told = (x, forcing.period, multipliers, error, residual, power, angle, share, status, advice)
     return Orbit(*told, *problem, halves)
+
+
+def _why_unstable(largest: complex) -> str:
+    """What grows, by the largest multiplier; a negative one needs a device without the symmetry."""
+    if abs(largest.imag) > 1e-6:
+        return GROWS
+    return RUNS_AWAY if largest.real > 0.0 else DOUBLES

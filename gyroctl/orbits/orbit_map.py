@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.orbits.choices import NEVER_OFF, TERMS, of_moment, switched_on, unit_term, with_choice
 from gyroctl.orbits.flow import PADDING, STEP, Forcing, Stretch, Vector, complex_steps, run, step_count
 from gyroctl.orbits.orbit import LockProblem, Orbit, describe
 from gyroctl.orbits.sensitivity import CONTROLS, DEVICE, PARAMETERS, Setting, parameter_column, with_gear
@@ -21,6 +22,7 @@ from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PSI, PSI_RATE
 from gyroctl.waves.channels import transfers
 
 LEAST = {"cc": 0.0, "cg": 0.0, "d1": 0.0, "phase": -np.inf, "N": 1.0}
+LEAST |= {name: 0.0 for name in TERMS if name not in NEVER_OFF}
 """Least value of a parameter; the others must be positive."""
 
 POSITIVE = 1e-9
@@ -112,7 +114,8 @@ class OrbitMap:
         As for `lock_orbit`; they hold for what is not among the parameters.
     parameters : tuple of str
         Names out of `PARAMETERS`: cc, cg [Nms], height [m], wp [rad/s], phase between the moments [rad], d1 [Nms/rad],
-        k1 [Nm/rad], N [-].
+        k1 [Nm/rad], N [-]; drag [-], bearing [Nm], windage [Nms^2], rolling_resistance [m], coupling_slip [rad/s],
+        coupling_cap [Nm].
     symmetric : bool
         Half a period; False for a whole one, where orbits without the symmetry are followed as well.
     """
@@ -133,14 +136,17 @@ class OrbitMap:
         for name in self.parameters:
             if name not in PARAMETERS:
                 raise InputError("parameter", name, "cannot be continued in", f"Choose one of {', '.join(PARAMETERS)}")
-            if name in ("wp", "phase") and self.plant.coefficients.beyond is not None:
-                problem = "cannot be continued in beyond the linear model"
-                raise InputError("parameter", name, problem, "Choose cc, cg, height, d1, k1 or N")
+        if "phase" in self.parameters and self.plant.parameters.wetted != "linear":
+            problem = "the moments of a wetted surface have the phases of the geometry"
+            raise InputError("parameter", "phase", problem, 'Choose another one, or wetted = "linear"')
+        switched_on(self.plant, self.parameters)
 
     def value(self, name: str) -> float:
         """Present value of a parameter."""
         if name == "phase":
             return float(np.angle(self._present_he[0] * np.conj(self._present_he[1])))
+        if name in TERMS:
+            return float(getattr(self.plant.parameters, name))
         holder: Any = self if name in CONTROLS else self.plant.coefficients if name in DEVICE else self.wave
         return float(getattr(holder, name))
 
@@ -162,7 +168,7 @@ class OrbitMap:
         setting = at.setting(values)
         residual = float(np.max(np.abs(self.evaluate(x, values, derivative=False).image - x)))
         problem = LockProblem(at.plant, at.cc, at.cg, at.sense, at.dt, at.wave)
-        return describe(problem, setting.forcing, self.full(x, setting), residual)
+        return describe(problem, Forcing.of(at.plant, at.wave), self.full(x, setting), residual)
 
     def moved(self, values: dict[str, float]) -> OrbitMap:
         """Return the map with parameters set to new values, as a device and a wave of its own."""
@@ -183,7 +189,10 @@ class OrbitMap:
         """Constants, controls and wave at parameter values (p,)."""
         at = self._named(values)
         device: dict[str, Any] = {n: at[n] for n in ("d1", "k1") if n in at}
-        k = self.plant.coefficients._replace(**device)
+        k = self._on.coefficients._replace(**device)
+        for name in TERMS:
+            if name in at:
+                k = with_choice(k, self._units[name], name, at[name])
         if "N" in at:
             rigid = self.plant.parameters.connection == "rigid"
             k = with_gear(k, at["N"] - k.N, self.plant.parameters.J13, rigid)
@@ -208,7 +217,7 @@ class OrbitMap:
         starts = complex_steps(state, k.N if self.plant.parameters.connection == "rigid" else None)
         columns = np.stack([run(k, starts[row], cc, cg, stretch)[:n].imag / STEP for row in free], axis=1)
         slopes = [
-            parameter_column(self.plant, setting, name, state, stretch, self._change(name, values, halves))
+            parameter_column(self._on, setting, name, state, stretch, self._change(name, values, halves))
             for name in self.parameters
         ]
         by_parameter = np.stack(slopes, axis=1) if slopes else np.empty((n, 0))
@@ -225,29 +234,55 @@ class OrbitMap:
     def _named(self, values: Vector) -> dict[str, float]:
         return dict(zip(self.parameters, map(float, values), strict=True))
 
+    @cached_property
+    def _on(self) -> Plant:
+        """The plant with the terms of all parameters there."""
+        return switched_on(self.plant, self.parameters)
+
+    @cached_property
+    def _units(self) -> dict[str, Any]:
+        """Terms of the parameters that are choices, where each is 1."""
+        return {name: unit_term(self.plant, name) for name in self.parameters if name in TERMS}
+
     def _wave(self, at: dict[str, float]) -> tuple[float, float, NDArray[np.complex128]]:
-        """Frequency [rad/s], height [m] and excitation (2,) at parameter values."""
+        """Frequency [rad/s], height [m] and transfers (channels,) at parameter values."""
         wp = at.get("wp", self.wave.wp)
-        he = self._present_he if wp == self.wave.wp else transfers(self.plant, np.array([wp]), self.wave.heading)[:, 0]
-        return wp, at.get("height", self.wave.height), with_phase(he, at["phase"]) if "phase" in at else he
+        he = self._present_he if wp == self.wave.wp else self._transfers(np.array([wp]))[:, 0]
+        return wp, at.get("height", self.wave.height), self._turned(he, at)
 
     @cached_property
     def _present_he(self) -> NDArray[np.complex128]:
-        """Excitation at the wave's own frequency: the table is slower than the flow."""
-        return np.asarray(transfers(self.plant, np.array([self.wave.wp]), self.wave.heading)[:, 0])
+        """Transfers at the wave's own frequency: the table is slower than the flow."""
+        return self._transfers(np.array([self.wave.wp]))[:, 0]
+
+    def _transfers(self, omega: Vector) -> NDArray[np.complex128]:
+        """Transfers (channels, n) from the elevation to the signals, at frequencies (n,) [rad/s]."""
+        return np.asarray(transfers(self._on, omega, self.wave.heading))
+
+    def lacks_signals(self, omega: tuple[float, ...]) -> bool:
+        """Whether a signal is cut off at one of the frequencies [rad/s]: the map is not smooth on the way there."""
+        return bool(np.any(self._transfers(np.array(omega)) == 0.0))
+
+    def _turned(self, he: NDArray[np.complex128], at: dict[str, float]) -> NDArray[np.complex128]:
+        """Transfers (channels, ...) with the phase of the first moment, at rest and at all positions."""
+        if "phase" not in at:
+            return he
+        out, rows = he.copy(), of_moment(self._on.channels, "Me1")
+        out[rows] *= with_phase(he[:2], at["phase"])[0] / he[0]
+        return out
 
     def _change(self, name: str, values: Vector, halves: int) -> Vector:
-        """Derivative of the grid of moments with respect to a parameter of the wave, at the same phase."""
+        """Derivative of the grid of signals with respect to a parameter of the wave, at the same phase."""
         at = self._named(values)
         wp, height, he = self._wave(at)
         slope = np.zeros(he.size, complex)
         if name == "height":
             slope = 0.5 * he
         elif name == "phase":
-            slope[0] = 0.5j * height * he[0]
-        elif name == "wp":  # the table is a cubic spline: this formula is exact on it but for rounding
+            rows = of_moment(self._on.channels, "Me1")
+            slope[rows] = 0.5j * height * he[rows]
+        elif name == "wp":  # on the table, a cubic spline, exact but for rounding; on the lengths of the waves to 1e-11
             h = 1e-3 * wp
-            table = self.plant.excitation(wp + h * np.array([-2.0, -1.0, 1.0, 2.0]), self.wave.heading)
-            near = (with_phase(table, at["phase"]) if "phase" in at else table).T
+            near = self._turned(self._transfers(wp + h * np.array([-2.0, -1.0, 1.0, 2.0])), at).T
             slope = 0.5 * height * (8.0 * (near[2] - near[1]) - (near[3] - near[0])) / (12.0 * h)
         return Forcing(slope, wp).grid(0.5 * halves)

@@ -2,7 +2,8 @@
 
 All constants and the wave go through the compiled kernel as complex numbers. The frequency of the wave is a change of
 the unit of time: with tau = alpha t every rate is divided by alpha, stiffness and moments by alpha squared, damping and
-controls by alpha, and the terms that are quadratic in rates keep their form. So the number of steps and the phase of
+controls by alpha, what acts beyond the linear model by its own powers (`choices`), and the terms that are quadratic in
+rates keep their form. So the number of steps and the phase of
 the wave at each of them stay as they are, and the derivative is that of the computed map to rounding.
 """
 
@@ -13,11 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.orbits.choices import TERMS, beyond_in_other_time, raised, signals_in_other_time, unit_term
 from gyroctl.orbits.flow import STEP, Forcing, Stretch, Vector, run
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1_RATE, PSI_RATE, RADIATION, Coefficients
 
-DEVICE = ("d1", "k1", "N")
+DEVICE = ("d1", "k1", "N", *TERMS)
 CONTROLS = ("cc", "cg")
 WAVE = ("height", "wp", "phase")
 PARAMETERS = CONTROLS + WAVE + DEVICE
@@ -36,6 +38,9 @@ class Setting(NamedTuple):
 def with_gear(k: Coefficients, change: Any, J13: float, rigid: bool) -> Coefficients:
     """Constants after a change of the gear ratio N; complex for derivatives."""
     N: Any = k.N + change
+    if k.beyond is not None and k.beyond.losses is not None:  # the lever arm of the rolling resistance is over r2
+        losses = k.beyond.losses._replace(rolling=k.beyond.losses.rolling * (k.N / N))
+        k = k._replace(beyond=k.beyond._replace(losses=losses))
     along = 1.0 / k.Gpp - (k.N**2 * k.J4 if rigid else 0.0)  # J2 at the present N
     J2 = along + (N**2 - k.N**2) * J13
     column = 2.0 * N * k.J3
@@ -52,7 +57,7 @@ def in_other_time(k: Coefficients, alpha: Any) -> Coefficients:
     """Constants with the unit of time changed, tau = alpha t."""
     (p1, q1), (p3, q3) = _slower(k.p1, k.q1, alpha), _slower(k.p3, k.q3, alpha)
     springs: Any = dict(k1=k.k1 / alpha**2, k3=k.k3 / alpha**2, d1=k.d1 / alpha, d3=k.d3 / alpha)
-    return k._replace(p1=p1, q1=q1, p3=p3, q3=q3, **springs)
+    return k._replace(p1=p1, q1=q1, p3=p3, q3=q3, beyond=beyond_in_other_time(k.beyond, alpha), **springs)
 
 
 def _slower(p: tuple[float, ...], q: tuple[float, ...], alpha: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
@@ -85,8 +90,8 @@ def parameter_column(plant: Plant, setting: Setting, name: str, x: Vector, stret
         Start.
     stretch : Stretch
         The time, with the moments on the grid.
-    change : (samples * 2,) array
-        Derivative of the moments with respect to the parameter at the same phase. [Nm]
+    change : (samples * channels,) array
+        Derivative of the signals with respect to the parameter at the same phase. [Nm, m/s]
     """
     eps = 1j * STEP
     k, forcing = setting.coefficients, setting.forcing
@@ -100,12 +105,16 @@ def parameter_column(plant: Plant, setting: Setting, name: str, x: Vector, stret
     elif name in ("d1", "k1"):
         change_of: Any = {name: getattr(k, name) + eps}
         k = k._replace(**change_of)
+    elif name in TERMS:
+        k = raised(k, unit_term(plant, name), name, eps)
     elif name == "N":
         k = with_gear(k, eps, plant.parameters.J13, rigid)
     elif name == "wp":
         alpha = 1.0 + eps / forcing.wp
         k, scales = in_other_time(k, alpha), time_scales(k, alpha)
-        cc, cg, moments = cc / alpha, cg / alpha, moments / alpha**2
+        cc, cg = cc / alpha, cg / alpha
+        slower = signals_in_other_time(plant.channels, alpha)
+        moments = (moments.reshape(-1, slower.size) * slower).ravel()
     start = x * scales
     if name == "N" and rigid:
         start[OMEGA_RATE] += eps * x[PSI_RATE]  # the flywheel stays geared to the ring

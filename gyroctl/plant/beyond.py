@@ -53,6 +53,7 @@ class Drag(NamedTuple):
     factor1: float  # rho Cd A1 l / 2 [kg]
     factor3: float  # rho Cd A3 l / 2 [kg]
     reach: float  # l [m]
+    still: float = STILL  # [m^2/s^2]
 
 
 class Curve(NamedTuple):
@@ -73,6 +74,8 @@ class Losses(NamedTuple):
     bearing: float  # [Nm]
     windage: float  # [Nms^2]
     rolling: float  # lever arm over the ring's radius [-]
+    slow: float = SLOW  # [rad/s]
+    soft: float = SOFT  # of the load [N^2 m^2]
 
 
 class Beyond(NamedTuple):
@@ -198,7 +201,7 @@ def dragged(drag: Any, v1: Any, v3: Any, signals: Any, at: int, L: int, l: int) 
         return NOTHING, NOTHING
     r1 = drag.reach * v1 - signals[at + 2 * L + l]
     r3 = drag.reach * v3 - signals[at + 3 * L + l]
-    speed = np.sqrt(r1 * r1 + r3 * r3 + STILL)
+    speed = np.sqrt(r1 * r1 + r3 * r3 + drag.still)
     return -drag.factor1 * speed * r1, -drag.factor3 * speed * r3
 
 
@@ -243,9 +246,9 @@ def lost(losses: Any, W: Any, rolling: Any, load: Any) -> Any:
     """
     if losses is None:
         return NOTHING, NOTHING, NOTHING
-    bearing = losses.bearing * tanh(W / SLOW)
-    windage = losses.windage * W * np.sqrt(W * W + SLOW * SLOW)
-    resistance = losses.rolling * np.sqrt(load * load + SOFT) * tanh(rolling / SLOW)
+    bearing = losses.bearing * tanh(W / losses.slow)
+    windage = losses.windage * W * np.sqrt(W * W + losses.slow * losses.slow)
+    resistance = losses.rolling * np.sqrt(load * load + losses.soft) * tanh(rolling / losses.slow)
     return bearing, windage, resistance
 
 

@@ -205,10 +205,13 @@ class Plant:
 
     @cached_property
     def smooth(self) -> Plant:
-        """The device as far as it can be differentiated: polynomials, where there are any, for a wetted surface."""
+        """The device as far as it can be differentiated: a contact that rolls, polynomials for a wetted surface.
+
+        Where the float has no such polynomials its wetted surface is the linear one.
+        """
         if self.parameters.wetted != "surface" or self.geometry is None:
-            return self
-        return self.replace(wetted="linear" if self.geometry.reduced is None else "reduced")
+            return self.rolling
+        return self.rolling.replace(wetted="linear" if self.geometry.reduced is None else "reduced")
 
     @cached_property
     def labels(self) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from gyroctl.orbits.search import search_orbit
 from gyroctl.plant.equations import PSI
 from gyroctl.robustness.regime import Excite, Regime, simulate
 from gyroctl.waves import Regular
+from gyroctl.waves.channels import transfers
 
 Quantity = Literal["cg", "height", "wp"]
 Ending = Literal[
@@ -194,7 +195,7 @@ class _Scaled:
 
 
 def _moving(regime: Regime, quantity: Quantity, first: float, last: float, duration: float) -> Excite:
-    """Moments of a wave whose height or frequency moves slowly."""
+    """Signals of a wave whose height or frequency moves slowly."""
     wave = regime.wave
 
     def excite(time: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -204,7 +205,7 @@ def _moving(regime: Regime, quantity: Quantity, first: float, last: float, durat
         height = now if quantity == "height" else np.full(time.size, wave.height)
         turned = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
         phase = regime.phase + turned
-        amplitude = 0.5 * height * regime.plant.excitation(rate, wave.heading)
+        amplitude = 0.5 * height * transfers(regime.plant, rate, wave.heading)
         return np.real(amplitude * np.exp(1j * phase)), phase
 
     return excite

@@ -30,6 +30,7 @@ from gyroctl.plant.equations import PSI
 from gyroctl.plant.kernel import rows
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.waves import Regular
+from gyroctl.waves.channels import transfers
 
 WAVES_DT = 0.05
 """Grid of the moments: 40 samples per wave at 3.14 rad/s, interpolated to 4e-10. [s]"""
@@ -95,7 +96,7 @@ class Outcome(NamedTuple):
 
 
 Excite = Callable[[NDArray[np.float64]], tuple[NDArray[np.float64], NDArray[np.float64]]]
-"""Time (n,) [s] to moments (2, n) [Nm] and phase of the wave (n,) [rad]."""
+"""Time (n,) [s] to signals (channels, n) [Nm, m/s], see `Plant.channels`, and phase of the wave (n,) [rad]."""
 
 
 def settle(orbit: Orbit, wave: Regular, law: Law | None = None, actuators: Actuators | None = None) -> Regime:
@@ -172,7 +173,7 @@ def simulate(
     periods : float
         Length in periods of the regime's wave.
     excite : callable, optional
-        Other moments than those of the regime's wave, see `Excite`.
+        Other signals than those of the regime's wave, see `Excite`.
     law : Law, optional
         A law that stands before the regime's own, with the same state; run as plain Python.
     """
@@ -204,9 +205,9 @@ def simulate(
 
 
 def steady(regime: Regime) -> Excite:
-    """Return the moments of the regime's own wave."""
+    """Return the signals of the regime's own wave."""
     wave = regime.wave
-    amplitude = 0.5 * wave.height * regime.plant.excitation(np.array([wave.wp]), wave.heading)[:, 0]
+    amplitude = 0.5 * wave.height * transfers(regime.plant, np.array([wave.wp]), wave.heading)[:, 0]
 
     def excite(time: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         phase = regime.phase + wave.wp * time

@@ -162,7 +162,8 @@ def _grid(
 def _code(orbit: Orbit) -> int:
     if orbit.status == "stable":
         return STABLE
-    if orbit.status == "no orbit" or abs(orbit.multipliers[0].imag) < 1e-6:
+    largest = orbit.multipliers[0]
+    if orbit.status == "no orbit" or (abs(largest.imag) < 1e-6 and largest.real > 0.0):
         return NONE  # a real multiplier beyond one: the branch behind the fold, on which no lock stays
     return GROWS
 

@@ -21,6 +21,7 @@ from gyroctl.studies.margins.borders import control_borders
 from gyroctl.studies.margins.maps import STABLE, OrbitMap, basin_map, coupling_map, tongue_map
 from gyroctl.studies.margins.measures import LoopAnswer
 from gyroctl.studies.margins.measuring import check_samples, measured, steps_of
+from gyroctl.studies.margins.real_water import WATER_STAGES, real_water
 from gyroctl.studies.margins.request import Request, find_orbit
 from gyroctl.studies.margins.words import meanings
 from gyroctl.studies.style import save, styled
@@ -48,7 +49,7 @@ BORDER_STAGES = 8
 
 
 def margin_report(
-    asked: Request, out: Path, samples: int = 128, maps: bool = True, quiet: bool = False
+    asked: Request, out: Path, samples: int = 128, maps: bool = True, quiet: bool = False, water: bool = False
 ) -> dict[str, Any]:
     """Make the report.
 
@@ -64,6 +65,8 @@ def margin_report(
         Also the maps over controls and waves.
     quiet : bool
         No progress bar.
+    water : bool
+        Also what each choice beyond the linear model moves, see `real_water`.
 
     Returns
     -------
@@ -83,6 +86,7 @@ def margin_report(
     point, law = f"{asked.sea}; {asked.controls}", f"law {asked.law_name}"
     stages = steps_of(asked) + 6
     stages += (MAP_COLUMNS + 1) + (TONGUE_COLUMNS + 1) + BASIN_COLUMNS + BORDER_STAGES if maps else 0
+    stages += WATER_STAGES if water else 0
     content: dict[str, Any] = {**made(), "request": asked.record(), "orbit": measures.orbit_record(orbit)}
     kept = Kept(content, out / "margins.json")
     drawn: list[str] = []
@@ -111,8 +115,13 @@ def margin_report(
                 pictures, content["maps"] = _maps(asked, orbit.period, progress.advance)
                 for name, figure in pictures.items():
                     draw(name, figure)
+        if water:
+            with kept.stage("water"):
+                draw("water", real_water(asked, point, kept, progress.advance))
     with kept.stage("meaning"):
         content["meaning"] = meanings(asked, orbit, of_law or constant, answer)
+        if words := content.get("water", {}).get("words"):
+            content["meaning"]["real_water"] = words
     content["not_available"] = _missing(asked, orbit, answer, kept.failed)
     content["figures"] = drawn
     content["seconds"] = round(time.monotonic() - begin, 1)
