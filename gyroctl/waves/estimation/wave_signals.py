@@ -23,7 +23,7 @@ from gyroctl.plant.compiled import inlined
 from gyroctl.plant.equations import PHI1
 from gyroctl.plant.near import ANGLES, standing
 from gyroctl.plant.plant import Plant
-from gyroctl.plant.trigonometry import cos_sin, sine
+from gyroctl.plant.trigonometry import cos_sin
 from gyroctl.waves.channels import transfers
 from gyroctl.waves.spectrum import SeaState
 
@@ -161,7 +161,8 @@ def at_rest(position: Any, turning: float, wp: float, phi1: float, moved: Any) -
     wrong way on one side, and the estimator would run away at large angles.
     """
     if position is not None:
-        c, s = cos_sin(turning * sine(phi1))
+        _, along = cos_sin(phi1)
+        c, s = cos_sin(turning * along)
         for j in range(0, 4, 2):
             here, rate = moved[j], moved[j + 1]
             moved[j], moved[j + 1] = c * here + s * rate / wp, c * rate - s * wp * here
