@@ -27,6 +27,7 @@ ROOMS = {
     "statistics",
     "verdict",
     "water",
+    "water_margins",
     "waves",
 }
 
