@@ -72,7 +72,7 @@ RUNS = {
         "gyroctl evaluate physics",
         "gyroctl evaluate physics --laws coupling,load_angle --seeds 1:4 --duration 300",
         "physics.json",
-        "45 min",
+        "55 min",
     ),
     "bound_gamma1": Run(BOUND.format(1), QUICK.format(1), "bound.json", "30 min"),
     "bound_gamma5": Run(BOUND.format(5), QUICK.format(5), "bound.json", "30 min"),

@@ -39,7 +39,7 @@ DEFINED: dict[str, dict[str, str]] = {
     "docs/estimation.md": {},
     "docs/evaluation.md": {
         r"0\.35 rad": "limit of motion",
-        r"98 %|95 %": "names of measures",
+        r"98 %|95 %|99 % of the time": "names of measures",
         r"99 % of the realisations": "limit of lock",
         r"85 % of each": "share that one set for all seas is to reach",
         r"(?:5\.5|4\.5|10|13) W|(?:1\.8|3) times(?: the)?|CV ≤": "bars",

@@ -229,7 +229,7 @@ def test_choice_that_turns_the_order_is_named() -> None:
     turn = found["turned"][0]
     assert (turn["here"].value, turn["before"].value) == (pytest.approx(3.0), pytest.approx(-3.0))
     told_ = "\n".join(in_sentences(found))
-    assert "turning (`b` before `a` by 3.0 W)" in told_ and "kept" not in told_
+    assert "`b` before `a` in *turning* (3.0 W)" in told_ and "kept" not in told_
     assert "No choice takes the lock" in told_
 
 
@@ -249,7 +249,7 @@ def test_neighbours_that_chance_exchanges_do_not_turn_the_order() -> None:
     near = {**STRONG, "b": runs("b", 8.9, scatter=2.0, phase=1.0)}
     found = judged(near, noisy={**near, "b": runs("b", 9.1, scatter=2.0, phase=1.0)})
     assert not found["turned"] and [entry["case"] for entry in found["exchanged"]] == ["noisy"]
-    assert "within what chance explains: noisy" in "\n".join(in_sentences(found))
+    assert "within what chance explains: `b` before `a` in *noisy*" in "\n".join(in_sentences(found))
 
 
 def test_turn_with_the_loss_of_lock_is_told_apart_from_one_among_laws_that_lock() -> None:
@@ -259,7 +259,8 @@ def test_turn_with_the_loss_of_lock_is_told_apart_from_one_among_laws_that_lock(
     assert {(entry["first"], entry["second"]) for entry in found["turned_lost"]} == {("b", "a"), ("best_constant", "a")}
     assert [(entry["law"], entry["held"], entry["held_before"]) for entry in found["takes_lock"]] == [("a", 0, 16)]
     told_ = "\n".join(in_sentences(found))
-    assert "turns where lock is lost: falling" in told_ and "Lock is taken by: falling (`a` 0 of 16)" in told_
+    assert "It turns where lock is lost: `b` before `a` in *falling* (5.0 W, `a` without lock)" in told_
+    assert "Lock is taken from `a` in *falling* (0 of 16)." in told_
 
 
 def test_few_losses_are_not_said_to_take_the_lock() -> None:
@@ -302,7 +303,7 @@ def test_laws_that_are_told_apart_only_there_or_no_longer() -> None:
     assert [(entry["case"], entry["first"], entry["second"]) for entry in found["parted"]] == [("clear", "a", "b")]
     found = judged(STRONG, rough={**STRONG, "b": noisy})
     assert [(entry["first"], entry["second"]) for entry in found["blurred"]] == [("a", "b")]
-    assert "No longer told apart: rough" in "\n".join(in_sentences(found))
+    assert "No longer told apart: `a` before `b` in *rough*" in "\n".join(in_sentences(found))
 
 
 # --- the picture -----------------------------------------------------------------------------------------------------

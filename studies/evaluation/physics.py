@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.errors import InputError
+from gyroctl.reports.layout import REFERENCE
 from gyroctl.reports.wording import number, percent
 from gyroctl.studies.evaluation.cases import Case, Outcome, best_pair_of, run_case
 from gyroctl.studies.evaluation.order import changes, holding, lost_lock, order
@@ -65,7 +66,7 @@ def physics_table(
                 raise
             failed[water.name] = str(error)
     linear = found[LINEAR]
-    tables = {name: table_of(outcome, linear) for name, outcome in found.items()}
+    tables = {name: _in_order(table_of(outcome, linear), ask) for name, outcome in found.items()}
     judged = {water.name: judge(water, found[water.name], linear) for water in waters if water.name in found}
     answered = answer(judged)
     content = {
@@ -80,6 +81,12 @@ def physics_table(
         "failed": failed | {what: why for outcome in found.values() for what, why in outcome.failures.items()},
     }
     return content, _text(waters, tables, judged, answered), draw_physics(tables, ask.record())
+
+
+def _in_order(table: Mapping[str, Cell], ask: Request) -> dict[str, Cell]:
+    """Laws as they were asked for, the reference last."""
+    asked = [entrant.label for entrant in ask.entrants]
+    return {law: table[law] for law in [*asked, REFERENCE] if law in table}
 
 
 def _left(spent: float, done: int, cases: int) -> str:

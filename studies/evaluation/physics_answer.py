@@ -57,7 +57,7 @@ def answer(judged: Mapping[str, Judged]) -> dict[str, Any]:
 
 
 def in_sentences(found: Mapping[str, Any]) -> list[str]:
-    """Say the answer, a paragraph each."""
+    """Say the answer, a paragraph each; the names of cases in italics, since some have commas."""
     told = [f"In the linear plant: {found['linear']}."]
     held = f"that hold lock (in {100 * HOLDS:g} % of their runs)"
     if found["turned"]:
@@ -73,37 +73,30 @@ def in_sentences(found: Mapping[str, Any]) -> list[str]:
         if found[name]:
             told.append(f"{words}: {_changed(found[name])}.")
     if found["takes_lock"]:
-        told.append(f"Lock is taken by: {_lost(found['takes_lock'])}.")
+        told.append(f"Lock is taken from {_lost(found['takes_lock'])}.")
     else:
         told.append("No choice takes the lock of a law in a way that could be told from chance.")
     if found["costs_lock"]:
-        told.append(f"Fewer runs hold lock, within what chance explains: {_lost(found['costs_lock'])}.")
+        told.append(f"Fewer runs hold lock, within what chance explains, of {_lost(found['costs_lock'])}.")
     return told
 
 
 def _changed(entries: Sequence[Mapping[str, Any]]) -> str:
-    return "; ".join(
-        f"{case} ({listed([_change(entry) for entry in some])})" for case, some in _by_case(entries).items()
-    )
-
-
-def _change(entry: Mapping[str, Any]) -> str:
-    words = f"`{entry['first']}` before `{entry['second']}` by {number(entry['here'].value, 2)} W"
-    lost = [f"`{law}`" for law in entry["lost"]]
-    return f"{words}, without lock {listed(lost)}" if lost else words
+    """Pairs of laws with their cases: the same two in many cases are one entry."""
+    found: dict[str, list[str]] = {}
+    for entry in entries:
+        lost = [f"`{law}`" for law in entry["lost"]]
+        without = ["", f", {''.join(lost)} without lock", ", both without lock"][len(lost)]
+        words = f"*{entry['case']}* ({number(entry['here'].value, 2)} W{without})"
+        found.setdefault(f"`{entry['first']}` before `{entry['second']}`", []).append(words)
+    return "; ".join(f"{pair} in {listed(cases)}" for pair, cases in found.items())
 
 
 def _lost(entries: Sequence[Mapping[str, Any]]) -> str:
-    return "; ".join(f"{case} ({listed([_one(entry) for entry in some])})" for case, some in _by_case(entries).items())
-
-
-def _one(entry: Mapping[str, Any]) -> str:
-    before = "" if entry["held_before"] == entry["runs"] else f", linear {entry['held_before']}"
-    return f"`{entry['law']}` {entry['held']} of {entry['runs']}{before}"
-
-
-def _by_case(entries: Sequence[Mapping[str, Any]]) -> dict[str, list[Mapping[str, Any]]]:
-    found: dict[str, list[Mapping[str, Any]]] = {}
+    """Laws with the cases in which they lose lock."""
+    found: dict[str, list[str]] = {}
     for entry in entries:
-        found.setdefault(entry["case"], []).append(entry)
-    return found
+        before = "" if entry["held_before"] == entry["runs"] else f", linear {entry['held_before']}"
+        words = f"*{entry['case']}* ({entry['held']} of {entry['runs']}{before})"
+        found.setdefault(f"`{entry['law']}`", []).append(words)
+    return "; ".join(f"{law} in {listed(cases)}" for law, cases in found.items())
