@@ -214,6 +214,7 @@ def test_ensemble_is_served_by_single_runs(rolling: Any) -> None:
         record, _ = run_law(device, gy.law("constant", cc=cc, cg=cg), waves, gy.Settings(blend=20.0), "constant")
         alone = evaluate(device, record, waves.moments[1], waves.dt, SEA.wp, 20.0, 1.0)
         assert found.mean_power[i, 1] == pytest.approx(alone["generated_w"], rel=1e-6)
+        assert found.power_cv[i, 1] == pytest.approx(alone["power_cv"], rel=1e-6)
         assert found.ledger_residual[i, 1] < 5e-6
 
 

@@ -14,9 +14,11 @@ from gyroctl.hydrodynamics import shipped
 from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.hydrodynamics.floating import floating
 from gyroctl.hydrodynamics.reduced import checked
-from gyroctl.plant.equations import PHI1, PSI_RATE
+from gyroctl.plant.contact import contact_load
+from gyroctl.plant.equations import OMEGA_RATE, PHI1, PSI_RATE
+from gyroctl.plant.kernel import hold_one
 from gyroctl.simulation.balance import electrical
-from gyroctl.simulation.second_look import Look
+from gyroctl.simulation.second_look import Look, look
 from gyroctl.simulation.validity import validity
 
 SEA = gy.SeaState(gamma=5.0)
@@ -83,3 +85,29 @@ def test_card_counts_each_way_into_rolling_backwards_once() -> None:
     assert card["reversals"] == 2.0
     k = float(wavenumber(np.array([SEA.wp]), plant.depth)[0])
     assert card["kx_max"] == pytest.approx(k * 1.049 * np.max(np.abs(states[200:, PHI1])), rel=1e-3)
+
+
+def test_contact_is_followed_through_a_transient_of_the_coupling() -> None:
+    """A flywheel ahead of the axis is caught in tens of milliseconds: traction against a fine integration."""
+    plant, i, pair = gy.zhang2017(), 350, (0.05, 3e-4)
+    waves = gy.realise(plant, SEA, 1, 60.0).blended(20.0)
+    record, _ = run_law(plant, gy.law("constant", cc=pair[0], cg=pair[1]), waves, gy.Settings(blend=20.0))
+    n, k, fine = len(plant.labels), plant.coefficients, 1e-4
+    states, controls = record.states.copy(), record.controls.copy()
+    states[i, OMEGA_RATE] += 50.0
+    controls[i - 1, 0] = 0.02  # so that the coupling is switched at the sample
+    flat, time, needed = np.ascontiguousarray(waves.moments.T).ravel(), 0.1 * np.arange(states.shape[0]), []
+    y = states[i].copy()
+    for step in range(1000):
+        t = 0.1 * i + fine * step
+        moments = [np.interp(t, waves.time, moment) for moment in waves.moments]
+        needed.append(float(contact_load(plant, y[:n], pair, moments).traction))
+        y = hold_one(y, k, *pair, t, fine, 1, flat, waves.dt)
+    states[i + 1] = y
+    signals = np.array([np.interp(time, waves.time, moment) for moment in waves.moments])
+    found = look(plant, replace(record, states=states, controls=controls), 200, signals[:, 200:])
+    own = found.interval == i - 200
+    middle = np.cumsum(found.weight[own]) - 0.5 * found.weight[own]
+    truth = np.interp(middle, fine * np.arange(1000), needed)
+    assert own.sum() > 10 and np.ptp(truth) > 0.1
+    np.testing.assert_allclose(found.traction[own], truth, atol=0.02)

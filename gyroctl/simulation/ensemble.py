@@ -6,7 +6,7 @@ of steps per interval is that of the single run.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from itertools import groupby
@@ -24,6 +24,7 @@ from gyroctl.simulation.balance import spent
 from gyroctl.simulation.lock import loss_time
 from gyroctl.simulation.progress import Progress
 from gyroctl.waves import Sea, Synthesis, prepare
+from gyroctl.waves.channels import Response
 from gyroctl.waves.wetted import held_moments
 
 UNSTABLE = 2.5
@@ -126,7 +127,10 @@ def run_ensemble(
     synthesis = prepare(plant, sea, duration, 0.05)
     jobs = _jobs(plant, pairs, seeds, dt, period)
     results = np.full((8, len(pairs), len(seeds)), np.nan)
-    every = _Every(plant, synthesis, start, round(duration / period), round(blend / period), blend, period, sense)
+    response = synthesis.prepared(plant) if len(plant.channels) > 2 else None
+    every = _Every(
+        plant, synthesis, response, start, round(duration / period), round(blend / period), blend, period, sense
+    )
 
     def work(job: _Job) -> _Done:
         controls = np.array([pairs[pair] for pair, _ in job.runs], np.float64)
@@ -182,6 +186,7 @@ class _Every(NamedTuple):
 
     plant: Plant
     synthesis: Synthesis
+    response: Response | None  # further signals of the plant before their phases, where it has any
     start: NDArray[np.float64]
     intervals: int
     first: int  # interval at which scoring starts
@@ -242,15 +247,10 @@ class _Every(NamedTuple):
         """Fill the lanes in use by runs of their own."""
         k, grid = self.plant.coefficients, self.synthesis.grid
         ends, marks = y.reshape(-1, LANES), marked.reshape(-1, LANES)
-        several = len(self.plant.channels) > 2
-        found = {
-            seed: self.synthesis.signals(self.plant, [seed], self.blend)
-            if several
-            else self.synthesis.moments_batch([seed], self.blend)
-            for seed in set(seeds)
-        }
+        unique = list(dict.fromkeys(seeds))
+        found = dict(zip(unique, self._signals(unique), strict=True))
         for lane, seed in enumerate(seeds):
-            waves = np.ascontiguousarray(found[seed][0].T).ravel()
+            waves = np.ascontiguousarray(found[seed].T).ravel()
             held = held_moments(self.plant, self.synthesis, [seed], blend=self.blend)
             own, mark = ends[:, lane].copy(), np.empty(ends.shape[0])
             course = np.empty((len(RECORDED), self.intervals + 1))
@@ -262,17 +262,24 @@ class _Every(NamedTuple):
     def _side_by_side(self, seeds: Sequence[int], of_lane: Sequence[int]) -> NDArray[np.float64]:
         """Signals of all lanes as the kernel takes them, see `kernel.interpolate`; `of_lane` counts in `seeds`."""
         plant = self.plant
-        if len(plant.channels) == 2:
+        if self.response is None:
             of_seed = self.synthesis.moments_batch(seeds, self.blend)
             return np.ascontiguousarray(of_seed[of_lane].transpose(2, 1, 0)).ravel()
         rows, count, n = base_rows(plant.coefficients.beyond), len(of_lane), self.synthesis.grid.n
         waves = np.empty((n, len(plant.channels) * count))
-        for seed, signals in enumerate(self.synthesis.each_signals(plant, seeds, self.blend)):
-            base, nodes = signals[:rows].T, signals[rows:].T
+        for seed, signals in enumerate(self._signals(seeds)):
+            samples = np.ascontiguousarray(signals.T)
+            nodes = samples.shape[1] - rows
             for lane in np.flatnonzero(np.equal(of_lane, seed)):
-                waves[:, lane : rows * count : count] = base
-                waves[:, rows * count + lane * nodes.shape[1] :][:, : nodes.shape[1]] = nodes
+                waves[:, lane : rows * count : count] = samples[:, :rows]
+                waves[:, rows * count + lane * nodes :][:, :nodes] = samples[:, rows:]
         return waves.ravel()
+
+    def _signals(self, seeds: Sequence[int]) -> Iterable[NDArray[np.float64]]:
+        """Signals of each seed in turn, (channels, n)."""
+        if self.response is None:
+            return self.synthesis.moments_batch(seeds, self.blend)
+        return self.synthesis.each_signals(self.plant, seeds, self.blend, self.response)
 
 
 def _bounded(

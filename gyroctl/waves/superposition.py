@@ -39,17 +39,17 @@ class HarmonicSum:
     def __call__(self, coefficients: NDArray[np.complex128], out: NDArray[np.float64]) -> None:
         """Write the sums into `out`; see `Superposition`.
 
-        The room for a period stays in the cache when it is as small as for two rows, which scipy.fft takes together:
-        NumPy, whose bits are the same, takes half as long again.
+        Room for two rows at a time stays in the cache, and scipy.fft takes them together: NumPy, whose bits are the
+        same, takes half as long again.
         """
         from scipy.fft import irfft
 
-        rows, k = coefficients.shape
-        n = out.shape[1]
-        half = np.zeros((rows, k + 1), dtype=np.complex128)
-        np.multiply(coefficients, 0.5, out=half[:, 1:])
-        for first in range(0, rows, 2):
-            whole = irfft(half[first : first + 2], self.steps, norm="forward")
+        k, n = coefficients.shape[1], out.shape[1]
+        half = np.zeros((2, k + 1), dtype=np.complex128)
+        for first in range(0, coefficients.shape[0], 2):
+            some = coefficients[first : first + 2]
+            np.multiply(some, 0.5, out=half[: len(some), 1:])
+            whole = irfft(half[: len(some)], self.steps, norm="forward")
             out[first : first + 2, : self.steps] = whole[:, :n]
             out[first : first + 2, self.steps :] = whole[:, : max(n - self.steps, 0)]
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError, check_kind
 from gyroctl.waves.blending import blend_signals, check_blend
-from gyroctl.waves.channels import response
+from gyroctl.waves.channels import Response, response
 from gyroctl.waves.components import Components, Sea, components
 from gyroctl.waves.excitation import Excited, band, regular_amplitude
 from gyroctl.waves.grid import TimeGrid, time_grid
@@ -124,18 +124,34 @@ class Synthesis:
         """
         return np.stack(list(self.each_signals(plant, seeds, blend)))
 
-    def each_signals(self, plant: Plant, seeds: Sequence[int], blend: float = 0.0) -> Iterator[NDArray[np.float64]]:
-        """Signals of one seed after the other, (channels, n), see `signals`: many would not stay in a cache."""
+    def each_signals(
+        self, plant: Plant, seeds: Sequence[int], blend: float = 0.0, prepared: Response | None = None
+    ) -> Iterator[NDArray[np.float64]]:
+        """Signals of one seed after the other, (channels, n), see `signals`: many would not stay in a cache.
+
+        `prepared` is what `prepared` returns, for whoever asks more than once.
+        """
+        length = check_blend(blend, self.grid.duration)
+        amplitudes, regular = prepared or self.prepared(plant)
+        for seed in seeds:
+            result = np.empty((len(plant.channels), self.grid.n))
+            self.waves.superpose(self._turned(amplitudes, seed), result)
+            blend_signals(result, regular, self.sea.wp, self.grid.dt, length)
+            yield result
+
+    def prepared(self, plant: Plant) -> Response:
+        """Signals of a plant before the phases of a seed, with the amplitudes of the sea in its components.
+
+        Raises
+        ------
+        InputError
+            See `signals`.
+        """
         if plant.excitation.sha256 != self.hydrodynamics:
             problem = "the waves were made for another excitation, beyond the linear model it must be the same"
             raise InputError("plant.excitation", plant.name, problem, "Realise the waves with this plant")
-        length = check_blend(blend, self.grid.duration)
-        of_wave, regular = response(plant, self.sea, self.waves.omega)
-        for seed in seeds:
-            result = np.empty((len(plant.channels), self.grid.n))
-            self.superposed(of_wave, seed, result)
-            blend_signals(result, regular, self.sea.wp, self.grid.dt, length)
-            yield result
+        found = response(plant, self.sea, self.waves.omega)
+        return found._replace(components=found.components * self.waves.amplitude)
 
     def superposed(self, of_wave: NDArray[np.complex128], seed: int, out: NDArray[np.float64]) -> None:
         """Write signals of the waves into `out` (rows, n): `of_wave` (rows, k) per metre of each component."""
