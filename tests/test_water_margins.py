@@ -110,7 +110,7 @@ def test_what_is_added_to_a_moment_acts_the_same_in_any_water() -> None:
 
 
 @pytest.mark.parametrize("choices", [SURGE, {"wetted": "reduced", "drag": 0.5}])
-def test_regime_of_constant_controls_is_the_orbit(choices: dict[str, Any]) -> None:
+def test_regime_in_real_water_is_the_orbit(choices: dict[str, Any]) -> None:
     plant = gy.zhang2017(**choices)
     orbit = gy.lock_orbit(plant, WAVE, *PAIR)
     regime = settle(orbit, WAVE)
@@ -122,7 +122,7 @@ def test_regime_of_constant_controls_is_the_orbit(choices: dict[str, Any]) -> No
         np.testing.assert_allclose(run.record[:, row], expected, atol=2e-3 * np.max(np.abs(courses[:, row])))
 
 
-def test_height_headroom_is_confirmed_by_a_sinking_wave() -> None:
+def test_height_headroom_in_real_water_is_that_of_a_sinking_wave() -> None:
     """All signals sink together: positions, velocities of the water, moments."""
     plant = gy.zhang2017(**SURGE)
     least = headroom(gy.lock_orbit(plant, WAVE, 0.052, 2e-3), WAVE, "height", False).limit

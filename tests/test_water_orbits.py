@@ -73,7 +73,7 @@ def test_derivatives_where_the_float_moves(name: str) -> None:
 
 
 @pytest.mark.parametrize(("choices", "names"), [(REST, {*PARAMETERS} - {"phase"}), (MOVING, {"wp", "phase", "drag"})])
-def test_map_over_a_parameter_is_the_map_of_the_moved_device(choices: dict[str, Any], names: set[str]) -> None:
+def test_map_in_real_water_is_that_of_the_moved_device(choices: dict[str, Any], names: set[str]) -> None:
     """By constants in the kernel and signals made anew, or as a plant of its own."""
     plant = gy.zhang2017(**choices)
     found = search_orbit(plant, WAVE, *PAIR)
@@ -119,6 +119,8 @@ def test_a_choice_that_is_off_is_followed_from_zero() -> None:
     assert branch.values.min() == pytest.approx(0.0, abs=1e-12) and branch.values.max() == pytest.approx(0.6)
     first, last = (branch.orbit(int(i)) for i in (np.argmin(branch.values), np.argmax(branch.values)))
     np.testing.assert_allclose(first.x, orbit.x, atol=1e-8)
+    np.testing.assert_allclose(first.multipliers[:4], orbit.multipliers[:4], atol=1e-6)
+    assert first.power == pytest.approx(orbit.power, rel=1e-8) and first.error < 1e-7
     np.testing.assert_allclose(last.x, gy.lock_orbit(device.replace(drag=0.6), WAVE, *PAIR).x, atol=1e-7)
     assert first.plant.parameters.drag == 0.0 and last.plant.parameters.drag == pytest.approx(0.6)
 
