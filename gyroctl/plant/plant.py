@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from gyroctl.errors import InputError
 from gyroctl.plant import equations
 from gyroctl.plant.beyond import BEYOND, HALF, Beyond
+from gyroctl.plant.differences import differences
 from gyroctl.plant.equations import LEDGER, Coefficients
 from gyroctl.plant.friction import contact_of
 from gyroctl.plant.near import near_signals
@@ -22,9 +23,6 @@ from gyroctl.plant.radiation import Radiation
 from gyroctl.plant.reduced import undisturbed_names
 from gyroctl.plant.symbolic import casadi_derivative
 from gyroctl.plant.terms import terms
-
-NAMED = 6
-"""Changes that the name of a plant tells one by one."""
 
 
 class Excitation(Protocol):
@@ -160,7 +158,7 @@ class Plant:
         if "name" in outer:  # a plant with a name of its own is what later changes count from
             return dataclasses.replace(changed, origin=None)
         origin = self.origin or self
-        words = _differences(changed, origin)
+        words = differences(changed, origin)
         if not words:
             return dataclasses.replace(changed, name=origin.name, origin=None)
         return dataclasses.replace(changed, name=", ".join([origin.name, *words]), origin=origin)
@@ -321,26 +319,6 @@ class Plant:
         k = self.coefficients
         equations.derivative(state, dx, 1, 0, k, u[0], u[1], moments[0], moments[1], k.beyond, signals)
         return dx
-
-
-def _differences(plant: Plant, origin: Plant) -> list[str]:
-    """What differs between two plants, in words: numbers by name, and what is no number by its name alone."""
-    pairs = [(f.name, plant.parameters, origin.parameters) for f in dataclasses.fields(plant.parameters)]
-    values = [(name, getattr(mine, name), getattr(first, name)) for name, mine, first in pairs]
-    words = [f"{name} = {_in_words(mine)}" for name, mine, first in values if mine != first]
-    if plant.depth != origin.depth:
-        words.append(f"depth = {plant.depth:g}")
-    if plant.radiation != origin.radiation:
-        words.append("other radiation")
-    if plant.excitation.sha256 != origin.excitation.sha256:
-        words.append("other excitation")
-    return words if len(words) <= NAMED else [*words[:NAMED], f"and {len(words) - NAMED} more"]
-
-
-def _in_words(value: object) -> str:
-    if isinstance(value, bool):
-        return "on" if value else "off"
-    return f"{value:.6g}" if isinstance(value, float | int) else str(value)
 
 
 def coefficients(
