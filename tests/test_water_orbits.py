@@ -125,6 +125,24 @@ def test_a_choice_that_is_off_is_followed_from_zero() -> None:
     assert first.plant.parameters.drag == 0.0 and last.plant.parameters.drag == pytest.approx(0.6)
 
 
+def test_branch_in_the_frequency_ends_where_orbits_found_alone_do() -> None:
+    """Above at a fold; below at a period doubling, which a device with the symmetry cannot have."""
+    plant = gy.zhang2017(**MOVING)
+    branch = continue_orbit(gy.lock_orbit(plant, WAVE, *PAIR), "wp", (2.5, 5.0))
+    (fold,), double = branch.folds, max(branch.of_kind("period doubling"), key=lambda point: point.value)
+    assert 2.5 < double.value < 3.14 < fold.value and double.error < 1e-9
+    assert double.multiplier.real == pytest.approx(-1.0, abs=1e-9)
+
+    def status(wp: float) -> str:
+        return gy.lock_orbit(plant, gy.Regular(0.2, wp), *PAIR, nearest=False).status
+
+    assert [status(part * fold.value) for part in (0.995, 1.005)] == ["stable", "no orbit"]
+    assert [status(part * double.value) for part in (0.995, 1.005)] == ["unstable", "stable"]
+    short = gy.lock_orbit(gy.zhang2017(wetted="reduced"), WAVE, *PAIR)
+    with pytest.raises(gy.InputError, match="waves as short"):
+        continue_orbit(short, "wp", (3.0, 9.0))
+
+
 def test_what_cannot_be_followed_is_refused_in_one_line() -> None:
     device = gy.zhang2017()
     wave = search_orbit(device, WAVE, *PAIR).wave
