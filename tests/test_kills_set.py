@@ -27,7 +27,6 @@ ROOMS = {
     "statistics",
     "verdict",
     "water",
-    "water_margins",
     "waves",
 }
 
