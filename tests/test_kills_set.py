@@ -24,6 +24,7 @@ ROOMS = {
     "simulation",
     "statistics",
     "verdict",
+    "water",
     "waves",
 }
 
