@@ -129,7 +129,7 @@ def run_ensemble(
     results = np.full((8, len(pairs), len(seeds)), np.nan)
     response = synthesis.prepared(plant) if len(plant.channels) > 2 else None
     every = _Every(
-        plant, synthesis, response, start, round(duration / period), round(blend / period), blend, period, sense
+        plant, synthesis, response, [], start, round(duration / period), round(blend / period), blend, period, sense
     )
 
     def work(job: _Job) -> _Done:
@@ -187,6 +187,7 @@ class _Every(NamedTuple):
     plant: Plant
     synthesis: Synthesis
     response: Response | None  # further signals of the plant before their phases, where it has any
+    rooms: list[NDArray[np.float64]]  # for the signals of a job: fresh memory would cost as much as filling it
     start: NDArray[np.float64]
     intervals: int
     first: int  # interval at which scoring starts
@@ -212,6 +213,8 @@ class _Every(NamedTuple):
             waves = self._side_by_side(unique, of_lane)
             held = held_moments(plant, self.synthesis, unique, of_lane, self.blend)
             run_lanes(y, k, cc, cg, self.period, steps, waves, self.synthesis.grid.dt, record, first, marked, held)
+            if self.response is not None:
+                self.rooms.append(waves)
         phi1, phi3, psi, speed = record
         end, mark = y.reshape(-1, LANES), marked.reshape(-1, LANES)
         energy = dict(zip(plant.ledger, end[n:] - mark[n:], strict=True))
@@ -266,14 +269,18 @@ class _Every(NamedTuple):
             of_seed = self.synthesis.moments_batch(seeds, self.blend)
             return np.ascontiguousarray(of_seed[of_lane].transpose(2, 1, 0)).ravel()
         rows, count, n = base_rows(plant.coefficients.beyond), len(of_lane), self.synthesis.grid.n
-        waves = np.empty((n, len(plant.channels) * count))
+        try:
+            room = self.rooms.pop()
+        except IndexError:
+            room = np.empty(n * len(plant.channels) * count)
+        waves = room.reshape(n, -1)
         for seed, signals in enumerate(self._signals(seeds)):
             samples = np.ascontiguousarray(signals.T)
             nodes = samples.shape[1] - rows
             for lane in np.flatnonzero(np.equal(of_lane, seed)):
                 waves[:, lane : rows * count : count] = samples[:, :rows]
                 waves[:, rows * count + lane * nodes :][:, :nodes] = samples[:, rows:]
-        return waves.ravel()
+        return room
 
     def _signals(self, seeds: Sequence[int]) -> Iterable[NDArray[np.float64]]:
         """Signals of each seed in turn, (channels, n)."""
