@@ -216,6 +216,22 @@ def test_caveats_name_overlapping_seeds_and_few_runs():
     assert "Too few realisations" in caveats
 
 
+@pytest.mark.parametrize("contact", ["rolling", "friction"])
+def test_device_is_named_and_reversals_are_told_of_the_contact_that_it_has(tmp_path, contact):
+    ds = synthetic()
+    ds["reversals"] = ds["locked"] * 0.0
+    ds["reversals"].loc[{"law": "coupling"}] = 7.0
+    ds.attrs.update(plant="zhang2017 realistic", contact=contact)
+    (caveat,) = [c for c in judge(evaluate(ds)).caveats if "rolls backwards" in c]
+    assert "coupling 7.0 times a run" in caveat
+    assert ("a plant whose contact rolls leaves the rest of it out" in caveat) == (contact == "rolling")
+    text = io.StringIO()
+    print_table(ds, console=Console(file=text, width=100, color_system=None))
+    assert text.getvalue().startswith("Device: zhang2017 realistic\n")
+    assert "<span>zhang2017 realistic</span>" in write_report(ds, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert summarise(ds)["plant"] == "zhang2017 realistic"
+
+
 # --- HTML report ----------------------------------------------------------------------------------------------------
 
 

@@ -152,6 +152,7 @@ def compare(
         start=settings.start,
         motion_limit=motion_limit,
         plant=plant.name,
+        contact=plant.parameters.contact,
         wp=waves.sea.wp,
         hs=waves.sea.hs,
         capture_width_m=plant.parameters.d + plant.parameters.c,

@@ -115,6 +115,8 @@ class Evaluation:
     motion_limit: float  # of the 98 % motion [rad]
     yardstick: Mapping[str, Any] | None = None  # how the reference was found, None where the file does not say
     seed_states: Mapping[str, Sequence[int]] = field(default_factory=dict)  # seeds by their state in the ledger
+    plant: str = ""  # name of the device, empty where the file does not say
+    slips: bool = False  # whether its rolling contact may slip
 
     def law(self, name: str) -> LawResult:
         """Find the result of the law `name`."""
@@ -169,6 +171,8 @@ def evaluate(source: xr.Dataset) -> Evaluation:
         motion_limit=limit,
         yardstick=layout.read_json(ds, "yardstick", None),
         seed_states=layout.read_json(ds, "seed_states", {}),
+        plant=str(ds.attrs.get("plant", "")),
+        slips=ds.attrs.get("contact") == "friction",
     )
 
 

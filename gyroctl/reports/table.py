@@ -122,6 +122,8 @@ def print_table(ds: xr.Dataset, evaluation: Evaluation | None = None, console: C
     out = Console() if console is None else console
     found = evaluate(ds) if evaluation is None else evaluation
     verdict = judge(found)
+    if found.plant:
+        out.print(Text(f"Device: {found.plant}"))
     out.print(results_table(ds, found, intervals=out.width >= WIDE))
     out.print(motion_table(ds, found))
     out.print(Text(" ".join(verdict.sentences)))

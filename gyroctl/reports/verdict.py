@@ -255,7 +255,7 @@ def _caveats(evaluation: Evaluation) -> list[str]:
         (
             turned,
             "The spin axis changes sides on its track and rolls backwards",
-            "; a plant whose contact rolls leaves the rest of it out",
+            "" if evaluation.slips else "; a plant whose contact rolls leaves the rest of it out",
         ),
         (behind, "Locked but not in step with the waves", ": no stall, but the ring loses turns"),
         (sliding, "Many cycle slips per 1000 waves", f"{against}. Power won by sliding is not locked power"),
