@@ -88,3 +88,13 @@ def test_laws_of_all_kinds_run_in_it(plant: gy.Plant) -> None:
     for name in ("coupling", "nmpc"):
         ds = gy.simulate(plant, gy.law(name), waves, gy.Settings(blend=20.0))
         assert np.all(np.isfinite(ds.phi1)) and json.loads(ds.attrs["validity"])["slip_max"] > 0.0
+
+
+@pytest.mark.parametrize(
+    "choice", [{"drag": 1e4}, {"bearing": 1e3}, {"coupling_cap": 1e-6}, {"rolling_resistance": 10.0}]
+)
+def test_device_that_cannot_lock_is_not_blamed_on_the_sea(choice: dict[str, float]) -> None:
+    plant = gy.zhang2017(**choice)
+    with pytest.raises(gy.InputError, match="has no locked orbit") as caught:
+        gy.simulate(plant, gy.law("constant"), gy.realise(plant, gy.SeaState(), 1, 150.0))
+    assert caught.value.field == "plant" and next(iter(choice)) in caught.value.value

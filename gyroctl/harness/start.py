@@ -71,6 +71,14 @@ def _search(plant: Plant, wave: Regular) -> tuple[NDArray[np.float64], tuple[flo
             unstable = orbit.x, (cc, cg)
     if unstable is not None:
         return unstable
+    if plant.coefficients.beyond is not None:
+        raise InputError(
+            "plant",
+            plant.name,
+            "has no locked orbit in the equivalent regular wave: its drag or losses are too strong or its coupling too "
+            f"weak for it, or the sea (Hs {wave.height * math.sqrt(2.0):.3g} m, {wave.wp:.3g} rad/s) too small",
+            'Weaken drag, bearing, windage or rolling_resistance, raise coupling_cap or Hs, or choose start = "rest"',
+        )
     raise InputError(
         "sea.hs",
         wave.height * math.sqrt(2.0),

@@ -28,7 +28,8 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
     -------
     dict
         Keys ``experiment``, ``realisations``, ``laws``, and beside the contract ``yardstick``, ``tuning_seeds``,
-        ``seed_states``, ``duration_s``, ``motion_limit_rad``, ``plant``, ``power_differences``, ``created``, ``gyroctl_version``.
+        ``seed_states``, ``duration_s``, ``motion_limit_rad``, ``plant``, ``power_differences``, ``created``,
+        ``gyroctl_version``.
         ``preview_s`` is None for all of the waves. Units are in the names: ``_w`` [W], ``_s`` [s], ``_ms`` [ms];
         motion [rad]; cycle slips per 1000 waves; ratios, CV and probabilities [1]. Intervals are at 95 %.
 
