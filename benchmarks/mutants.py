@@ -96,7 +96,7 @@ def stale(mutants: Sequence[Mutant], root: Path = ROOT) -> list[str]:
             problems.append(f"{name}: is no Python any more")
         if mutant.old == mutant.new or not mutant.tests:
             problems.append(f"{name}: changes nothing, or names no test")
-        problems += [f"{name}: there is no {test}" for test in mutant.tests if not located(test, root)]
+        problems += [f"{name}: there is not one {test}" for test in mutant.tests if not located(test, root)]
     return problems
 
 
@@ -109,12 +109,12 @@ def _readable(text: str) -> bool:
 
 
 def located(test: str, root: Path = ROOT) -> str:
-    """What pytest is to be told: a file of tests as it is, a function by the file that has it; empty where none has."""
+    """What pytest is to be told: a file of tests as it is, a function by the file that has it; empty where not one has."""
     if test.endswith(".py"):
         return test if (root / test).is_file() else ""
     pattern = f"def {test}("
-    files = (path for path in sorted((root / "tests").glob("test_*.py")) if pattern in path.read_text(encoding="utf-8"))
-    return next((f"{path.relative_to(root).as_posix()}::{test}" for path in files), "")
+    files = [path for path in sorted((root / "tests").glob("test_*.py")) if pattern in path.read_text(encoding="utf-8")]
+    return f"{files[0].relative_to(root).as_posix()}::{test}" if len(files) == 1 else ""
 
 
 def run_tests(root: Path, cache: Path, tests: Sequence[str], output: Path) -> None:

@@ -96,7 +96,7 @@ def test_accelerations_are_those_of_five_free_bodies_in_the_engine(plant: Any) -
         np.testing.assert_allclose(np.array([*rates[4:8], rates[-1]]), found, rtol=1e-9, atol=1e-9)
 
 
-def test_energy_changes_by_the_powers_of_the_ledger(plant: Any) -> None:
+def test_energy_changes_by_the_powers_with_friction(plant: Any) -> None:
     """Rate of the stored energy by complex step; the contact only takes."""
     x = slipping_states(plant, 200, seed=42)
     u, waves = (0.1, 5e-4), (40.0, -70.0)
