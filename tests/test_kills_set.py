@@ -67,8 +67,9 @@ def test_check_finds_what_no_longer_fits(tool: ModuleType) -> None:
         ({"new": "def ("}, "no Python"),
         ({"new": sound.old}, "changes nothing"),
         ({"tests": ()}, "names no test"),
-        ({"tests": ("test_of_another_project",)}, "there is no test_of_another_project"),
-        ({"tests": ("tests/test_gone.py",)}, "there is no tests/test_gone.py"),
+        ({"tests": ("test_of_another_project",)}, "there is not one test_of_another_project"),
+        ({"tests": ("test_bad_request_is_named",)}, "there is not one test_bad_request_is_named"),
+        ({"tests": ("tests/test_gone.py",)}, "there is not one tests/test_gone.py"),
     ):
         (problem, *_) = tool.stale([replace(sound, **change)])
         assert said in problem
