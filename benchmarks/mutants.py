@@ -109,7 +109,7 @@ def _readable(text: str) -> bool:
 
 
 def located(test: str, root: Path = ROOT) -> str:
-    """What pytest is to be told: a file of tests as it is, a function by the file that has it; empty where not one has."""
+    """What pytest is to be told: a file of tests, or a function with the file that has it; empty where not one has."""
     if test.endswith(".py"):
         return test if (root / test).is_file() else ""
     pattern = f"def {test}("
