@@ -1,8 +1,8 @@
 """The closed loop of many realisations: the plant advances in lanes, each law measures, steps and actuates by itself.
 
 The same texts as in `gyroctl.harness.loop`, in the same order for each lane, so that a run gives the bits that it gives
-alone. Controls are held between the samples. Where a coupling has just changed its lane needs shorter steps than the
-others: it takes them alone, and the others do not pay.
+alone. Controls are held between the samples. No lane waits for another one: each is at a time of its own, and one whose
+coupling has just changed falls behind by its shorter steps, without making the others pay.
 """
 
 from __future__ import annotations
@@ -18,22 +18,20 @@ from gyroctl.harness import loop
 from gyroctl.harness.actuation import ActuatorArrays, actuate
 from gyroctl.harness.loop import SWITCHED
 from gyroctl.harness.sensing import SensorArrays, measure
-from gyroctl.plant.beyond import signal_room
-from gyroctl.plant.compiled import aligned, entry_point, put, source_stamp
+from gyroctl.plant import lane_steps
+from gyroctl.plant.compiled import entry_point, put, source_stamp
 from gyroctl.plant.equations import Coefficients
-from gyroctl.plant.kernel import LANES, advance, hold_into, slip_rate, steps_for
+from gyroctl.plant.instants import interpolate
+from gyroctl.plant.kernel import LANES, slip_rate, steps_for
 from gyroctl.plant.lagrange import TAPS
-
-NEVER = np.iinfo(np.int64).max
-"""Steps of an interval that no run goes through."""
+from gyroctl.plant.lane_steps import lane_state, set_out, step_lanes
 
 
 class LaneKernel(NamedTuple):
     """What the loop needs to advance the plant in LANES lanes."""
 
     k: Coefficients
-    waves: NDArray[np.float64]  # flat, the lanes side by side, see `gyroctl.plant.instants.interpolate` [Nm]
-    alone: NDArray[np.float64]  # (LANES, 2 n) those of each lane by itself [Nm]
+    waves: NDArray[np.float64]  # (LANES, 2 n), of each run sample by sample [Nm]
     waves_dt: float  # [s]
     dt: float  # longest step [s]
 
@@ -87,62 +85,55 @@ def _lane_loop(stamp: str) -> Callable[..., None]:
             Filled with the sample at which each law failed, or -1: its lane goes on with the controls it had.
         """
         assert stamp
-        rows, L, k = record.shape[2], LANES, kernel.k
-        size = rows * L
-        y, x, slope = aligned(size), aligned(size), aligned(4 * size).reshape(4, size)
-        moments, weight = aligned(signal_room(k.beyond, L)), np.empty(TAPS)
-        own, work, few = np.empty((L, rows)), np.empty((5, rows)), np.empty(signal_room(k.beyond, 1))
-        cc, cg, steps, u, now = np.zeros(L), np.zeros(L), np.zeros(L, np.int64), np.zeros((L, 2)), np.empty((2, 1))
-        aim = held.copy()
-        moving, since, no_held = None, 0.0, None
-        for l in range(L):
+        rows, samples, k = record.shape[2], commands.shape[1], kernel.k
+        lanes, aim, u = lane_state(rows), held.copy(), np.zeros((LANES, 2))
+        steps, sample = np.zeros(LANES), np.full(LANES, -1)
+        going = LANES
+        few, weight = np.empty(6), np.empty(TAPS)
+        for l in range(LANES):
             failed[l] = -1
             for row in range(rows):
-                y[row * L + l] = record[l, 0, row]
-        for sample in range(commands.shape[1]):
-            begin, least = sample * tick, NEVER
-            for l in range(L):
-                if failed[l] >= 0:
+                lanes.y[row * LANES + l] = record[l, 0, row]
+        while True:
+            for l in range(LANES):
+                if lanes.step[l] < steps[l]:
                     continue
-                errors = SensorArrays(sensors.error[l], sensors.missing[l], sensors.quantum, sensors.delay)
-                measure(errors, sample, record[l], seen[l])
-                if sample % every == 0:
-                    entry(begin, seen[l], p[l], s[l], u[l])
-                    if not (math.isfinite(u[l, 0]) and math.isfinite(u[l, 1])):
-                        failed[l], steps[l] = sample, 0
-                        continue
-                commands[l, sample, 0], commands[l, sample, 1] = u[l, 0], u[l, 1]
-                saturations[l] += actuate(actuators, sample, commands[l], aim[l])
-                finer = SWITCHED if sample > 0 and aim[l, 0] != held[l, 0] else 1.0
+                sample[l] += 1
+                now = sample[l]
+                if now > 0:
+                    for row in range(rows):
+                        record[l, now, row] = lanes.y[row * LANES + l]
+                begin = now * tick
+                if now < samples:
+                    errors = SensorArrays(sensors.error[l], sensors.missing[l], sensors.quantum, sensors.delay)
+                    measure(errors, now, record[l], seen[l])
+                    if now % every == 0:
+                        entry(begin, seen[l], p[l], s[l], u[l])
+                        if not (math.isfinite(u[l, 0]) and math.isfinite(u[l, 1])):
+                            failed[l] = now
+                if now == samples or failed[l] >= 0:  # the lane rests from here on
+                    going -= 1
+                    steps[l] = math.inf
+                    set_out(lanes, l, 0.0, 0.0)
+                    continue
+                commands[l, now, 0], commands[l, now, 1] = u[l, 0], u[l, 1]
+                saturations[l] += actuate(actuators, now, commands[l], aim[l])
+                finer = SWITCHED if now > 0 and aim[l, 0] != held[l, 0] else 1.0
                 put(aim[l], held[l])
-                put(aim[l], controls[l, sample])
-                cc[l], cg[l] = held[l, 0], held[l, 1]
-                steps[l] = steps_for(tick, kernel.dt, finer * slip_rate(k, cc[l]))
-                least = min(least, steps[l])
-            if least == NEVER:
+                put(aim[l], controls[l, now])
+                lanes.cc[l], lanes.cg[l] = held[l, 0], held[l, 1]
+                steps[l] = steps_for(tick, kernel.dt, finer * slip_rate(k, held[l, 0]))
+                set_out(lanes, l, begin, tick / steps[l])
+                interpolate(kernel.waves[l], 1, begin / kernel.waves_dt, weight, few, 0)
+                lanes.moments[l], lanes.moments[LANES + l] = few[0], few[1]
+            if going == 0:
                 return
-            for l in range(L):
-                if steps[l] > least:
-                    for row in range(rows):
-                        own[l, row] = y[row * L + l]
-                    now[0, 0], now[1, 0] = cc[l], cg[l]
-                    alone, wide = kernel.alone[l], kernel.waves_dt
-                    hold_into(own[l], work, few, weight, k, now, begin, tick, steps[l], alone, wide, no_held)
-            waves, wide, more = kernel.waves, kernel.waves_dt, k.beyond
-            advance(
-                y, x, slope, moments, weight, L, k, cc, cg, begin, tick, least, waves, wide, moving, since, None, more
-            )
-            for l in range(L):
-                if steps[l] > least:
-                    for row in range(rows):
-                        y[row * L + l] = own[l, row]
-                for row in range(rows):
-                    record[l, sample + 1, row] = y[row * L + l]
+            step_lanes(lanes, k, kernel.waves, kernel.waves_dt)
 
     return lane_loop
 
 
-PARTS = (*loop.PARTS, __file__)
+PARTS = (*loop.PARTS, lane_steps.__file__, __file__)
 """All that is compiled into the loop."""
 
 compiled_lane_loop = entry_point(_lane_loop(source_stamp(PARTS)))

@@ -99,11 +99,7 @@ def _in_lanes(
         record[lane, 0, :n], held[lane] = beginning(plant, waves[run], settings)
     signals = np.stack([waves[run].moments for run in lanes])
     kernel = LaneKernel(
-        k,
-        np.ascontiguousarray(signals.transpose(2, 1, 0)).ravel(),
-        np.ascontiguousarray(signals.transpose(0, 2, 1)).reshape(LANES, -1),
-        waves[0].dt,
-        settings.dt,
+        k, np.ascontiguousarray(signals.transpose(0, 2, 1)).reshape(LANES, -1), waves[0].dt, settings.dt
     )
     drawn = [settings.sensors.arrays(samples, each.seed) for each in waves]
     sensors = LaneSensors(
