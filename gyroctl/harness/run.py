@@ -141,19 +141,11 @@ def run_law(
         numbers and a state.
     """
     actuators = settings.actuators
-    run_size(waves.duration, settings.dt, actuators.period)
-    every = ticks_of(law, name, actuators)
-    largest = describe(law).get("cc", actuators.cc_max)  # a law that fixes cc, or else all that the actuator can give
-    check_step(plant, min(float(largest), actuators.cc_max), settings.dt)
+    every = checked_run(plant, law, waves, settings, name)
     n, samples = len(plant.labels), math.floor(waves.duration / actuators.period + 1e-9)
     states = np.zeros((samples + 1, rows(plant.coefficients)))
-    if settings.start == "rest":
-        first, controls_before = rest_start(plant, waves.seed), (0.0, 0.0)
-    else:
-        first, controls_before = locked_start(plant, waves.sea)
+    first, controls_before = beginning(plant, waves, settings)
     states[0, :n] = first if start is None else start
-    if actuators.moves or actuators.delay > 0:  # the coupling of the start acts for a while
-        check_step(plant, controls_before[0], settings.dt)
     commands, controls, moved = np.zeros((samples, 2)), np.zeros((samples, 2)), actuators.room(samples)
     held, saturations = np.array(controls_before), np.zeros(1, np.int64)
     signals, wetted = np.ascontiguousarray(waves.signals(plant).T).ravel(), waves.held(plant)
@@ -179,7 +171,7 @@ def run_law(
         bad = compiled_loop(machine.entry, machine.p, state, *arguments)
         if bad >= 0:
             raise why_it_stopped(law, name, bad * actuators.period, seen, state)
-        timing = _time_compiled(machine)
+        timing = time_compiled(machine)
         last = nested.like(law.init(), state.tolist())
     else:
         opening = shutter.open if shutter else None
@@ -192,6 +184,33 @@ def run_law(
         timing = replace(timing, counters=dict(law.counters(last)))
     record = Record(states, commands, controls, actuators.period, int(saturations[0]), moved, float(actuators.cc_lag))
     return record, timing
+
+
+def checked_run(plant: Plant, law: Law, waves: WaveRealisation, settings: Settings, name: str) -> int:
+    """Refuse a run that is too large or of an unstable step; return the samples between two calls of the law.
+
+    Raises
+    ------
+    InputError
+        As `run_law`.
+    """
+    actuators = settings.actuators
+    run_size(waves.duration, settings.dt, actuators.period)
+    every = ticks_of(law, name, actuators)
+    largest = describe(law).get("cc", actuators.cc_max)  # a law that fixes cc, or else all that the actuator can give
+    check_step(plant, min(float(largest), actuators.cc_max), settings.dt)
+    if actuators.moves or actuators.delay > 0:  # the coupling of the start acts for a while
+        check_step(plant, beginning(plant, waves, settings)[1][0], settings.dt)
+    return every
+
+
+def beginning(
+    plant: Plant, waves: WaveRealisation, settings: Settings
+) -> tuple[NDArray[np.float64], tuple[float, float]]:
+    """State (n,) at t = 0 and the controls before it [Nms], as the settings say."""
+    if settings.start == "rest":
+        return rest_start(plant, waves.seed), (0.0, 0.0)
+    return locked_start(plant, waves.sea)
 
 
 def ticks_of(law: Law, name: str, actuators: Actuators) -> int:
@@ -313,7 +332,7 @@ def lead_in(waves: WaveRealisation, settings: Settings) -> WaveRealisation:
     return waves.blended(settings.blend)
 
 
-def _time_compiled(machine: CompiledLaw, calls: int = 2000) -> LawTiming:
+def time_compiled(machine: CompiledLaw, calls: int = 2000) -> LawTiming:
     """Time a compiled law outside the loop, where a clock at every sample would cost more than the law."""
     y, u, s = np.zeros(len(CHANNELS)), np.zeros(2), machine.s.copy()
     y[1], y[2] = 3.14, 70.0

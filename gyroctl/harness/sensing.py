@@ -99,8 +99,9 @@ class Sensors:
         rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, STREAM])))
         error = rng.standard_normal((samples, len(CHANNELS))) * np.array([c.noise for c in channels])
         error += np.array([c.bias for c in channels])
-        missing = rng.random((samples, len(CHANNELS))) < np.array([c.dropout for c in channels])
-        missing[0] = False
+        missing = np.zeros((samples, len(CHANNELS)), bool)
+        if any(c.dropout > 0.0 for c in channels):  # nothing is drawn after it
+            missing[1:] = rng.random(missing.shape)[1:] < np.array([c.dropout for c in channels])
         return SensorArrays(
             error, missing, np.array([float(c.quantum) for c in channels]), np.array([int(c.delay) for c in channels])
         )

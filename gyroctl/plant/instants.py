@@ -27,14 +27,28 @@ def interpolate(waves: Any, L: int, position: float, weight: Any, out: Any, at: 
     first = min(max(int(math.floor(position)) - (TAPS // 2 - 1), 0), samples - TAPS)
     u = position - first
     lagrange_weights(u, weight)
-    base = first * width
+    w0, w1, w2, w3, w4, w5, w6, w7 = loaded(weight)
+    a, b, c, d = four_from(waves, first, width)
+    e, f, g, h = four_from(waves, first + 4, width)
+    to = out[at * signals :]
     for lane in range(rows * L):
-        total = weight[0] * waves[base + lane]
-        for i in range(1, TAPS):
-            total += weight[i] * waves[base + i * width + lane]
-        out[at * signals + lane] = total
+        total = w0 * a[lane] + w1 * b[lane] + w2 * c[lane] + w3 * d[lane]
+        to[lane] = total + w4 * e[lane] + w5 * f[lane] + w6 * g[lane] + w7 * h[lane]
     if more is not None:
         near(more, waves, L, width, position, out, at)
+
+
+@inlined
+def loaded(weight: Any) -> Any:
+    """Weights as scalars: read in the loop over the lanes they might be what that loop overwrites."""
+    return weight[0], weight[1], weight[2], weight[3], weight[4], weight[5], weight[6], weight[7]
+
+
+@inlined
+def four_from(waves: Any, sample: int, width: int) -> Any:
+    """Four samples, each an array of its own: an index that is the lane and nothing else is read eight at a time."""
+    at = sample * width
+    return waves[at:], waves[at + width :], waves[at + 2 * width :], waves[at + 3 * width :]
 
 
 @inlined

@@ -32,7 +32,7 @@ from gyroctl.plant import (
 from gyroctl.plant import held as holding
 from gyroctl.plant import near as nearby
 from gyroctl.plant.beyond import BEYOND, signal_room, signal_rows
-from gyroctl.plant.compiled import inlined, put, stamped
+from gyroctl.plant.compiled import aligned, inlined, put, stamped
 from gyroctl.plant.course import Course, control_at, effective, lag_rate, next_bend
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, Coefficients, derivative, powers, states_of
 from gyroctl.plant.friction import axis_gear, contact_of
@@ -303,36 +303,21 @@ def run_lanes(
     mark : int
         Interval at whose beginning `marked`, of the shape of `y`, receives state and ledger.
     """
-    x, slope = np.empty(y.size), np.empty((4, y.size))
-    moments, weight = np.empty(signal_room(k.beyond, LANES)), np.empty(TAPS)
-    moving, since = None, 0.0
+    now, x, slope = aligned(y.size), aligned(y.size), aligned(4 * y.size).reshape(4, y.size)
+    moments, weight = aligned(signal_room(k.beyond, LANES)), np.empty(TAPS)
+    moving, since, more = None, 0.0, k.beyond
     intervals = record.shape[1] - 1
+    put(y, now)
     for i in range(intervals):
         if i == mark:
-            put(y, marked)
-        write_down(y, record, i)
-        begin = i * hold
+            put(now, marked)
+        write_down(now, record, i)
+        t, L = i * hold, LANES
         advance(
-            y,
-            x,
-            slope,
-            moments,
-            weight,
-            LANES,
-            k,
-            cc,
-            cg,
-            begin,
-            hold,
-            steps,
-            waves,
-            waves_dt,
-            moving,
-            since,
-            held,
-            k.beyond,
+            now, x, slope, moments, weight, L, k, cc, cg, t, hold, steps, waves, waves_dt, moving, since, held, more
         )
-    write_down(y, record, intervals)
+    write_down(now, record, intervals)
+    put(now, y)
 
 
 @inlined

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import groupby
 from typing import NamedTuple
@@ -19,6 +20,7 @@ from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.alone import run_alone
 from gyroctl.plant.beyond import base_rows
+from gyroctl.plant.compiled import aligned
 from gyroctl.plant.kernel import LANES, RECORDED, rows, run_lanes, slip_rate, steps_for
 from gyroctl.simulation.balance import spent
 from gyroctl.simulation.lock import loss_time
@@ -29,6 +31,9 @@ from gyroctl.waves.wetted import held_moments
 
 UNSTABLE = 2.5
 """Product of step and slip rate beyond which Runge-Kutta 4 is unstable."""
+
+CHUNK = 512
+"""Samples of the waves that are put side by side at a time, so that what is moved stays in the cache."""
 
 
 @dataclass(frozen=True)
@@ -181,13 +186,21 @@ def _jobs(
     return jobs
 
 
+class _Room(NamedTuple):
+    """Memory of one job, used again by the next one: fresh memory would cost as much as filling it."""
+
+    record: NDArray[np.float64]  # (len(RECORDED), intervals + 1, LANES)
+    waves: NDArray[np.float64]  # flat, as the kernel takes them
+    moments: NDArray[np.float64]  # (LANES, 2, n), those of each seed where there are no further signals
+
+
 class _Every(NamedTuple):
     """What all jobs of an ensemble have in common."""
 
     plant: Plant
     synthesis: Synthesis
     response: Response | None  # further signals of the plant before their phases, where it has any
-    rooms: list[NDArray[np.float64]]  # for the signals of a job: fresh memory would cost as much as filling it
+    rooms: list[_Room]  # those that no job uses now
     start: NDArray[np.float64]
     intervals: int
     first: int  # interval at which scoring starts
@@ -195,8 +208,25 @@ class _Every(NamedTuple):
     period: float
     sense: int
 
+    @contextmanager
+    def room(self) -> Iterator[_Room]:
+        """Lend a room to a job."""
+        n, channels = self.synthesis.grid.n, len(self.plant.channels)
+        try:
+            room = self.rooms.pop()
+        except IndexError:
+            alone = LANES if self.response is None else 0
+            record = aligned(len(RECORDED) * (self.intervals + 1) * LANES).reshape(len(RECORDED), -1, LANES)
+            room = _Room(record, aligned(n * channels * LANES), np.empty((alone, 2, n)))
+        yield room
+        self.rooms.append(room)
+
     def run(self, steps: int, controls: NDArray[np.float64], seeds: Sequence[int]) -> NDArray[np.float64]:
         """Run one job: a pair of `controls` (used, 2) and a seed for each lane; results (8, used)."""
+        with self.room() as room:
+            return self._run(room, steps, controls, seeds)
+
+    def _run(self, room: _Room, steps: int, controls: NDArray[np.float64], seeds: Sequence[int]) -> NDArray[np.float64]:
         plant, intervals, first = self.plant, self.intervals, self.first
         k, n, used = plant.coefficients, len(plant.labels), len(seeds)
         lane_of = np.minimum(np.arange(LANES), used - 1)  # idle lanes repeat the last run
@@ -205,16 +235,14 @@ class _Every(NamedTuple):
         first_state = np.zeros((rows(k), LANES))
         first_state[:n] = self.start[:, None]
         y = first_state.ravel()
-        record, marked = np.empty((len(RECORDED), intervals + 1, LANES)), y.copy()
+        record, marked = room.record, y.copy()
         if plant.slips:  # each run takes steps of its own
             self._one_by_one(y, steps, controls, seeds, record, marked)
         else:
             of_lane = [unique.index(seeds[lane]) for lane in lane_of]
-            waves = self._side_by_side(unique, of_lane)
+            waves = self._side_by_side(room, unique, of_lane)
             held = held_moments(plant, self.synthesis, unique, of_lane, self.blend)
             run_lanes(y, k, cc, cg, self.period, steps, waves, self.synthesis.grid.dt, record, first, marked, held)
-            if self.response is not None:
-                self.rooms.append(waves)
         phi1, phi3, psi, speed = record
         end, mark = y.reshape(-1, LANES), marked.reshape(-1, LANES)
         energy = dict(zip(plant.ledger, end[n:] - mark[n:], strict=True))
@@ -262,25 +290,24 @@ class _Every(NamedTuple):
             record[:, :, lane], ends[:, lane], marks[:, lane] = course, own, mark
         record[:, :, len(seeds) :] = record[:, :, len(seeds) - 1 : len(seeds)]
 
-    def _side_by_side(self, seeds: Sequence[int], of_lane: Sequence[int]) -> NDArray[np.float64]:
+    def _side_by_side(self, room: _Room, seeds: Sequence[int], of_lane: Sequence[int]) -> NDArray[np.float64]:
         """Signals of all lanes as the kernel takes them, see `kernel.interpolate`; `of_lane` counts in `seeds`."""
-        plant = self.plant
+        plant, n = self.plant, self.synthesis.grid.n
         if self.response is None:
-            of_seed = self.synthesis.moments_batch(seeds, self.blend)
-            return np.ascontiguousarray(of_seed[of_lane].transpose(2, 1, 0)).ravel()
-        rows, count, n = base_rows(plant.coefficients.beyond), len(of_lane), self.synthesis.grid.n
-        try:
-            room = self.rooms.pop()
-        except IndexError:
-            room = np.empty(n * len(plant.channels) * count)
-        waves = room.reshape(n, -1)
+            of_seed = self.synthesis.moments_batch(seeds, self.blend, room.moments[: len(seeds)])
+            both = room.waves.reshape(n, 2, -1)
+            for at in range(0, n, CHUNK):
+                both[at : at + CHUNK] = of_seed[of_lane, :, at : at + CHUNK].transpose(2, 1, 0)
+            return room.waves
+        rows, count = base_rows(plant.coefficients.beyond), len(of_lane)
+        waves = room.waves.reshape(n, -1)
         for seed, signals in enumerate(self._signals(seeds)):
             samples = np.ascontiguousarray(signals.T)
             nodes = samples.shape[1] - rows
             for lane in np.flatnonzero(np.equal(of_lane, seed)):
                 waves[:, lane : rows * count : count] = samples[:, :rows]
                 waves[:, rows * count + lane * nodes :][:, :nodes] = samples[:, rows:]
-        return room
+        return room.waves
 
     def _signals(self, seeds: Sequence[int]) -> Iterable[NDArray[np.float64]]:
         """Signals of each seed in turn, (channels, n)."""

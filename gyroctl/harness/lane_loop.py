@@ -1,0 +1,140 @@
+"""The closed loop of many realisations: the plant advances in lanes, each law measures, steps and actuates by itself.
+
+The same texts as in `gyroctl.harness.loop`, in the same order for each lane, so that a run gives the bits that it gives
+alone. Controls are held between the samples. No lane waits for another one: each is at a time of its own, and one whose
+coupling has just changed falls behind by its shorter steps, without making the others pay.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyroctl.harness import loop
+from gyroctl.harness.actuation import ActuatorArrays, actuate
+from gyroctl.harness.loop import SWITCHED
+from gyroctl.harness.sensing import SensorArrays, measure
+from gyroctl.plant import lane_steps
+from gyroctl.plant.compiled import entry_point, put, source_stamp
+from gyroctl.plant.equations import Coefficients
+from gyroctl.plant.instants import interpolate
+from gyroctl.plant.kernel import LANES, slip_rate, steps_for
+from gyroctl.plant.lagrange import TAPS
+from gyroctl.plant.lane_steps import lane_state, set_out, step_lanes
+
+
+class LaneKernel(NamedTuple):
+    """What the loop needs to advance the plant in LANES lanes."""
+
+    k: Coefficients
+    waves: NDArray[np.float64]  # (LANES, 2 n), of each run sample by sample [Nm]
+    waves_dt: float  # [s]
+    dt: float  # longest step [s]
+
+
+class LaneSensors(NamedTuple):
+    """Errors of LANES realisations, see `SensorArrays`: error and missing (LANES, n, 7), quantum and delay (7,)."""
+
+    error: NDArray[np.float64]
+    missing: NDArray[np.bool_]
+    quantum: NDArray[np.float64]
+    delay: NDArray[np.int64]
+
+
+def _lane_loop(stamp: str) -> Callable[..., None]:
+    def lane_loop(
+        entry: Any,
+        p: Any,
+        s: Any,
+        every: int,
+        kernel: LaneKernel,
+        sensors: LaneSensors,
+        actuators: ActuatorArrays,
+        tick: float,
+        record: Any,
+        commands: Any,
+        controls: Any,
+        held: Any,
+        saturations: Any,
+        seen: Any,
+        failed: Any,
+    ) -> None:
+        """Run the loops of LANES runs; everything of a run as in `loop.closed_loop`, one row for each lane.
+
+        Parameters
+        ----------
+        entry, every, tick
+            As there.
+        p, s : (LANES, ...) arrays
+            Parameters and states of the laws.
+        record : (LANES, n + 1, rows) array
+            Its first samples hold the starts.
+        commands, controls : (LANES, n, 2) arrays
+            Filled. [Nms]
+        held : (LANES, 2) array
+            Controls before the first sample, those of the end afterwards. [Nms]
+        saturations : (LANES,) array
+            Counts commands beyond the limits.
+        seen : (LANES, 7) array
+            Measurements of the last sample of each law.
+        failed : (LANES,) array
+            Filled with the sample at which each law failed, or -1: its lane goes on with the controls it had.
+        """
+        assert stamp
+        rows, samples, k = record.shape[2], commands.shape[1], kernel.k
+        lanes, aim, u = lane_state(rows), held.copy(), np.zeros((LANES, 2))
+        steps, sample = np.zeros(LANES), np.full(LANES, -1)
+        going = LANES
+        few, weight = np.empty(6), np.empty(TAPS)
+        for l in range(LANES):
+            failed[l] = -1
+            for row in range(rows):
+                lanes.y[row * LANES + l] = record[l, 0, row]
+        while True:
+            for l in range(LANES):
+                if lanes.step[l] < steps[l]:
+                    continue
+                sample[l] += 1
+                now = sample[l]
+                if now > 0:
+                    for row in range(rows):
+                        record[l, now, row] = lanes.y[row * LANES + l]
+                begin = now * tick
+                if now < samples:
+                    errors = SensorArrays(sensors.error[l], sensors.missing[l], sensors.quantum, sensors.delay)
+                    measure(errors, now, record[l], seen[l])
+                    if now % every == 0:
+                        entry(begin, seen[l], p[l], s[l], u[l])
+                        if not (math.isfinite(u[l, 0]) and math.isfinite(u[l, 1])):
+                            failed[l] = now
+                if now == samples or failed[l] >= 0:  # the lane rests from here on
+                    going -= 1
+                    steps[l] = math.inf
+                    set_out(lanes, l, 0.0, 0.0)
+                    continue
+                commands[l, now, 0], commands[l, now, 1] = u[l, 0], u[l, 1]
+                saturations[l] += actuate(actuators, now, commands[l], aim[l])
+                finer = SWITCHED if now > 0 and aim[l, 0] != held[l, 0] else 1.0
+                put(aim[l], held[l])
+                put(aim[l], controls[l, now])
+                lanes.cc[l], lanes.cg[l] = held[l, 0], held[l, 1]
+                steps[l] = steps_for(tick, kernel.dt, finer * slip_rate(k, held[l, 0]))
+                set_out(lanes, l, begin, tick / steps[l])
+                interpolate(kernel.waves[l], 1, begin / kernel.waves_dt, weight, few, 0)
+                lanes.moments[l], lanes.moments[LANES + l] = few[0], few[1]
+            if going == 0:
+                return
+            step_lanes(lanes, k, kernel.waves, kernel.waves_dt)
+
+    return lane_loop
+
+
+PARTS = (*loop.PARTS, lane_steps.__file__, __file__)
+"""All that is compiled into the loop."""
+
+compiled_lane_loop = entry_point(_lane_loop(source_stamp(PARTS)))
+"""The loop, compiled; its laws are, too."""
