@@ -12,7 +12,17 @@ from wave_predictors import LEADS, SEED, fed, known, moments
 import gyroctl as gy
 from gyroctl.waves.estimation import Predictor, relative_error, replay_moments
 from gyroctl.waves.estimation.gaussian import PAIRS, bins
-from gyroctl.waves.estimation.learning import DRAWN, Fit, compare, correlate, factorise, fit_bins, learn, whiten
+from gyroctl.waves.estimation.learning import (
+    DRAWN,
+    Fit,
+    add_rows,
+    compare,
+    correlate,
+    factorise,
+    fit_bins,
+    learn,
+    whiten,
+)
 from gyroctl.waves.estimation.sea_shape import log_spectrum
 
 Array = NDArray[np.float64]
@@ -24,7 +34,7 @@ def test_what_drives_the_fit_is_the_slope_of_the_likelihood(device: gy.Plant) ->
     learner = predictor.learner
     state = learner.init()
     values = moments(device, gy.SeaState(hs=0.4, wp=2.8), 120.0)
-    history = np.zeros((learner.seen.shape[1], 2))
+    history = np.zeros((learner.seen.shape[2], 2))
     for n in range(values.shape[1]):
         history[n % len(history)] = values[:, n]
         if n >= len(history):
@@ -55,7 +65,7 @@ def test_what_drives_the_fit_is_the_slope_of_the_likelihood(device: gy.Plant) ->
     C = arranged(products)
 
     def likelihood(S: Array) -> float:
-        G = arranged(learner.noise + learner.seen @ S) + learner.doubt * np.eye(size)
+        G = arranged(learner.noise + S @ learner.seen) + learner.doubt * np.eye(size)
         return float(-0.5 * (np.linalg.slogdet(G)[1] + np.trace(np.linalg.solve(G, C))))
 
     S = state.spectrum
@@ -130,3 +140,16 @@ def test_learning_is_nearly_as_good_as_knowing(device: gy.Plant) -> None:
         error[name] = relative_error(predictor, LEADS, replay_moments(predictor, LEADS, values), values, 200.0)
     assert np.all(error["learnt"] < 1.12 * error["known"] + 0.002)
     assert np.all(error["learnt"][:, 2:4] < 0.85 * error["generic"][:, 2:4])
+
+
+@pytest.mark.parametrize(("first", "end", "low"), [(0, 0, 0), (0, 9, 0), (2, 6, 3), (1, 4, 0), (3, 11, 7)])
+def test_rows_are_added_in_the_order_of_a_plain_sum(first: int, end: int, low: int) -> None:
+    """To the last bit, whatever is left over by groups of four, and left of `low` nothing is touched."""
+    rng = np.random.default_rng(first + 10 * end)
+    factors, rows, out = rng.standard_normal(11), rng.standard_normal((11, 23)), rng.standard_normal(23)
+    expected = out.copy()
+    for column in range(low, 23):
+        for k in range(first, end):
+            expected[column] = expected[column] + factors[k] * rows[k, column]
+    add_rows(factors, rows, first, end, out, low)
+    np.testing.assert_array_equal(out, expected)

@@ -139,7 +139,7 @@ class Predictor(NamedTuple):
 
     def init(self) -> PredictorState:
         """Return a fresh state that knows the prior only."""
-        values, past = self.learner.steering.shape[0], self.learner.seen.shape[1]
+        values, past = self.learner.steering.shape[0], self.learner.seen.shape[2]
         return PredictorState(
             history=np.zeros((past, 2)),
             samples=np.zeros(1, np.int64),
