@@ -12,17 +12,7 @@ from wave_predictors import LEADS, SEED, fed, known, moments
 import gyroctl as gy
 from gyroctl.waves.estimation import Predictor, relative_error, replay_moments
 from gyroctl.waves.estimation.gaussian import PAIRS, bins
-from gyroctl.waves.estimation.learning import (
-    DRAWN,
-    Fit,
-    add_rows,
-    compare,
-    correlate,
-    factorise,
-    fit_bins,
-    learn,
-    whiten,
-)
+from gyroctl.waves.estimation.learning import DRAWN, Fit, compare, correlate, factorise, fit_bins, learn, whiten
 from gyroctl.waves.estimation.sea_shape import log_spectrum
 
 Array = NDArray[np.float64]
@@ -140,16 +130,3 @@ def test_learning_is_nearly_as_good_as_knowing(device: gy.Plant) -> None:
         error[name] = relative_error(predictor, LEADS, replay_moments(predictor, LEADS, values), values, 200.0)
     assert np.all(error["learnt"] < 1.12 * error["known"] + 0.002)
     assert np.all(error["learnt"][:, 2:4] < 0.85 * error["generic"][:, 2:4])
-
-
-@pytest.mark.parametrize(("first", "end", "low"), [(0, 0, 0), (0, 9, 0), (2, 6, 3), (1, 4, 0), (3, 11, 7)])
-def test_rows_are_added_in_the_order_of_a_plain_sum(first: int, end: int, low: int) -> None:
-    """To the last bit, whatever is left over by groups of four, and left of `low` nothing is touched."""
-    rng = np.random.default_rng(first + 10 * end)
-    factors, rows, out = rng.standard_normal(11), rng.standard_normal((11, 23)), rng.standard_normal(23)
-    expected = out.copy()
-    for column in range(low, 23):
-        for k in range(first, end):
-            expected[column] = expected[column] + factors[k] * rows[k, column]
-    add_rows(factors, rows, first, end, out, low)
-    np.testing.assert_array_equal(out, expected)

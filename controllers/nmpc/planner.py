@@ -21,7 +21,12 @@ from gyroctl.controllers.nmpc.solvers import descent
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
 from gyroctl.controllers.nmpc.solvers.descent import descend
 from gyroctl.controllers.nmpc.solvers.planner_osqp import osqp_planner
-from gyroctl.controllers.nmpc.solvers.real_time_iterations import empty_room, iterate_briefly
+from gyroctl.controllers.nmpc.solvers.real_time_iterations import (
+    empty_condensed,
+    empty_room,
+    iterate_briefly,
+    iterate_condensed,
+)
 from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
 
 FIELDS = len(Weights._fields)
@@ -30,10 +35,14 @@ FIELDS = len(Weights._fields)
 NEWTON, TOLERANCE = 4, 1e-4
 """Newton steps on a subproblem, each better than the last, and its tolerance [Nms]: a few serve as well as all."""
 
-FRESH = {"riccati": 100.0, "osqp": 100.0, "descent": 1e-3}
+FRESH = {"condensed": 100.0, "riccati": 100.0, "osqp": 100.0, "descent": 1e-3}
 """Memory of a solver that begins anew: proximal weight [J/(Nms)^2], or step length [(Nms)^2/J]."""
 
-MODEL = {"descent": (step_of, pullback_of), "riccati": (step_of, pullback_of, tangent_of)}
+MODEL = {
+    "condensed": (step_of, pullback_of, tangent_of),
+    "riccati": (step_of, pullback_of, tangent_of),
+    "descent": (step_of, pullback_of),
+}
 """Functions of the model that a solver takes."""
 
 step_at, pullback_at, tangent_at = function_at(6), function_at(8), function_at(7)
@@ -47,11 +56,45 @@ def problem_of(start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any)
     return Problem(start, moments, now[0], now[1], now[2], now[3], h, k, Weights(*to_fixed_tuple(weights, FIELDS)))
 
 
-def _planners(stamp: str) -> dict[str, Any]:
-    """Compile a planner for each solver; the stamp makes the cache forget code whose parts have changed."""
+def _by_programs(stamp: str, condensed: bool) -> Any:
+    """Compile a planner by quadratic programs; the stamp makes the cache forget code whose parts have changed."""
 
     @entry_point
-    def by_descent(
+    def plan(
+        step_address: int,
+        pullback_address: int,
+        tangent_address: int,
+        start: Any,
+        moments: Any,
+        now: Any,
+        weights: Any,
+        h: Any,
+        k: Any,
+        cc: Any,
+        memory: float,
+        iterations: int,
+        other: Any,
+        more: int,
+    ) -> tuple[float, float]:
+        stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
+        step, pullback, tangent = step_at(step_address), pullback_at(pullback_address), tangent_at(tangent_address)
+        problem = problem_of(start, moments, now, weights, h, k)
+        if condensed:
+            room = empty_condensed(cc.size, problem.start.size)
+            found = iterate_condensed(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
+        else:
+            room = empty_room(cc.size, problem.start.size)
+            found = iterate_briefly(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
+        return elsewhere(step, pullback, problem, cc, other, more, found.after), found.proximal
+
+    return plan
+
+
+def _by_descent(stamp: str) -> Any:
+    """Compile the planner by gradients."""
+
+    @entry_point
+    def plan(
         step_address: int,
         pullback_address: int,
         start: Any,
@@ -72,31 +115,7 @@ def _planners(stamp: str) -> dict[str, Any]:
         _, cost, memory = descend(step, pullback, problem, cc, memory, iterations)
         return elsewhere(step, pullback, problem, cc, other, more, cost), memory
 
-    @entry_point
-    def by_riccati(
-        step_address: int,
-        pullback_address: int,
-        tangent_address: int,
-        start: Any,
-        moments: Any,
-        now: Any,
-        weights: Any,
-        h: Any,
-        k: Any,
-        cc: Any,
-        memory: float,
-        iterations: int,
-        other: Any,
-        more: int,
-    ) -> tuple[float, float]:
-        stamp  # noqa: B018 - as above
-        step, pullback, tangent = step_at(step_address), pullback_at(pullback_address), tangent_at(tangent_address)
-        problem = problem_of(start, moments, now, weights, h, k)
-        room = empty_room(cc.size, problem.start.size)
-        found = iterate_briefly(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
-        return elsewhere(step, pullback, problem, cc, other, more, found.after), found.proximal
-
-    return {"descent": by_descent, "riccati": by_riccati}
+    return plan
 
 
 @inlined
@@ -110,7 +129,12 @@ def elsewhere(step: Any, pullback: Any, problem: Any, cc: Any, other: Any, more:
     return cost
 
 
-_compiled = _planners(source_stamp((__file__, by_address.__file__, *descent.SOURCES, *rti.SOURCES)))
+STAMP = source_stamp((__file__, by_address.__file__, *descent.SOURCES, *rti.SOURCES))
+_compiled = {
+    "condensed": _by_programs(STAMP, True),
+    "riccati": _by_programs(STAMP, False),
+    "descent": _by_descent(STAMP),
+}
 
 
 def compile_planner(solver: str) -> None:
@@ -127,9 +151,9 @@ def planner_of(orders: Orders, solver: str) -> Callable[..., tuple[float, float]
 
     `now` holds power [W], last coupling, its limit [Nms] and the control interval [s]; `weights` the fields of
     `Weights`; the rest is as in `Problem`, with radiation filters of these orders. The plan `cc` is improved by the
-    solver: "riccati", "osqp" or "descent". With `more` > 0 iterations the plan `other` is improved by descent as well,
-    and taken instead of `cc` where it costs less: there are many local optima, and a plan that is only ever shifted
-    stays in its own.
+    solver: "condensed", "riccati", "osqp" or "descent". With `more` > 0 iterations the plan `other` is improved by
+    descent as well, and taken instead of `cc` where it costs less: there are many local optima, and a plan that is only
+    ever shifted stays in its own.
 
     Returns
     -------

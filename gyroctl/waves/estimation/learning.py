@@ -23,14 +23,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.plant import compiled
+from gyroctl.plant import compiled, row_sums
 from gyroctl.plant.compiled import stamped
+from gyroctl.plant.row_sums import add_rows
 from gyroctl.waves import spectrum
 from gyroctl.waves.estimation import sea_shape
 from gyroctl.waves.estimation.moment_model import Array
 from gyroctl.waves.estimation.sea_shape import HIGHEST, LOWEST, log_spectrum
 
-SOURCES = (compiled.__file__, spectrum.__file__, sea_shape.__file__, __file__)
+SOURCES = (compiled.__file__, row_sums.__file__, spectrum.__file__, sea_shape.__file__, __file__)
 
 DRAWN = 0.2
 """Part by which the bins are drawn to the JONSWAP sea at each fit."""
@@ -104,26 +105,6 @@ class Fit(NamedTuple):
 
 
 @stamped(SOURCES)
-def add_rows(factors: Array, rows: Array, first: int, end: int, out: Array, low: int = 0) -> None:
-    """Add ``factors[k] rows[k]`` for k from `first` up to `end`, one after the other, to `out` from the index `low` on.
-
-    Four at a time: `out` is loaded and stored once for all four, in the order of a plain sum, so that no bit differs.
-    """
-    k, count = first, out.size
-    while k + 4 <= end:
-        f0, f1, f2, f3 = factors[k], factors[k + 1], factors[k + 2], factors[k + 3]
-        r0, r1, r2, r3 = rows[k], rows[k + 1], rows[k + 2], rows[k + 3]
-        for b in range(low, count):
-            out[b] = (((out[b] + f0 * r0[b]) + f1 * r1[b]) + f2 * r2[b]) + f3 * r3[b]
-        k += 4
-    while k < end:
-        f, row = factors[k], rows[k]
-        for b in range(low, count):
-            out[b] += f * row[b]
-        k += 1
-
-
-@stamped(SOURCES)
 def factorise(learner: Learner, state: LearnerState, doubt: float) -> None:
     """Covariances at the present spectrum, the factor of those looked at and its inverse.
 
@@ -135,9 +116,9 @@ def factorise(learner: Learner, state: LearnerState, doubt: float) -> None:
     for p in range(4):
         for lag in range(lags):
             seen[p, lag] = learner.noise[p, lag]
-        add_rows(S, learner.seen[p], 0, S.size, seen[p])
+        add_rows(S, learner.seen[p], 0, S.size, seen[p], 0, lags)
         state.ahead[p, :] = 0.0
-        add_rows(S, learner.ahead[p], 0, S.size, state.ahead[p])
+        add_rows(S, learner.ahead[p], 0, S.size, state.ahead[p], 0, state.ahead.shape[1])
     for r in range(size):
         for c in range(r, size):  # column c is the older: E o_i(t - a) o_j(t - b) at the lag b - a
             U[r, c] = seen[2 * (r % 2) + c % 2, ages[c // 2] - ages[r // 2]]
@@ -145,7 +126,7 @@ def factorise(learner: Learner, state: LearnerState, doubt: float) -> None:
     for r in range(size):
         for k in range(r):
             column[k] = -U[k, r]
-        add_rows(column, U, 0, r, U[r], r)
+        add_rows(column, U, 0, r, U[r], r, size)
         pivot = math.sqrt(U[r, r])
         for c in range(r, size):
             U[r, c] /= pivot
@@ -201,13 +182,13 @@ def whiten(learner: Learner, state: LearnerState, fit: Fit) -> None:
     bins, Z, column = twice // 2, np.zeros((size, twice)), np.empty(size)
     for r in range(size):
         z = Z[r]
-        add_rows(V[r], A, 0, r + 1, z)
+        add_rows(V[r], A, 0, r + 1, z, 0, twice)
         for b in range(bins):
             fit.e[b] += z[b] * z[b] + z[bins + b] * z[bins + b]
     for k in range(size):
         for r in range(k, size):
             column[r] = V[r, k]
-        add_rows(column, Z, k, size, X[k])
+        add_rows(column, Z, k, size, X[k], 0, twice)
 
 
 @stamped(SOURCES)
@@ -225,7 +206,7 @@ def compare(learner: Learner, state: LearnerState, fit: Fit) -> None:
             else:
                 row[c] = scale * state.products[2 * (c % 2) + r % 2, -lag]
         y[:] = 0.0
-        add_rows(row, X, 0, size, y)
+        add_rows(row, X, 0, size, y, 0, twice)
         for b in range(bins):
             q[b] += X[r, b] * y[b] + X[r, bins + b] * y[bins + b]
 
