@@ -24,7 +24,7 @@ def test_what_drives_the_fit_is_the_slope_of_the_likelihood(device: gy.Plant) ->
     learner = predictor.learner
     state = learner.init()
     values = moments(device, gy.SeaState(hs=0.4, wp=2.8), 120.0)
-    history = np.zeros((learner.seen.shape[1], 2))
+    history = np.zeros((learner.seen.shape[2], 2))
     for n in range(values.shape[1]):
         history[n % len(history)] = values[:, n]
         if n >= len(history):
@@ -55,7 +55,7 @@ def test_what_drives_the_fit_is_the_slope_of_the_likelihood(device: gy.Plant) ->
     C = arranged(products)
 
     def likelihood(S: Array) -> float:
-        G = arranged(learner.noise + learner.seen @ S) + learner.doubt * np.eye(size)
+        G = arranged(learner.noise + S @ learner.seen) + learner.doubt * np.eye(size)
         return float(-0.5 * (np.linalg.slogdet(G)[1] + np.trace(np.linalg.solve(G, C))))
 
     S = state.spectrum

@@ -32,7 +32,7 @@ def covariance(predictor: Predictor) -> Array:
     """G of the values looked at, by its definition."""
     learner, state = predictor.learner, predictor.init()
     size = 2 * learner.ages.size
-    seen = predictor.learner.noise + learner.seen @ state.memory.spectrum
+    seen = predictor.learner.noise + state.memory.spectrum @ learner.seen
     G = np.empty((size, size))
     for r in range(size):
         for c in range(size):
@@ -45,7 +45,7 @@ def covariance(predictor: Predictor) -> Array:
 def towards(predictor: Predictor, moment: int, lead: int) -> Array:
     """g of the moment `lead` steps ahead with the values looked at, by its definition."""
     learner, state = predictor.learner, predictor.init()
-    ahead = learner.ahead @ state.memory.spectrum
+    ahead = state.memory.spectrum @ learner.ahead
     return np.array([ahead[PAIRS.index((moment, j)), lead + age] for age in learner.ages for j in range(2)])
 
 

@@ -13,6 +13,7 @@ from numba import njit
 import gyroctl as gy
 from gyroctl.controllers.nmpc import Nmpc, prediction, problem
 from gyroctl.controllers.nmpc import casadi_to_numba as translation
+from gyroctl.controllers.nmpc.by_address import function_at
 from gyroctl.controllers.nmpc.foresight import between
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.controllers.nmpc.settings import Effort
@@ -62,10 +63,13 @@ def test_translated_function_is_casadis(plant):
     compiled = translation.compiled("sample", [x, y], [value, casadi.jacobian(value, x)])
     reference = casadi.Function("f", [x, y], [value, casadi.densify(casadi.jacobian(value, x))])
     rng = np.random.default_rng(0)
-    for _ in range(50):
+    for sample in range(50):
         a, b = rng.standard_normal(3), rng.standard_normal(2)
         first, second = np.zeros(3), np.zeros(9)
-        call(compiled, a, b, first, second)  # compiled; called directly it would run as Python
+        if sample % 2:
+            call_by_address(compiled.address, a, b, first, second)
+        else:
+            call(compiled, a, b, first, second)  # compiled; called directly it would run as Python
         expected = reference(a, b)
         np.testing.assert_allclose(first, np.asarray(expected[0]).ravel(), rtol=1e-14)
         np.testing.assert_allclose(second, np.asarray(expected[1]).ravel("F"), rtol=1e-14, atol=1e-15)
@@ -82,6 +86,14 @@ def test_unknown_operation_is_refused():
 @njit
 def call(function, a, b, first, second):
     function(a, b, first, second)
+
+
+of_four = function_at(4)
+
+
+@njit
+def call_by_address(address, a, b, first, second):
+    of_four(address)(a, b, first, second)
 
 
 @pytest.mark.parametrize("cc_max", [0.06, 0.12, 0.3])
@@ -312,7 +324,7 @@ def test_between_plans_the_last_one_is_followed(plant):
         assert cc == state.plan[0]
 
 
-@pytest.mark.parametrize("solver", ["osqp", "descent"])
+@pytest.mark.parametrize("solver", ["riccati", "osqp", "descent"])
 def test_other_solvers_serve_as_well(plant, solver):
     iterations = 10 if solver == "descent" else 1
     default = run(plant, Nmpc(information="oracle"))[0]

@@ -195,11 +195,11 @@ class Nmpc:
         state = self._observed(y, state._replace(sample=state.sample + 1))
         moments, forecast = self._foresight.foresee(t, state.estimate, state.forecast)
         state = self._powered(state._replace(forecast=forecast))
-        shifted = np.append(state.plan[1:], state.plan[-1])
+        ahead = shifted(state.plan, state.plan[-1])
         if state.sample % self.effort.replan == 0:
-            plan = self._planned(moments, shifted, state, begin)
+            plan = self._planned(moments, ahead, state, begin)
         else:
-            plan = Plan(shifted, state.memory, "good")
+            plan = Plan(ahead, state.memory, "good")
         return self._acted(t, y, plan, state)
 
     def _observed(self, y: Any, state: NmpcState) -> NmpcState:
@@ -210,8 +210,10 @@ class Nmpc:
             estimate = self._estimator.init()
             update(self._estimator, estimate, np.array(y), state.cc, state.cg)
         now = estimate.x_hat[PSI]
-        steady = now + self.aims.reserve * self.period * np.arange(1 - PAST, 1)  # before the first sample
-        angles = np.append(state.angles[1:], now) if state.angles.size else steady
+        if state.angles.size:
+            angles = shifted(state.angles, now)
+        else:  # before the first sample
+            angles = now + self.aims.reserve * self.period * np.arange(1 - PAST, 1)
         return state._replace(estimate=estimate, angles=angles)
 
     def _powered(self, state: NmpcState) -> NmpcState:
@@ -255,7 +257,7 @@ class Nmpc:
             late=counts.late + (plan.status == "late"), failed=counts.failed + (plan.status == "failed")
         )
         if state.age < PATIENCE:
-            rest = np.append(state.plan[1:], state.plan[-1])
+            rest = shifted(state.plan, state.plan[-1])
             command, fallback = (float(rest[0]), float(cg)), state.fallback
             counts = counts._replace(kept=counts.kept + 1)
         else:
@@ -292,3 +294,11 @@ class Nmpc:
     def _foresight(self) -> Foresight:
         lead = {"sensors": None, "forecast": self.probe.lead, "oracle": math.inf}[self.information]
         return Foresight.design(self.plant, self._estimator, self.horizon, lead, self.probe.noise, self.seen)
+
+
+def shifted(values: NDArray[np.float64], last: float) -> NDArray[np.float64]:
+    """Values one sample later (n,), in a new array; `np.append` takes five times as long."""
+    later = np.empty(values.size)
+    later[:-1] = values[1:]
+    later[-1] = last
+    return later

@@ -1,26 +1,32 @@
 """One call per sample: the problem of the moment from flat arrays, and the solver's iterations on it.
 
 A tuple with two dozen fields takes longer to hand to compiled code than the iterations take; so what changes from
-sample to sample comes as plain arrays. The three functions of the model are handed over at each call, which takes some
-45 us: bound into the compiled code they would keep it from being cached, and every process would compile for 10 s.
+sample to sample comes as plain arrays, and the functions of the model by their addresses.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 from numba import types
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
+from gyroctl.controllers.nmpc import by_address
+from gyroctl.controllers.nmpc.by_address import ROW, function_at
 from gyroctl.controllers.nmpc.prediction import Orders, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
 from gyroctl.controllers.nmpc.solvers import descent
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
 from gyroctl.controllers.nmpc.solvers.descent import descend
 from gyroctl.controllers.nmpc.solvers.planner_osqp import osqp_planner
-from gyroctl.controllers.nmpc.solvers.real_time_iterations import empty_room, iterate_briefly
+from gyroctl.controllers.nmpc.solvers.real_time_iterations import (
+    empty_condensed,
+    empty_room,
+    iterate_briefly,
+    iterate_condensed,
+)
 from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
 
 FIELDS = len(Weights._fields)
@@ -29,12 +35,17 @@ FIELDS = len(Weights._fields)
 NEWTON, TOLERANCE = 4, 1e-4
 """Newton steps on a subproblem, each better than the last, and its tolerance [Nms]: a few serve as well as all."""
 
-FRESH = {"riccati": 100.0, "osqp": 100.0, "descent": 1e-3}
+FRESH = {"condensed": 100.0, "riccati": 100.0, "osqp": 100.0, "descent": 1e-3}
 """Memory of a solver that begins anew: proximal weight [J/(Nms)^2], or step length [(Nms)^2/J]."""
 
-ROW = types.float64[::1]
-MODEL_ARGUMENTS = {"descent": (6, 8), "riccati": (6, 8, 7)}
-"""Arrays that the functions of the model take: step, pullback, tangent, see `prediction`."""
+MODEL = {
+    "condensed": (step_of, pullback_of, tangent_of),
+    "riccati": (step_of, pullback_of, tangent_of),
+    "descent": (step_of, pullback_of),
+}
+"""Functions of the model that a solver takes."""
+
+step_at, pullback_at, tangent_at = function_at(6), function_at(8), function_at(7)
 
 RETRY_LENGTH = 1e-4  # first step of a descent from elsewhere [(Nms)^2/J]
 
@@ -45,13 +56,14 @@ def problem_of(start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any)
     return Problem(start, moments, now[0], now[1], now[2], now[3], h, k, Weights(*to_fixed_tuple(weights, FIELDS)))
 
 
-def _planners(stamp: str) -> dict[str, Any]:
-    """Compile a planner for each solver; the stamp makes the cache forget code whose parts have changed."""
+def _by_programs(stamp: str, condensed: bool) -> Any:
+    """Compile a planner by quadratic programs; the stamp makes the cache forget code whose parts have changed."""
 
     @entry_point
-    def by_descent(
-        step: Any,
-        pullback: Any,
+    def plan(
+        step_address: int,
+        pullback_address: int,
+        tangent_address: int,
         start: Any,
         moments: Any,
         now: Any,
@@ -65,15 +77,26 @@ def _planners(stamp: str) -> dict[str, Any]:
         more: int,
     ) -> tuple[float, float]:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
+        step, pullback, tangent = step_at(step_address), pullback_at(pullback_address), tangent_at(tangent_address)
         problem = problem_of(start, moments, now, weights, h, k)
-        _, cost, memory = descend(step, pullback, problem, cc, memory, iterations)
-        return elsewhere(step, pullback, problem, cc, other, more, cost), memory
+        if condensed:
+            room = empty_condensed(cc.size, problem.start.size)
+            found = iterate_condensed(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
+        else:
+            room = empty_room(cc.size, problem.start.size)
+            found = iterate_briefly(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
+        return elsewhere(step, pullback, problem, cc, other, more, found.after), found.proximal
+
+    return plan
+
+
+def _by_descent(stamp: str) -> Any:
+    """Compile the planner by gradients."""
 
     @entry_point
-    def by_riccati(
-        step: Any,
-        pullback: Any,
-        tangent: Any,
+    def plan(
+        step_address: int,
+        pullback_address: int,
         start: Any,
         moments: Any,
         now: Any,
@@ -86,13 +109,13 @@ def _planners(stamp: str) -> dict[str, Any]:
         other: Any,
         more: int,
     ) -> tuple[float, float]:
-        stamp  # noqa: B018 - as above
+        stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
+        step, pullback = step_at(step_address), pullback_at(pullback_address)
         problem = problem_of(start, moments, now, weights, h, k)
-        room = empty_room(cc.size, problem.start.size)
-        found = iterate_briefly(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
-        return elsewhere(step, pullback, problem, cc, other, more, found.after), found.proximal
+        _, cost, memory = descend(step, pullback, problem, cc, memory, iterations)
+        return elsewhere(step, pullback, problem, cc, other, more, cost), memory
 
-    return {"descent": by_descent, "riccati": by_riccati}
+    return plan
 
 
 @inlined
@@ -106,15 +129,20 @@ def elsewhere(step: Any, pullback: Any, problem: Any, cc: Any, other: Any, more:
     return cost
 
 
-_compiled = _planners(source_stamp((__file__, *descent.SOURCES, *rti.SOURCES)))
+STAMP = source_stamp((__file__, by_address.__file__, *descent.SOURCES, *rti.SOURCES))
+_compiled = {
+    "condensed": _by_programs(STAMP, True),
+    "riccati": _by_programs(STAMP, False),
+    "descent": _by_descent(STAMP),
+}
 
 
 def compile_planner(solver: str) -> None:
     """Compile a planner by the types of its arguments: the three functions of the model need not be there for it."""
     if solver not in _compiled:
         return
-    model = [types.FunctionType(types.void(*[ROW] * count)) for count in MODEL_ARGUMENTS[solver]]
-    _compiled[solver].compile((*model, *[ROW] * 7, types.float64, types.int64, ROW, types.int64))
+    addresses = [types.intp] * len(MODEL[solver])
+    _compiled[solver].compile((*addresses, *[ROW] * 7, types.float64, types.int64, ROW, types.int64))
 
 
 @lru_cache(maxsize=8)
@@ -123,9 +151,9 @@ def planner_of(orders: Orders, solver: str) -> Callable[..., tuple[float, float]
 
     `now` holds power [W], last coupling, its limit [Nms] and the control interval [s]; `weights` the fields of
     `Weights`; the rest is as in `Problem`, with radiation filters of these orders. The plan `cc` is improved by the
-    solver: "riccati", "osqp" or "descent". With `more` > 0 iterations the plan `other` is improved by descent as well,
-    and taken instead of `cc` where it costs less: there are many local optima, and a plan that is only ever shifted
-    stays in its own.
+    solver: "condensed", "riccati", "osqp" or "descent". With `more` > 0 iterations the plan `other` is improved by
+    descent as well, and taken instead of `cc` where it costs less: there are many local optima, and a plan that is only
+    ever shifted stays in its own.
 
     Returns
     -------
@@ -134,6 +162,11 @@ def planner_of(orders: Orders, solver: str) -> Callable[..., tuple[float, float]
     """
     if solver == "osqp":
         return osqp_planner(orders, RETRY_LENGTH)
-    if solver == "descent":
-        return partial(_compiled[solver], step_of(orders), pullback_of(orders))
-    return partial(_compiled[solver], step_of(orders), pullback_of(orders), tangent_of(orders))
+    functions = [function_of(orders) for function_of in MODEL[solver]]
+    addresses, solve = [function.address for function in functions], _compiled[solver]
+
+    def plan(*given: Any) -> tuple[float, float]:
+        assert functions  # kept: their machine code goes with them
+        return solve(*addresses, *given)  # type: ignore[no-any-return]
+
+    return plan

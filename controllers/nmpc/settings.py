@@ -21,7 +21,7 @@ POSITIVE = ["horizon", "iterations", "replan", "every", "period", "cc_max", "cg_
 class Effort(NamedTuple):
     """How a plan is made."""
 
-    solver: str = "riccati"  # a quadratic program by Riccati recursions; osqp, the baseline; descent, by gradients
+    solver: str = "condensed"  # of quadratic programs: condensed, riccati, the baseline osqp; or descent, by gradients
     iterations: int = 1  # of the solver, per plan
     replan: int = 1  # samples from one plan to the next; the last one is followed in between
     every: int = 3  # every so many plans another one is begun elsewhere

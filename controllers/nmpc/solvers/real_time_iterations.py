@@ -16,7 +16,9 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc import solvers
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import predict
-from gyroctl.controllers.nmpc.solvers.riccati import PATIENCE, RiccatiRoom, empty_riccati_room, solve, solve_briefly
+from gyroctl.controllers.nmpc.solvers.condensed import empty_condensed_room
+from gyroctl.controllers.nmpc.solvers.condensed import solve as solve_condensed
+from gyroctl.controllers.nmpc.solvers.riccati import PATIENCE, empty_riccati_room, solve, solve_briefly
 from gyroctl.controllers.nmpc.solvers.subproblem import (
     NOT_FINITE,
     SOLVED,
@@ -36,7 +38,7 @@ class Room(NamedTuple):
     """Arrays that an iteration works in."""
 
     qp: Subproblem
-    riccati: RiccatiRoom
+    inner: Any  # RiccatiRoom or CondensedRoom
     states: NDArray[np.float64]  # (n STEPS + 1, m)
     ahead: NDArray[np.float64]  # (n STEPS + 1, m)
     d: NDArray[np.float64]  # (n,)
@@ -59,6 +61,13 @@ def empty_room(n: int, m: int) -> Room:
     """Room for plans of `n` intervals with a model of `m` states."""
     states, ahead = np.zeros((STEPS * n + 1, m)), np.zeros((STEPS * n + 1, m))
     return Room(empty_subproblem(n, m), empty_riccati_room(n, m), states, ahead, np.zeros(n), np.zeros(n))
+
+
+@inlined
+def empty_condensed(n: int, m: int) -> Room:
+    """Room for `iterate_condensed`."""
+    states, ahead = np.zeros((STEPS * n + 1, m)), np.zeros((STEPS * n + 1, m))
+    return Room(empty_subproblem(n, m), empty_condensed_room(n, m), states, ahead, np.zeros(n), np.zeros(n))
 
 
 def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
@@ -97,7 +106,7 @@ SOURCES = solvers.SOURCES
 advance = _advance(source_stamp(SOURCES))
 
 
-def _iterate(stamp: str, briefly: bool) -> Callable[..., Improvement]:
+def _iterate(stamp: str, briefly: bool, condensed: bool) -> Callable[..., Improvement]:
     @entry_point
     def iterate(
         step: Any,
@@ -110,7 +119,7 @@ def _iterate(stamp: str, briefly: bool) -> Callable[..., Improvement]:
         tolerance: float,
         room: Any,
     ) -> Improvement:
-        """Improve the plan `cc` (n,) [Nms] in place by real-time iterations with the Riccati solver.
+        """Improve the plan `cc` (n,) [Nms] in place by real-time iterations.
 
         Each linearisation gets at most `newton` steps, down to the `tolerance` [Nms] of `riccati.solve`: each of its
         iterates is feasible and better than the last, so that a few serve as well as the solution. `step` and `tangent`
@@ -126,10 +135,12 @@ def _iterate(stamp: str, briefly: bool) -> Callable[..., Improvement]:
                 status = NOT_FINITE
                 break
             room.d[:] = 0.0
-            if briefly:
-                found = solve_briefly(room.qp, proximal, room.d, tolerance, min(newton, PATIENCE), room.riccati)
+            if condensed:
+                found = solve_condensed(room.qp, proximal, room.d, tolerance, newton, room.inner)
+            elif briefly:
+                found = solve_briefly(room.qp, proximal, room.d, tolerance, min(newton, PATIENCE), room.inner)
             else:
-                found = solve(room.qp, proximal, room.d, tolerance, newton, room.riccati)
+                found = solve(room.qp, proximal, room.d, tolerance, newton, room.inner)
             status, promised = found.status, -found.value
             total += found.iterations
             if status == NOT_FINITE:
@@ -140,9 +151,11 @@ def _iterate(stamp: str, briefly: bool) -> Callable[..., Improvement]:
     return iterate
 
 
-iterate = _iterate(source_stamp(SOURCES), False)
-iterate_briefly = _iterate(source_stamp(SOURCES), True)
+iterate = _iterate(source_stamp(SOURCES), False, False)
+iterate_briefly = _iterate(source_stamp(SOURCES), True, False)
 """`iterate` with at most PATIENCE Newton steps per subproblem: the same to the bit up to there, sooner compiled."""
+iterate_condensed = _iterate(source_stamp(SOURCES), True, True)
+"""`iterate` with the dense program of `condensed`; its room is an `empty_condensed`."""
 
 
 class QpSolver(Protocol):

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyroctl.controllers.nmpc.solvers import SOURCES, subproblem
+from gyroctl.controllers.nmpc.solvers.bent_path import ROUNDING, SHORTEST, SUFFICIENT, hold, steepness
 from gyroctl.controllers.nmpc.solvers.interior_point import InteriorRoom, empty_interior_room, interior_point
 from gyroctl.controllers.nmpc.solvers.riccati_sweep import SweepRoom, empty_sweep_room, sweep
 from gyroctl.controllers.nmpc.solvers.subproblem import Step, bounds, evaluate, slope
@@ -23,9 +24,6 @@ from gyroctl.plant.compiled import entry_point, inlined, put, put_table, source_
 
 PATIENCE = 7
 INTERIOR = 40  # most iterations of the interior point method, of two sweeps each
-SUFFICIENT = 1e-4  # share of the linear decrease that a step must bring
-ROUNDING = 1e-13  # of cost and slope, relative
-SHORTEST = 1e-9  # part of a step below which no decrease can be measured
 
 
 class RiccatiRoom(NamedTuple):
@@ -42,29 +40,9 @@ def empty_riccati_room(n: int, m: int) -> RiccatiRoom:
 
 
 @inlined
-def _steepness(d: Any, room: Any) -> tuple[float, float]:
-    """Squared size of the slope: of what is left of it within the bounds, and of the whole."""
-    square, whole = 0.0, 0.0
-    for i in range(d.size):
-        left = room.slope[i]
-        whole += left * left
-        if d[i] <= room.low[i]:
-            left = min(left, 0.0)
-        if d[i] >= room.high[i]:
-            left = max(left, 0.0)
-        square += left * left
-    return square, whole
-
-
-@inlined
-def _hold(qp: Any, d: Any, near: float, room: Any) -> None:
-    """Choose the couplings that are put on a bound, and the limits that act."""
-    for i in range(d.size):
-        room.held[i] = False
-        if d[i] <= room.low[i] + near and room.slope[i] > 0.0:
-            room.held[i], room.direction[i] = True, room.low[i] - d[i]
-        elif d[i] >= room.high[i] - near and room.slope[i] < 0.0:
-            room.held[i], room.direction[i] = True, room.high[i] - d[i]
+def _act(qp: Any, room: Any) -> None:
+    """Choose the limits that act."""
+    for i in range(room.held.size):
         for r in range(3):
             room.curvature[i, r] = qp.weight[r] if room.slopes[i, r] != 0.0 else 0.0
 
@@ -111,7 +89,7 @@ def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
         room.barrier[:] = 0.0
         for count in range(limit + 1):
             slope(qp, proximal, d, room.slopes, room.slope)
-            square, whole = _steepness(d, room)
+            square, whole = steepness(d, room)
             distance = np.sqrt(square) / proximal
             if not np.isfinite(distance + cost):
                 status = subproblem.NOT_FINITE
@@ -131,7 +109,8 @@ def _solve(stamp: str, rescue: bool) -> Callable[..., Step]:
                     found = evaluate(qp, proximal, d, room.states, room.slopes)
                 cost = found
                 continue
-            _hold(qp, d, min(1e-6, distance) * qp.cc_max[0], room)
+            hold(d, min(1e-6, distance) * qp.cc_max[0], room)
+            _act(qp, room)
             if not sweep(qp, proximal, room):
                 status = subproblem.NOT_CONVEX
                 break

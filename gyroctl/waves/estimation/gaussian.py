@@ -28,14 +28,14 @@ class Bins(NamedTuple):
 
 
 class Kernels(NamedTuple):
-    """Covariances per unit of spectrum: multiply by S (b,) and sum.
+    """Covariances per unit of spectrum: multiply by S (b,) and sum. Lags stand together, so that sums run abreast.
 
-    `seen[p, k]` is E o_i(t + k step) o_j(t) of what is seen, `ahead[p, k]` E Me_i(t + k step) o_j(t) of the true moment
-    and what was seen, for the pairs of `PAIRS`.
+    `seen[p, :, k]` is E o_i(t + k step) o_j(t) of what is seen, `ahead[p, :, k]` E Me_i(t + k step) o_j(t) of the true
+    moment and what was seen, for the pairs of `PAIRS`.
     """
 
-    seen: Array  # (4, past, b)
-    ahead: Array  # (4, past + horizon, b)
+    seen: Array  # (4, b, past)
+    ahead: Array  # (4, b, past + horizon)
     noise: Array  # (4, past), added to `seen`
 
 
@@ -79,8 +79,8 @@ def kernels(response: Responses, step: float, past: int, horizon: int, noise: Ar
     grid, true, seen = response
     lag = step * np.arange(past + horizon)
     wave = np.exp(1j * np.outer(lag, grid.omega)) * (grid.width * np.sinc(0.5 / np.pi * grid.width * lag))[:, None]
-    ahead = np.stack([np.real(wave * (true[i] * np.conj(seen[j]))) for i, j in PAIRS])
-    both = np.stack([np.real(wave[:past] * (seen[i] * np.conj(seen[j]))) for i, j in PAIRS])
+    ahead = np.stack([np.real(wave * (true[i] * np.conj(seen[j]))).T for i, j in PAIRS])
+    both = np.stack([np.real(wave[:past] * (seen[i] * np.conj(seen[j]))).T for i, j in PAIRS])
     floor = np.zeros((4, past))
     count = min(past, noise.shape[2])
     for p, (i, j) in enumerate(PAIRS):

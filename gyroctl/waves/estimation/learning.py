@@ -23,14 +23,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.plant import compiled
+from gyroctl.plant import compiled, row_sums
 from gyroctl.plant.compiled import stamped
+from gyroctl.plant.row_sums import add_rows
 from gyroctl.waves import spectrum
 from gyroctl.waves.estimation import sea_shape
 from gyroctl.waves.estimation.moment_model import Array
 from gyroctl.waves.estimation.sea_shape import HIGHEST, LOWEST, log_spectrum
 
-SOURCES = (compiled.__file__, spectrum.__file__, sea_shape.__file__, __file__)
+SOURCES = (compiled.__file__, row_sums.__file__, spectrum.__file__, sea_shape.__file__, __file__)
 
 DRAWN = 0.2
 """Part by which the bins are drawn to the JONSWAP sea at each fit."""
@@ -49,8 +50,8 @@ class Learner(NamedTuple):
     """Constants of the fit."""
 
     ages: NDArray[np.int64]  # (m,) of the values looked at, recent first [steps]
-    seen: Array  # (4, past, b), see `Kernels`
-    ahead: Array  # (4, past + horizon, b)
+    seen: Array  # (4, b, past), see `Kernels`
+    ahead: Array  # (4, b, past + horizon)
     noise: Array  # (4, past) [Nm^2]
     steering: Array  # (2 m, 2 b), moments of a unit wave of each bin: real parts, then imaginary ones [Nm/m]
     omega: Array  # (b,) [rad/s]
@@ -70,7 +71,7 @@ class Learner(NamedTuple):
             self.shape.copy(),
             np.zeros(self.noise.shape),
             np.zeros(1),
-            np.zeros(self.ahead.shape[:2]),
+            np.zeros((4, self.ahead.shape[2])),
             np.zeros((values, values)),
         )
         factorise(self, state, 0.0)
@@ -111,30 +112,24 @@ def factorise(learner: Learner, state: LearnerState, doubt: float) -> None:
     """
     S, ages, V = state.spectrum, learner.ages, state.whitener
     size, lags = V.shape[0], learner.noise.shape[1]
-    U, seen = np.empty((size, size)), np.empty((4, lags))  # G = U^T U, V = U^-T
+    U, seen, column = np.empty((size, size)), np.empty((4, lags)), np.empty(size)  # G = U^T U, V = U^-T
     for p in range(4):
         for lag in range(lags):
-            total = learner.noise[p, lag]
-            for b in range(S.size):
-                total += learner.seen[p, lag, b] * S[b]
-            seen[p, lag] = total
-        for lag in range(state.ahead.shape[1]):
-            total = 0.0
-            for b in range(S.size):
-                total += learner.ahead[p, lag, b] * S[b]
-            state.ahead[p, lag] = total
+            seen[p, lag] = learner.noise[p, lag]
+        add_rows(S, learner.seen[p], 0, S.size, seen[p], 0, lags)
+        state.ahead[p, :] = 0.0
+        add_rows(S, learner.ahead[p], 0, S.size, state.ahead[p], 0, state.ahead.shape[1])
     for r in range(size):
         for c in range(r, size):  # column c is the older: E o_i(t - a) o_j(t - b) at the lag b - a
             U[r, c] = seen[2 * (r % 2) + c % 2, ages[c // 2] - ages[r // 2]]
         U[r, r] += doubt
-    for k in range(size):
-        pivot = math.sqrt(U[k, k])
-        for c in range(k, size):
-            U[k, c] /= pivot
-        for r in range(k + 1, size):
-            f = U[k, r]
-            for c in range(r, size):
-                U[r, c] -= f * U[k, c]
+    for r in range(size):
+        for k in range(r):
+            column[k] = -U[k, r]
+        add_rows(column, U, 0, r, U[r], r, size)
+        pivot = math.sqrt(U[r, r])
+        for c in range(r, size):
+            U[r, c] /= pivot
     for r in range(size):
         for c in range(size):
             V[r, c] = 0.0
@@ -184,20 +179,16 @@ def whiten(learner: Learner, state: LearnerState, fit: Fit) -> None:
     """G^-1 a_b and e_b."""
     A, V, X = learner.steering, state.whitener, fit.solved
     size, twice = A.shape
-    bins, z = twice // 2, np.empty(twice)
+    bins, Z, column = twice // 2, np.zeros((size, twice)), np.empty(size)
     for r in range(size):
-        for b in range(twice):
-            z[b] = 0.0
-        for k in range(r + 1):
-            f = V[r, k]
-            for b in range(twice):
-                z[b] += f * A[k, b]
-        for k in range(r + 1):
-            f = V[r, k]
-            for b in range(twice):
-                X[k, b] += f * z[b]
+        z = Z[r]
+        add_rows(V[r], A, 0, r + 1, z, 0, twice)
         for b in range(bins):
             fit.e[b] += z[b] * z[b] + z[bins + b] * z[bins + b]
+    for k in range(size):
+        for r in range(k, size):
+            column[r] = V[r, k]
+        add_rows(column, Z, k, size, X[k], 0, twice)
 
 
 @stamped(SOURCES)
@@ -205,19 +196,17 @@ def compare(learner: Learner, state: LearnerState, fit: Fit) -> None:
     """q_b, from the covariances as seen."""
     X, ages, q = fit.solved, learner.ages, fit.q
     size, twice = X.shape
-    bins, y = twice // 2, np.empty(twice)
+    bins, y, row = twice // 2, np.empty(twice), np.empty(size)
     scale = 1.0 / state.weight[0]
     for r in range(size):
-        for b in range(twice):
-            y[b] = 0.0
         for c in range(size):
             lag = ages[c // 2] - ages[r // 2]
             if lag >= 0:
-                f = scale * state.products[2 * (r % 2) + c % 2, lag]
+                row[c] = scale * state.products[2 * (r % 2) + c % 2, lag]
             else:
-                f = scale * state.products[2 * (c % 2) + r % 2, -lag]
-            for b in range(twice):
-                y[b] += f * X[c, b]
+                row[c] = scale * state.products[2 * (c % 2) + r % 2, -lag]
+        y[:] = 0.0
+        add_rows(row, X, 0, size, y, 0, twice)
         for b in range(bins):
             q[b] += X[r, b] * y[b] + X[r, bins + b] * y[bins + b]
 
@@ -231,12 +220,15 @@ def fit_shape(learner: Learner, state: LearnerState, fit: Fit) -> None:
     for b in range(bins):
         log_spectrum(shape, learner.omega[b], slopes[b])
     spared = H.shape[1]
+    reals, imaginaries = np.empty(spared), np.empty(spared)
     for r in range(size):
+        for j in range(spared):
+            reals[j], imaginaries[j] = X[r, SPARED * j], X[r, bins + SPARED * j]
         for i in range(spared):
             real, imaginary = A[r, SPARED * i], A[r, bins + SPARED * i]
             for j in range(spared):
-                H[0, i, j] += real * X[r, SPARED * j] + imaginary * X[r, bins + SPARED * j]
-                H[1, i, j] += real * X[r, bins + SPARED * j] - imaginary * X[r, SPARED * j]
+                H[0, i, j] += real * reals[j] + imaginary * imaginaries[j]
+                H[1, i, j] += real * imaginaries[j] - imaginary * reals[j]
     # the prior weighs as much as one window against the number of windows seen
     windows = 1.0 + min(-math.log(max(1.0 - state.weight[0], 1e-9)), 1.0) / -math.log(learner.fade) / learner.window
     for k in range(3):

@@ -15,11 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.plant import compiled
 from gyroctl.plant.compiled import stamped
 from gyroctl.plant.plant import Plant
-from gyroctl.waves import spectrum
-from gyroctl.waves.estimation import learning, sea_shape
+from gyroctl.waves.estimation import learning
 from gyroctl.waves.estimation.gaussian import Bins, bins, kernels, responses, steering
 from gyroctl.waves.estimation.learning import Learner, LearnerState, correlate, learn
 from gyroctl.waves.estimation.moment_model import Array, FloatModel, float_model, noise_covariance, transfer
@@ -27,7 +25,7 @@ from gyroctl.waves.estimation.observer import MomentEstimator
 from gyroctl.waves.estimation.sea_shape import shape_of
 from gyroctl.waves.spectrum import SeaState
 
-SOURCES = (compiled.__file__, spectrum.__file__, sea_shape.__file__, learning.__file__, __file__)
+SOURCES = (*learning.SOURCES, __file__)
 
 GENERIC = SeaState(gamma=3.3)
 """The sea that is expected before anything has been seen."""
@@ -139,7 +137,7 @@ class Predictor(NamedTuple):
 
     def init(self) -> PredictorState:
         """Return a fresh state that knows the prior only."""
-        values, past = self.learner.steering.shape[0], self.learner.seen.shape[1]
+        values, past = self.learner.steering.shape[0], self.learner.seen.shape[2]
         return PredictorState(
             history=np.zeros((past, 2)),
             samples=np.zeros(1, np.int64),
