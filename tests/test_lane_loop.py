@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 import gyroctl as gy
 from gyroctl.harness.protocol import LawError
 from gyroctl.harness.run import lead_in, run_law
-from gyroctl.harness.together import run_together
+from gyroctl.harness.together import WORTH, Loop, Outcome, in_groups, run_together
 from gyroctl.simulation.metrics import Record
 
 SETTINGS = gy.Settings(blend=10.0)
@@ -24,6 +25,12 @@ def same(one: Record, other: Record) -> None:
     for name in ("states", "commands", "controls"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
     assert one.saturations == other.saturations
+
+
+def together(
+    device: gy.Plant, law: Any, waves: Sequence[gy.WaveRealisation], settings: Any = SETTINGS
+) -> list[Outcome]:
+    return run_together(device, [Loop(law, each, settings) for each in waves])
 
 
 class Fickle(NamedTuple):
@@ -63,10 +70,10 @@ class Failing(NamedTuple):
 @pytest.mark.parametrize(
     "law", [gy.law("load_angle"), gy.law("coupling"), Fickle()], ids=lambda law: type(law).__name__
 )
-@pytest.mark.parametrize("count", [3, 18])  # idle lanes; more than one filling
+@pytest.mark.parametrize("count", [WORTH, 18])  # idle lanes; more than one filling
 def test_each_run_has_the_bits_of_the_run_alone(device: gy.Plant, law: Any, count: int) -> None:
     waves = realisations(device, count)
-    for each, outcome in zip(waves, run_together(device, law, waves, SETTINGS), strict=True):
+    for each, outcome in zip(waves, together(device, law, waves), strict=True):
         assert not isinstance(outcome, LawError)
         same(outcome[0], run_law(device, law, each, SETTINGS)[0])
 
@@ -75,18 +82,18 @@ def test_delay_resolution_and_dropout_act_in_lanes_as_alone(device: gy.Plant) ->
     law, channel = gy.law("load_angle"), gy.Channel(noise=0.01, quantum=0.02, delay=2, dropout=0.2)
     actuators = gy.Actuators(delay=1, cg_quantum=1e-5, period=0.05)
     settings = gy.Settings(blend=10.0, sensors=gy.Sensors(psi=channel, phi1_rate=channel), actuators=actuators)
-    waves = realisations(device, 4)
-    for each, outcome in zip(waves, run_together(device, law, waves, settings), strict=True):
+    waves = realisations(device, WORTH)
+    for each, outcome in zip(waves, together(device, law, waves, settings), strict=True):
         assert not isinstance(outcome, LawError)
         same(outcome[0], run_law(device, law, each, settings)[0])
 
 
 def test_a_law_that_fails_ends_its_own_run_alone(device: gy.Plant) -> None:
     waves, law = realisations(device, 6, 60.0), Failing()
-    outcomes = run_together(device, law, waves, SETTINGS)
+    outcomes = together(device, law, waves)
     failed = [isinstance(outcome, LawError) for outcome in outcomes]
     assert any(failed) and not all(failed)
-    assert all(isinstance(outcome, LawError) for outcome in run_together(device, Failing(-1.0), waves, SETTINGS))
+    assert all(isinstance(outcome, LawError) for outcome in together(device, Failing(-1.0), waves))
     for each, outcome in zip(waves, outcomes, strict=True):
         if isinstance(outcome, LawError):
             with pytest.raises(LawError) as caught:
@@ -98,7 +105,60 @@ def test_a_law_that_fails_ends_its_own_run_alone(device: gy.Plant) -> None:
 
 def test_what_cannot_share_its_steps_runs_by_itself(device: gy.Plant) -> None:
     settings = gy.Settings(blend=10.0, actuators=gy.Actuators(cg_lag=0.2))
-    waves = realisations(device, 2)
-    for each, outcome in zip(waves, run_together(device, gy.law("load_angle"), waves, settings), strict=True):
+    waves = realisations(device, WORTH)
+    for each, outcome in zip(waves, together(device, gy.law("load_angle"), waves, settings), strict=True):
         assert not isinstance(outcome, LawError)
         same(outcome[0], run_law(device, gy.law("load_angle"), each, settings)[0])
+
+
+def mixed(device: gy.Plant, count: int) -> list[Loop]:
+    loops = []
+    for i in range(count):
+        sea = gy.SeaState(gamma=float(1 + i))
+        actuators = gy.Actuators(cc_max=0.08 + 0.01 * i, cc_gain=1.0 + 0.02 * i, delay=i % 3)
+        channel = gy.Channel(noise=1e-3 * i, quantum=1e-3 * (i % 2), delay=i % 4)
+        settings = gy.Settings(
+            dt=0.01 if i % 2 else 0.02,
+            blend=10.0,
+            actuators=actuators,
+            sensors=gy.Sensors(phi1=channel),
+            start="rest" if i % 5 == 4 else "locked",
+        )
+        law = gy.law("load_angle", share=0.3 + 0.01 * i)._replace(period=0.2 if i % 3 == 2 else 0.1)
+        loops.append(Loop(law, lead_in(gy.realise(device, sea, 1 + i, 30.0), settings), settings, f"law {i}"))
+    return loops
+
+
+def test_parameters_seas_steps_sensors_and_starts_may_differ(device: gy.Plant) -> None:
+    loops = mixed(device, WORTH + 2)
+    assert in_groups(device, loops) == [list(range(WORTH + 2))]
+    for loop, outcome in zip(loops, run_together(device, loops), strict=True):
+        assert not isinstance(outcome, LawError)
+        same(outcome[0], run_law(device, loop.law, loop.waves, loop.settings)[0])
+
+
+def test_groups_are_of_one_kind_and_even(device: gy.Plant) -> None:
+    waves = realisations(device, 20)
+    angle, coupling = (
+        [Loop(gy.law(name), each, SETTINGS) for each in waves[:count]]
+        for name, count in (("load_angle", 20), ("coupling", 8))
+    )
+    loops = [loop for pair in zip(angle[:8], coupling, strict=True) for loop in pair] + angle[8:]
+    groups = in_groups(device, loops)
+    assert sorted(i for group in groups for i in group) == list(range(28))
+    assert sorted(map(len, groups)) == [8, 10, 10]
+    assert all(len({type(loops[i].law) for i in group}) == 1 for group in groups)
+    # as many pieces as workers, if they are worth it; what is left of a kind stands alone
+    assert list(map(len, in_groups(device, coupling, parts=2))) == [8]
+    assert list(map(len, in_groups(device, angle[:12], parts=2))) == [6, 6]
+    assert list(map(len, in_groups(device, angle[: WORTH - 1]))) == [1] * (WORTH - 1)
+    moving = gy.Settings(blend=10.0, actuators=gy.Actuators(cg_lag=0.2))
+    assert len(in_groups(device, [loop._replace(settings=moving) for loop in angle])) == 20
+    python = [loop._replace(law=gy.law("nmpc")) for loop in angle[:8]]
+    assert len(in_groups(device, python)) == 8
+
+
+def test_long_runs_go_one_by_one(device: gy.Plant, monkeypatch: pytest.MonkeyPatch) -> None:
+    loops = [Loop(gy.law("load_angle"), each, SETTINGS) for each in realisations(device, WORTH)]
+    monkeypatch.setattr("gyroctl.harness.together.MEMORY", 1e5)
+    assert len(in_groups(device, loops)) == WORTH

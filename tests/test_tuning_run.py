@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -37,9 +38,9 @@ def test_tuning_spends_its_budget_and_no_more(task: Task, on: Circumstances, mon
     jobs: list[tuning_bench.Job] = []
     runner = tuning_bench.Runner.__call__
 
-    def counted(self: tuning_bench.Runner, job: tuning_bench.Job) -> tuple[float, ...]:
-        jobs.append(job)
-        return runner(self, job)
+    def counted(self: tuning_bench.Runner, some: Sequence[tuning_bench.Job]) -> list[tuple[float, ...]]:
+        jobs.extend(some)
+        return runner(self, some)
 
     monkeypatch.setattr(tuning_bench.Runner, "__call__", counted)
     found = tune(task, "all", on, BUDGET + 100.0, quiet=True)
@@ -99,12 +100,12 @@ def test_stopped_tuning_ends_with_the_same_bits(
     whole = tune(task, "all", on, BUDGET, tmp_path / "whole", quiet=True)
     runner, calls = tuning_bench.Runner.__call__, 0
 
-    def stopping(self: tuning_bench.Runner, job: tuning_bench.Job) -> tuple[float, ...]:
+    def stopping(self: tuning_bench.Runner, some: Sequence[tuning_bench.Job]) -> list[tuple[float, ...]]:
         nonlocal calls
-        calls += 1
+        calls += len(some)
         if calls > after:
             raise Stopped
-        return runner(self, job)
+        return runner(self, some)
 
     with monkeypatch.context() as patch:
         patch.setattr(tuning_bench.Runner, "__call__", stopping)
@@ -125,9 +126,9 @@ def test_finished_tuning_runs_nothing_again_and_a_larger_budget_goes_on(
     jobs: list[tuning_bench.Job] = []
     runner = tuning_bench.Runner.__call__
 
-    def counted(self: tuning_bench.Runner, job: tuning_bench.Job) -> tuple[float, ...]:
-        jobs.append(job)
-        return runner(self, job)
+    def counted(self: tuning_bench.Runner, some: Sequence[tuning_bench.Job]) -> list[tuple[float, ...]]:
+        jobs.extend(some)
+        return runner(self, some)
 
     monkeypatch.setattr(tuning_bench.Runner, "__call__", counted)
     assert tune(task, "all", on, BUDGET, tmp_path, quiet=True).sets == first.sets
@@ -142,6 +143,25 @@ def test_finished_tuning_runs_nothing_again_and_a_larger_budget_goes_on(
 
 def test_workers_change_no_bit(task: Task, on: Circumstances) -> None:
     assert tune(task, "all", on, BUDGET, workers=2, quiet=True).sets == tune(task, "all", on, BUDGET, quiet=True).sets
+
+
+def test_jobs_side_by_side_have_the_bits_of_each_alone(device: gy.Plant) -> None:
+    """Other parameters, seas, steps, limits of the coupling, and a law that fails among them."""
+    sea, tall = gy.SeaState(), gy.SeaState(hs=0.4, gamma=5.0)
+    jobs = [
+        tuning_bench.Job(
+            "load_angle", (("cc", 0.04 + 0.006 * i),), tall if i % 3 else sea, 100128 + i // 2, 130.0, 0.025
+        )
+        for i in range(9)
+    ]
+    runner = tuning_bench.Runner(device, gy.Settings())
+    together = runner(jobs)
+    assert together == [runner([job])[0] for job in jobs]
+    assert len(set(together)) == len(jobs)
+    with tuning_bench.Bench(device, gy.Settings(), gy.law("load_angle"), 2) as bench:
+        done: list[tuning_bench.Job] = []
+        assert bench.perform(jobs, done.append) == together
+        assert done == jobs
 
 
 PLAIN = '''
@@ -176,7 +196,7 @@ def test_law_that_gives_no_number_is_the_worst_and_stops_nothing(device: gy.Plan
     text = EXAMPLE.read_text().replace("cg = self.cg + self.gain", "cg = self.cg / 0.0 + self.gain")
     (tmp_path / "bad.py").write_text(text.replace("min(max(cg, 0.0), 0.02)", "cg"))
     runner = tuning_bench.Runner(device, gy.Settings())
-    found = runner(tuning_bench.Job(f"{tmp_path}/bad.py:MyLaw", (), gy.SeaState(), 100128, 150.0, 0.01))
+    (found,) = runner([tuning_bench.Job(f"{tmp_path}/bad.py:MyLaw", (), gy.SeaState(), 100128, 150.0, 0.01)])
     assert dict(zip(METRICS, found, strict=True))["locked"] == 0.0
 
 

@@ -19,7 +19,7 @@ from gyroctl.harness.actuation import ActuatorArrays, actuate
 from gyroctl.harness.loop import SWITCHED
 from gyroctl.harness.sensing import SensorArrays, measure
 from gyroctl.plant import lane_steps
-from gyroctl.plant.compiled import entry_point, put, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
 from gyroctl.plant.equations import Coefficients
 from gyroctl.plant.instants import interpolate
 from gyroctl.plant.kernel import LANES, slip_rate, steps_for
@@ -33,11 +33,11 @@ class LaneKernel(NamedTuple):
     k: Coefficients
     waves: NDArray[np.float64]  # (LANES, 2 n), of each run sample by sample [Nm]
     waves_dt: float  # [s]
-    dt: float  # longest step [s]
+    dt: NDArray[np.float64]  # (runs,) longest step [s]
 
 
 class LaneSensors(NamedTuple):
-    """Errors of LANES realisations, see `SensorArrays`: error and missing (LANES, n, 7), quantum and delay (7,)."""
+    """Errors of the runs, see `SensorArrays`: error and missing (runs, n, 7), quantum and delay (runs, 7)."""
 
     error: NDArray[np.float64]
     missing: NDArray[np.bool_]
@@ -45,15 +45,47 @@ class LaneSensors(NamedTuple):
     delay: NDArray[np.int64]
 
 
+class LaneActuators(NamedTuple):
+    """Actuators of the runs, see `ActuatorArrays`: each (runs, 2), delay (runs,)."""
+
+    limit: NDArray[np.float64]
+    quantum: NDArray[np.float64]
+    rate: NDArray[np.float64]
+    lag: NDArray[np.float64]
+    delay: NDArray[np.int64]
+    floor: NDArray[np.float64]
+    gain: NDArray[np.float64]
+
+
+@inlined
+def sensors_of(sensors: LaneSensors, run: int) -> SensorArrays:
+    """Those of one run."""
+    return SensorArrays(sensors.error[run], sensors.missing[run], sensors.quantum[run], sensors.delay[run])
+
+
+@inlined
+def actuators_of(actuators: LaneActuators, run: int) -> ActuatorArrays:
+    """Those of one run."""
+    return ActuatorArrays(
+        actuators.limit[run],
+        actuators.quantum[run],
+        actuators.rate[run],
+        actuators.lag[run],
+        actuators.delay[run],
+        actuators.floor[run],
+        actuators.gain[run],
+    )
+
+
 def _lane_loop(stamp: str) -> Callable[..., None]:
     def lane_loop(
         entry: Any,
         p: Any,
         s: Any,
-        every: int,
+        every: Any,
         kernel: LaneKernel,
         sensors: LaneSensors,
-        actuators: ActuatorArrays,
+        actuators: LaneActuators,
         tick: float,
         record: Any,
         commands: Any,
@@ -63,35 +95,39 @@ def _lane_loop(stamp: str) -> Callable[..., None]:
         seen: Any,
         failed: Any,
     ) -> None:
-        """Run the loops of LANES runs; everything of a run as in `loop.closed_loop`, one row for each lane.
+        """Run the loops of up to LANES runs; everything of a run as in `loop.closed_loop`, one row for each.
 
         Parameters
         ----------
-        entry, every, tick
+        entry, tick
             As there.
-        p, s : (LANES, ...) arrays
+        p, s : (runs, ...) arrays
             Parameters and states of the laws.
-        record : (LANES, n + 1, rows) array
+        every : (runs,) array
+            Samples between the calls of each law.
+        record : (runs, n + 1, rows) array
             Its first samples hold the starts.
-        commands, controls : (LANES, n, 2) arrays
+        commands, controls : (runs, n, 2) arrays
             Filled. [Nms]
-        held : (LANES, 2) array
+        held : (runs, 2) array
             Controls before the first sample, those of the end afterwards. [Nms]
-        saturations : (LANES,) array
+        saturations : (runs,) array
             Counts commands beyond the limits.
-        seen : (LANES, 7) array
+        seen : (runs, 7) array
             Measurements of the last sample of each law.
-        failed : (LANES,) array
-            Filled with the sample at which each law failed, or -1: its lane goes on with the controls it had.
+        failed : (runs,) array
+            Filled with the sample at which each law failed, or -1: its lane rests from there on.
         """
         assert stamp
         rows, samples, k = record.shape[2], commands.shape[1], kernel.k
-        lanes, aim, u = lane_state(rows), held.copy(), np.zeros((LANES, 2))
-        steps, sample = np.zeros(LANES), np.full(LANES, -1)
-        going = LANES
+        going = record.shape[0]
+        lanes, aim, u = lane_state(rows), held.copy(), np.zeros((going, 2))
+        steps, sample = np.full(LANES, math.inf), np.full(going, -1)  # lanes without a run rest
         few, weight = np.empty(6), np.empty(TAPS)
-        for l in range(LANES):
-            failed[l] = -1
+        for i in range(lanes.y.size):
+            lanes.y[i] = 0.0
+        for l in range(going):
+            failed[l], steps[l] = -1, 0.0
             for row in range(rows):
                 lanes.y[row * LANES + l] = record[l, 0, row]
         while True:
@@ -105,9 +141,8 @@ def _lane_loop(stamp: str) -> Callable[..., None]:
                         record[l, now, row] = lanes.y[row * LANES + l]
                 begin = now * tick
                 if now < samples:
-                    errors = SensorArrays(sensors.error[l], sensors.missing[l], sensors.quantum, sensors.delay)
-                    measure(errors, now, record[l], seen[l])
-                    if now % every == 0:
+                    measure(sensors_of(sensors, l), now, record[l], seen[l])
+                    if now % every[l] == 0:
                         entry(begin, seen[l], p[l], s[l], u[l])
                         if not (math.isfinite(u[l, 0]) and math.isfinite(u[l, 1])):
                             failed[l] = now
@@ -117,12 +152,12 @@ def _lane_loop(stamp: str) -> Callable[..., None]:
                     set_out(lanes, l, 0.0, 0.0)
                     continue
                 commands[l, now, 0], commands[l, now, 1] = u[l, 0], u[l, 1]
-                saturations[l] += actuate(actuators, now, commands[l], aim[l])
+                saturations[l] += actuate(actuators_of(actuators, l), now, commands[l], aim[l])
                 finer = SWITCHED if now > 0 and aim[l, 0] != held[l, 0] else 1.0
                 put(aim[l], held[l])
                 put(aim[l], controls[l, now])
                 lanes.cc[l], lanes.cg[l] = held[l, 0], held[l, 1]
-                steps[l] = steps_for(tick, kernel.dt, finer * slip_rate(k, held[l, 0]))
+                steps[l] = steps_for(tick, kernel.dt[l], finer * slip_rate(k, held[l, 0]))
                 set_out(lanes, l, begin, tick / steps[l])
                 interpolate(kernel.waves[l], 1, begin / kernel.waves_dt, weight, few, 0)
                 lanes.moments[l], lanes.moments[LANES + l] = few[0], few[1]

@@ -1,20 +1,25 @@
-"""One law on many realisations at once, in lanes where that is possible: the bits are those of each run alone."""
+"""Many closed loops at once, in lanes where that is possible: the bits are those of each run alone."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections import defaultdict
+from collections.abc import Hashable, Sequence
 from dataclasses import replace
+from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl import nested
-from gyroctl.harness.lane_loop import LaneKernel, LaneSensors, compiled_lane_loop
+from gyroctl.harness.actuation import ActuatorArrays
+from gyroctl.harness.lane_loop import LaneActuators, LaneKernel, LaneSensors, compiled_lane_loop
 from gyroctl.harness.law_entry import CompiledLaw, compile_law, why_it_stopped
 from gyroctl.harness.protocol import Counting, Law, LawError, Motoring
 from gyroctl.harness.run import LawTiming, Settings, beginning, checked_run, run_law, time_compiled
+from gyroctl.harness.sensing import SensorArrays, Sensors
 from gyroctl.harness.sight import informed
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import LANES, rows
@@ -22,104 +27,146 @@ from gyroctl.plant.measurement import CHANNELS
 from gyroctl.simulation.metrics import Record
 from gyroctl.waves import WaveRealisation
 
+WORTH = 6
+"""Fewest runs for which lanes are quicker than one after the other."""
+
+MEMORY = 3e8
+"""What the records of one filling of the lanes may take: longer runs go one by one. [B]"""
+
+
+class Loop(NamedTuple):
+    """One run: a law on a realisation, as it acts on the plant."""
+
+    law: Law
+    waves: WaveRealisation
+    settings: Settings
+    name: str = "law"
+    time_limit: float = math.inf  # see `run_law`
+
+
 Outcome = tuple[Record, LawTiming] | LawError
 """A run with the timing of its law, or why the law failed."""
 
 
 class _Told(NamedTuple):
-    """A law as it is told one realisation, compiled."""
+    """A loop with its law as it is told the realisation, compiled, and the samples between two of its calls."""
 
+    loop: Loop
     law: Law
     machine: CompiledLaw
+    every: int
 
 
-def run_together(
-    plant: Plant, law: Law, waves: Sequence[WaveRealisation], settings: Settings, name: str = "law"
-) -> list[Outcome]:
-    """Run a law on realisations of one grid, side by side.
-
-    Runs that cannot share their steps go one by one: those of a law that runs as plain Python, of actuators that move
-    between the samples, and of plants beyond the linear model.
+def run_together(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
+    """Run loops side by side: laws of one kind with parameters of their own, on seas, steps and sensors of their own.
 
     Parameters
     ----------
-    plant, law, settings, name
-        As in `run_law`.
-    waves : sequence of WaveRealisation
-        As they act on the plant, each with a seed of its own; any number.
+    plant : Plant
+        The device.
+    loops : sequence of Loop
+        Any number; each is what `run_law` takes.
 
     Returns
     -------
     list
-        For each realisation the record and the timing that `run_law` returns, or the `LawError` that it raises.
+        For each loop the record and the timing that `run_law` returns, or the `LawError` that it raises.
 
     Raises
     ------
     InputError
         As `run_law`.
     """
-    told = [_told(law, each) for each in waves]
-    grids = {(each.dt, each.moments.shape) for each in waves}
-    machines = [one for one in told if one is not None]
-    alike = len({(one.machine.p.size, one.machine.s.size) for one in machines}) == 1
-    alone = settings.actuators.moves or plant.coefficients.beyond is not None or len(waves) == 1
-    if alone or len(machines) < len(waves) or len(grids) > 1 or not alike:
-        return [_alone(plant, law, each, settings, name) for each in waves]
-    found: list[Outcome] = []
-    for first in range(0, len(waves), LANES):
-        some = slice(first, first + LANES)
-        found += _in_lanes(plant, machines[some], waves[some], settings, name)
-    return found
+    found: dict[int, Outcome] = {}
+    for group in in_groups(plant, loops):
+        some = [loops[i] for i in group]
+        outcomes = _in_lanes(plant, some) if len(group) >= WORTH else [_alone(plant, loop) for loop in some]
+        found |= dict(zip(group, outcomes, strict=True))
+    return [found[i] for i in range(len(loops))]
 
 
-def _told(law: Law, waves: WaveRealisation) -> _Told | None:
-    own, _ = informed(law, waves)
-    machine = compile_law(own)
-    return None if machine is None else _Told(own, machine)
+def in_groups(plant: Plant, loops: Sequence[Loop], parts: int = 1) -> list[list[int]]:
+    """Numbers of the loops that `run_together` would run as one piece of work.
+
+    Loops of one kind of compiled law share the lanes if their realisations have one grid and their actuators one period
+    and no controls that move. Each that cannot share stands alone: laws of plain Python, plants beyond the linear
+    model, runs so long that a filling of the lanes would take more than `MEMORY`, and what is left of fewer than
+    `WORTH`.
+
+    Parameters
+    ----------
+    plant, loops
+        As there.
+    parts : int
+        Workers among which the pieces are to be shared: a kind of fewer runs than they have lanes is divided, as long
+        as that is worth it.
+    """
+    alike: defaultdict[Hashable, list[int]] = defaultdict(list)
+    for number, loop in enumerate(loops):
+        alike[_kind(plant, loop) or number].append(number)
+    groups = []
+    for numbers in alike.values():
+        if len(numbers) < WORTH:
+            groups += [[number] for number in numbers]
+            continue
+        pieces = max(math.ceil(len(numbers) / LANES), min(parts, len(numbers) // WORTH))
+        edges = [round(i * len(numbers) / pieces) for i in range(pieces + 1)]
+        groups += [numbers[a:b] for a, b in pairwise(edges)]
+    return groups
 
 
-def _alone(plant: Plant, law: Law, waves: WaveRealisation, settings: Settings, name: str) -> Outcome:
+def _kind(plant: Plant, loop: Loop) -> Hashable:
+    """What loops in lanes have in common, None for one that runs alone."""
+    waves, actuators = loop.waves, loop.settings.actuators
+    samples = math.floor(waves.duration / actuators.period + 1e-9)
+    size = LANES * samples * (rows(plant.coefficients) + len(CHANNELS)) * 8
+    if plant.coefficients.beyond is not None or actuators.moves or size > MEMORY:
+        return None
+    machine = compile_law(informed(loop.law, waves)[0])
+    if machine is None:
+        return None
+    return id(machine.entry), machine.p.size, waves.dt, waves.moments.shape, actuators.period, samples
+
+
+def _alone(plant: Plant, loop: Loop) -> Outcome:
     try:
-        return run_law(plant, law, waves, settings, name)
+        return run_law(plant, loop.law, loop.waves, loop.settings, loop.name, time_limit=loop.time_limit)
     except LawError as error:
         return error
 
 
-def _in_lanes(
-    plant: Plant, told: Sequence[_Told], waves: Sequence[WaveRealisation], settings: Settings, name: str
-) -> list[Outcome]:
-    """Run up to LANES runs; idle lanes repeat the last one."""
-    used, tick = len(waves), settings.actuators.period
-    lanes = [min(lane, used - 1) for lane in range(LANES)]
-    checks = [checked_run(plant, one.law, each, settings, name) for one, each in zip(told, waves, strict=True)]
-    samples, n, k = math.floor(waves[0].duration / tick + 1e-9), len(plant.labels), plant.coefficients
-    record = np.zeros((LANES, samples + 1, rows(k)))
-    held = np.empty((LANES, 2))
-    for lane, run in enumerate(lanes):
-        record[lane, 0, :n], held[lane] = beginning(plant, waves[run], settings)
-    signals = np.stack([waves[run].moments for run in lanes])
-    kernel = LaneKernel(
-        k, np.ascontiguousarray(signals.transpose(0, 2, 1)).reshape(LANES, -1), waves[0].dt, settings.dt
-    )
-    drawn = [settings.sensors.arrays(samples, each.seed) for each in waves]
-    sensors = LaneSensors(
-        np.stack([drawn[run].error for run in lanes]),
-        np.stack([drawn[run].missing for run in lanes]),
-        drawn[0].quantum,
-        drawn[0].delay,
-    )
-    p, s = (np.stack([getattr(told[run].machine, part) for run in lanes]) for part in ("p", "s"))
-    commands, controls = np.zeros((LANES, samples, 2)), np.zeros((LANES, samples, 2))
-    saturations, failed, seen = np.zeros(LANES, np.int64), np.empty(LANES, np.int64), np.zeros((LANES, len(CHANNELS)))
-    motors = isinstance(told[0].law, Motoring) and told[0].law.motors
+def _told(plant: Plant, loop: Loop) -> _Told:
+    own, _ = informed(loop.law, loop.waves)
+    machine = compile_law(own)
+    assert machine is not None
+    return _Told(loop, own, machine, checked_run(plant, own, loop.waves, loop.settings, loop.name))
+
+
+def _in_lanes(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
+    """Run up to LANES loops of one kind."""
+    told = [_told(plant, loop) for loop in loops]
+    runs, waves, tick = len(loops), [loop.waves for loop in loops], loops[0].settings.actuators.period
+    samples, n = math.floor(waves[0].duration / tick + 1e-9), len(plant.labels)
+    record, held = np.zeros((runs, samples + 1, rows(plant.coefficients))), np.empty((runs, 2))
+    signals = np.zeros((LANES, waves[0].moments.size))
+    for run, loop in enumerate(loops):
+        record[run, 0, :n], held[run] = beginning(plant, loop.waves, loop.settings)
+        signals[run] = loop.waves.moments.T.ravel()
+    kernel = LaneKernel(plant.coefficients, signals, waves[0].dt, np.array([loop.settings.dt for loop in loops]))
+    every = np.array([one.every for one in told])
+    p, s = (np.stack([getattr(one.machine, part) for one in told]) for part in ("p", "s"))
+    commands, controls = np.zeros((runs, samples, 2)), np.zeros((runs, samples, 2))
+    saturations, failed, seen = np.zeros(runs, np.int64), np.empty(runs, np.int64), np.zeros((runs, len(CHANNELS)))
+    sensors = LaneSensors(*_stacked([_drawn(loop.settings.sensors, samples, loop.waves.seed) for loop in loops]))
+    actuators = LaneActuators(*_stacked([_actuators(one) for one in told]))
     compiled_lane_loop(
         told[0].machine.entry,
         p,
         s,
-        checks[0],
+        every,
         kernel,
         sensors,
-        settings.actuators.arrays(motors),
+        actuators,
         tick,
         record,
         commands,
@@ -129,15 +176,30 @@ def _in_lanes(
         seen,
         failed,
     )
-    lag = float(settings.actuators.cc_lag)
     found: list[Outcome] = []
-    for lane, one in enumerate(told):
-        if failed[lane] >= 0:
-            found.append(why_it_stopped(one.law, name, failed[lane] * tick, seen[lane], s[lane]))
+    for run, one in enumerate(told):
+        if failed[run] >= 0:
+            found.append(why_it_stopped(one.law, one.loop.name, failed[run] * tick, seen[run], s[run]))
             continue
-        own = Record(record[lane], commands[lane], controls[lane], tick, int(saturations[lane]), None, lag)
-        found.append((own, _timed(one, s[lane])))
+        lag = float(one.loop.settings.actuators.cc_lag)
+        own = Record(record[run], commands[run], controls[run], tick, int(saturations[run]), None, lag)
+        found.append((own, _timed(one, s[run])))
     return found
+
+
+def _stacked(parts: Sequence[Sequence[object]]) -> list[NDArray[np.float64]]:
+    """Arrays of several runs, field by field."""
+    return [np.stack([np.asarray(part) for part in field]) for field in zip(*parts, strict=True)]
+
+
+@lru_cache(maxsize=LANES)
+def _drawn(sensors: Sensors, samples: int, seed: int) -> SensorArrays:
+    """Errors of the sensors, kept for the runs of other laws on the same realisation."""
+    return sensors.arrays(samples, seed)
+
+
+def _actuators(one: _Told) -> ActuatorArrays:
+    return one.loop.settings.actuators.arrays(isinstance(one.law, Motoring) and one.law.motors)
 
 
 def _timed(one: _Told, state: NDArray[np.float64]) -> LawTiming:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
@@ -19,10 +20,11 @@ from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, LawError
 from gyroctl.harness.registry import law
-from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.harness.run import Settings, lead_in
+from gyroctl.harness.together import WORTH, Loop, Outcome, run_together
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import PSI
-from gyroctl.plant.kernel import slip_rate
+from gyroctl.plant.kernel import LANES, slip_rate
 from gyroctl.simulation.lock import WINDOW
 from gyroctl.simulation.metrics import evaluate
 from gyroctl.tuning.goal import METRICS, RESERVE, WORST
@@ -53,19 +55,25 @@ class Runner:
         self.plant, self.settings = plant, settings
         self.waves: OrderedDict[tuple[Sea, int, float], WaveRealisation] = OrderedDict()
 
-    def __call__(self, job: Job) -> tuple[float, ...]:
-        """Run a job and return its `METRICS`."""
+    def __call__(self, jobs: Sequence[Job]) -> list[tuple[float, ...]]:
+        """Run jobs, side by side where that is possible, and return the `METRICS` of each."""
+        loops = [self._loop(job) for job in jobs]
+        outcomes = run_together(self.plant, loops)
+        return [self._metrics(loop.waves, outcome) for loop, outcome in zip(loops, outcomes, strict=True)]
+
+    def _loop(self, job: Job) -> Loop:
         built = law(job.law, None, **dict(job.parameters))
         acting = self.acting(job.sea, job.seed, job.duration)
-        settings = scanning(self.plant, built, self.settings, job.dt)
-        try:
-            record, _ = run_law(self.plant, built, acting, settings, job.law)
-        except LawError:
+        return Loop(built, acting, scanning(self.plant, built, self.settings, job.dt), job.law)
+
+    def _metrics(self, acting: WaveRealisation, outcome: Outcome) -> tuple[float, ...]:
+        if isinstance(outcome, LawError):
             return WORST
-        found = evaluate(self.plant, record, acting.moments[1], acting.dt, job.sea.wp, acting.blend, np.nan)
+        record, wp = outcome[0], acting.sea.wp
+        found = evaluate(self.plant, record, acting.moments[1], acting.dt, wp, acting.blend, np.nan)
         span = round(WINDOW / record.period)
         psi = record.states[:, PSI]
-        reserve = np.min(psi[span:] - psi[:-span]) / (WINDOW * job.sea.wp) if np.all(np.isfinite(psi)) else 0.0
+        reserve = np.min(psi[span:] - psi[:-span]) / (WINDOW * wp) if np.all(np.isfinite(psi)) else 0.0
         found["short_reserve"] = max(0.0, RESERVE - float(reserve))
         values = [found[name] for name in METRICS]
         return tuple(v if np.isfinite(v) else worst for v, worst in zip(values, WORST, strict=True))
@@ -111,9 +119,10 @@ class Bench(AbstractContextManager["Bench"]):
     def __init__(self, plant: Plant, settings: Settings, example: Law, workers: int) -> None:
         self.runner = Runner(plant, settings)
         self.workers = max(1, workers)
+        self.compiled = compile_law(example) is not None
         self.pool: Executor | None = None
-        self.call: Callable[[Job], tuple[float, ...]] = self.runner
-        if self.workers > 1 and compile_law(example) is not None:
+        self.call: Callable[[Sequence[Job]], list[tuple[float, ...]]] = self.runner
+        if self.workers > 1 and self.compiled:
             self.pool = ThreadPoolExecutor(self.workers)
         elif self.workers > 1:
             self.pool = ProcessPoolExecutor(
@@ -130,12 +139,23 @@ class Bench(AbstractContextManager["Bench"]):
 
     def perform(self, jobs: Sequence[Job], done: Callable[[Job], None]) -> list[tuple[float, ...]]:
         """Metrics of each job in the order of the jobs; `done` is told of each one that has ended."""
-        rows = map(self.call, jobs) if self.pool is None else self.pool.map(self.call, jobs)
-        found = []
-        for job, row in zip(jobs, rows, strict=True):
-            found.append(row)
-            done(job)
-        return found
+        batches = self._batches(jobs)
+        work = [[jobs[number] for number in batch] for batch in batches]
+        rows = map(self.call, work) if self.pool is None else self.pool.map(self.call, work)
+        found: dict[int, tuple[float, ...]] = {}
+        for batch, some in zip(batches, rows, strict=True):
+            for number, row in zip(batch, some, strict=True):
+                found[number] = row
+                done(jobs[number])
+        return [found[number] for number in range(len(jobs))]
+
+    def _batches(self, jobs: Sequence[Job]) -> list[list[int]]:
+        """Numbers of the jobs that are run side by side: evenly for the workers, and few enough for the lanes."""
+        if not self.compiled:
+            return [[number] for number in range(len(jobs))]
+        rounds = math.ceil(len(jobs) / (LANES * self.workers))
+        pieces = min(rounds * self.workers, max(1, len(jobs) // WORTH))
+        return [part.tolist() for part in np.array_split(np.arange(len(jobs)), pieces)]
 
 
 def workers_wanted(workers: int) -> int:
@@ -153,6 +173,6 @@ def _equip(plant: Plant, settings: Settings) -> None:
     _runner = Runner(plant, settings)
 
 
-def _perform(job: Job) -> tuple[float, ...]:
+def _perform(jobs: Sequence[Job]) -> list[tuple[float, ...]]:
     assert _runner is not None
-    return _runner(job)
+    return _runner(jobs)
