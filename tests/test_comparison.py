@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -39,9 +39,9 @@ def calls(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     seen: list[tuple[str, int]] = []
     plain = execution.perform
 
-    def noting(item: Item) -> Outcome:
-        seen.append((item.name, item.seed))
-        return plain(item)
+    def noting(items: Sequence[Item]) -> list[Outcome]:
+        seen.extend((item.name, item.seed) for item in items)
+        return plain(items)
 
     monkeypatch.setattr(execution, "perform", noting)
     return seen
@@ -131,7 +131,7 @@ def test_finished_runs_are_not_computed_again(
     assert len(calls) == 9 and len(list(tmp_path.iterdir())) == 9
     assert first.drop_vars(TIMES).equals(ds.drop_vars(TIMES))
 
-    def never(item: Item) -> Outcome:
+    def never(items: Sequence[Item]) -> list[Outcome]:
         raise AssertionError("computed again")
 
     monkeypatch.setattr(execution, "perform", never)
@@ -267,10 +267,10 @@ def test_interrupted_comparison_resumes(
 ) -> None:
     noting = execution.perform
 
-    def interrupted(item: Item) -> Outcome:
+    def interrupted(items: Sequence[Item]) -> list[Outcome]:
         if len(calls) == 5:
             raise KeyboardInterrupt
-        return noting(item)
+        return noting(items)
 
     monkeypatch.setattr(execution, "perform", interrupted)
     with pytest.raises(KeyboardInterrupt):

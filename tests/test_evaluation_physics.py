@@ -141,20 +141,20 @@ def test_table_goes_on_where_it_was_stopped(tmp_path: Path, monkeypatch: pytest.
     perform: Any = execution.perform  # type: ignore[attr-defined]
     ran: list[tuple[str, int]] = []
 
-    def stops(item: Any) -> Any:
+    def stops(items: Any) -> Any:
         if len(ran) == 7:
             raise KeyboardInterrupt
-        ran.append((item.name, item.seed))
-        return perform(item)
+        ran.extend((item.name, item.seed) for item in items)
+        return perform(items)
 
     monkeypatch.setattr(execution, "perform", stops)
     with pytest.raises(KeyboardInterrupt):
         physics_table(asked(tmp_path), waters)
     assert len(ran) == 7
 
-    def goes_on(item: Any) -> Any:
-        ran.append((item.name, item.seed))
-        return perform(item)
+    def goes_on(items: Any) -> Any:
+        ran.extend((item.name, item.seed) for item in items)
+        return perform(items)
 
     monkeypatch.setattr(execution, "perform", goes_on)
     content, _, _ = physics_table(asked(tmp_path), waters)

@@ -36,8 +36,8 @@ def asked(out: Path, laws: str = "load_angle", seeds: Any = TRIED, **more: Any) 
     return request(out, laws, seeds, SHORT, 1, allow_tuning_seeds=True, quiet=True, **more)
 
 
-def forbidden(item: Any) -> None:
-    raise AssertionError(f"{item.name} on seed {item.seed} was run again")
+def forbidden(items: Any) -> None:
+    raise AssertionError(f"{[(item.name, item.seed) for item in items]} were run again")
 
 
 def test_seas_table_and_how_it_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -52,9 +52,9 @@ def test_seas_table_and_how_it_goes_on(tmp_path: Path, monkeypatch: pytest.Monke
     ran: list[tuple[str, int]] = []
     perform = execution.perform
 
-    def counted(item: Any) -> Any:
-        ran.append((item.name, item.seed))
-        return perform(item)
+    def counted(items: Any) -> Any:
+        ran.extend((item.name, item.seed) for item in items)
+        return perform(items)
 
     monkeypatch.setattr(execution, "perform", forbidden)
     again, _, _ = seas.seas_table(asked(tmp_path, "load_angle,constant"), (5.0,))

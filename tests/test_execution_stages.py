@@ -21,7 +21,7 @@ def test_a_compiled_law_around_a_slow_one_is_slow(device: gy.Plant, monkeypatch:
     def noted(item: Item, processes: Any) -> Future[Any]:
         sent.append(item.name)
         future: Future[Any] = Future()
-        future.set_result(failed(item, "not run here"))
+        future.set_result([failed(item, "not run here")])
         return future
 
     monkeypatch.setattr(execution, "_sent", noted)

@@ -24,7 +24,7 @@ def test_every_number_stands_at_its_law_and_its_seed(device: gy.Plant) -> None:
     ds = compare(device, LAWS, WAVES, SETTINGS, workers=1, quiet=True, tuning_seeds=())
     assert ds.realisation.values.tolist() == list(WAVES.seeds)
     for item in work_items(device, LAWS, WAVES, SETTINGS, 60.0):
-        alone = perform(item)
+        (alone,) = perform([item])
         stands = ds.sel(law=item.name, realisation=item.seed)
         for name in ("mean_power", "phi1_p98", "phi3_p98", "wave_input_w", "cycle_slips"):
             assert float(stands[name]) == alone.values[name], (item.name, item.seed, name)
@@ -42,7 +42,7 @@ def test_slips_go_by_the_waves_on_phi3(device: gy.Plant, monkeypatch: pytest.Mon
         return plain(plant, record, moment, *rest, **more)
 
     monkeypatch.setattr(items, "evaluate", noting)
-    perform(work_items(device, LAWS, WAVES, SETTINGS, 60.0)[0])
+    perform(work_items(device, LAWS, WAVES, SETTINGS, 60.0)[:1])
     waves = WAVES.at(device, WAVES.seeds[0], SETTINGS)
     np.testing.assert_array_equal(seen[0], waves.moments[1])
 

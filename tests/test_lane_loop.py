@@ -11,7 +11,7 @@ import pytest
 import gyroctl as gy
 from gyroctl.harness.protocol import LawError
 from gyroctl.harness.run import lead_in, run_law
-from gyroctl.harness.together import WORTH, Loop, Outcome, in_groups, run_together
+from gyroctl.harness.together import WORTH, Loop, Outcome, in_groups, pieces, run_together
 from gyroctl.simulation.metrics import Record
 
 SETTINGS = gy.Settings(blend=10.0)
@@ -148,9 +148,7 @@ def test_groups_are_of_one_kind_and_even(device: gy.Plant) -> None:
     assert sorted(i for group in groups for i in group) == list(range(28))
     assert sorted(map(len, groups)) == [8, 10, 10]
     assert all(len({type(loops[i].law) for i in group}) == 1 for group in groups)
-    # as many pieces as workers, if they are worth it; what is left of a kind stands alone
-    assert list(map(len, in_groups(device, coupling, parts=2))) == [8]
-    assert list(map(len, in_groups(device, angle[:12], parts=2))) == [6, 6]
+    # what is left of a kind stands alone
     assert list(map(len, in_groups(device, angle[: WORTH - 1]))) == [1] * (WORTH - 1)
     moving = gy.Settings(blend=10.0, actuators=gy.Actuators(cg_lag=0.2))
     assert len(in_groups(device, [loop._replace(settings=moving) for loop in angle])) == 20
@@ -162,3 +160,24 @@ def test_long_runs_go_one_by_one(device: gy.Plant, monkeypatch: pytest.MonkeyPat
     loops = [Loop(gy.law("load_angle"), each, SETTINGS) for each in realisations(device, WORTH)]
     monkeypatch.setattr("gyroctl.harness.together.MEMORY", 1e5)
     assert len(in_groups(device, loops)) == WORTH
+
+
+@pytest.mark.parametrize(
+    ("count", "workers", "sizes"),
+    [
+        (0, 2, []),
+        (1, 2, [1]),
+        (WORTH - 1, 2, [1] * (WORTH - 1)),
+        (8, 2, [8]),
+        (12, 2, [6, 6]),
+        (16, 1, [16]),
+        (17, 1, [8, 9]),
+        (64, 2, [16] * 4),
+        (84, 2, [14] * 6),
+    ],
+)
+def test_pieces_are_even_and_none_is_too_small_for_lanes(count: int, workers: int, sizes: list[int]) -> None:
+    found = pieces(count, workers)
+    numbers = list(range(count))
+    assert [number for part in found for number in numbers[part]] == numbers
+    assert sorted(len(numbers[part]) for part in found) == sizes

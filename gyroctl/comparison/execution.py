@@ -24,6 +24,7 @@ from gyroctl.comparison import store
 from gyroctl.comparison.items import Item, Outcome, failed, perform
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, Preparing, Wrapping, innermost
+from gyroctl.harness.together import pieces
 from gyroctl.simulation.progress import Progress
 
 Result = TypeVar("Result")
@@ -76,7 +77,7 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
     laws = {item.name: item.law for item in items}
     fast = [name for name, law in laws.items() if _ours(law) and isinstance(innermost(law), tuple)]
     slow = [item for item in items if item.name not in fast]
-    futures: dict[Future[Any], Item] = {}
+    futures: dict[Future[Any], list[Item]] = {}
     with _pools(workers) as (threads, processes):
         several = workers > 1 and len(items) > 1
         parts = [processes.schedule(part) for law in laws.values() for part in _parts(law)] if several else []
@@ -84,14 +85,16 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
         def begin_slow() -> None:
             for item in slow:
                 by_thread = _ours(item.law) and not several
-                futures[threads.submit(perform, item) if by_thread else _sent(item, processes)] = item
+                futures[threads.submit(perform, [item]) if by_thread else _sent(item, processes)] = [item]
             slow.clear()
 
         for name in fast:
             if all(part.done() for part in parts):
                 begin_slow()
             compile_law(laws[name])
-            futures |= {threads.submit(perform, item): item for item in items if item.name == name}
+            own = [item for item in items if item.name == name]
+            for part in pieces(len(own), workers):
+                futures[threads.submit(perform, own[part])] = own[part]
         yield from _ended(futures, parts)
         if slow:
             futures.clear()
@@ -99,11 +102,11 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
             yield from _ended(futures, ())
 
 
-def _ended(futures: Mapping[Future[Any], Item], beside: Sequence[Future[Any]]) -> Iterator[tuple[Item, Outcome]]:
+def _ended(futures: Mapping[Future[Any], list[Item]], beside: Sequence[Future[Any]]) -> Iterator[tuple[Item, Outcome]]:
     """Items with their outcomes as their futures end, and no sooner than what runs beside them."""
     for future in as_completed([*futures, *beside]):
         if future in futures:
-            yield futures[future], _outcome(future, futures[future])
+            yield from zip(futures[future], _outcomes_of(future, futures[future]), strict=True)
 
 
 @contextmanager
@@ -156,17 +159,17 @@ def _sent(item: Item, processes: ProcessPool) -> Future[Any]:
     return future
 
 
-def _perform_sent(item: Item, packed: bytes) -> Outcome:
+def _perform_sent(item: Item, packed: bytes) -> list[Outcome]:
     """Run an item in this process: with a law of its own, or the compiled one that holds no state."""
     try:
         return no_way_out(_perform_packed, item, packed)
     except BaseException as error:
-        return failed(item, f"law {item.name!r} failed in its process with {type(error).__name__}: {error}")
+        return [failed(item, f"law {item.name!r} failed in its process with {type(error).__name__}: {error}")]
 
 
-def _perform_packed(item: Item, packed: bytes) -> Outcome:
+def _perform_packed(item: Item, packed: bytes) -> list[Outcome]:
     law = _unpacked(packed) if compile_law(_unpacked(packed)) is not None else cloudpickle.loads(packed)
-    return perform(replace(item, law=law))
+    return perform([replace(item, law=law)])
 
 
 @lru_cache(maxsize=64)
@@ -174,17 +177,17 @@ def _unpacked(packed: bytes) -> Any:
     return cloudpickle.loads(packed)
 
 
-def _outcome(future: Future[Any], item: Item) -> Outcome:
-    """Result of an item, or how its run failed."""
+def _outcomes_of(future: Future[Any], items: Sequence[Item]) -> list[Outcome]:
+    """Results of items, or how their runs failed."""
     try:
-        outcome: Outcome = future.result()
+        outcomes: list[Outcome] = future.result()
     except TimeoutError:
-        what = f"took longer than {item.time_limit:g} s: compute less in step, or allow more with run.time_limit"
-        return failed(item, f"law {item.name!r} {what}")
+        what = "took longer than {0:g} s: compute less in step, or allow more with run.time_limit"
     except ProcessExpired as error:
         what = f"ended its process (exit code {error.exitcode}): a law must not end the program"
-        return failed(item, f"law {item.name!r} {what}")
-    return outcome
+    else:
+        return outcomes
+    return [failed(item, f"law {item.name!r} {what.format(item.time_limit)}") for item in items]
 
 
 def no_way_out(function: Callable[..., Result], *arguments: Any) -> Result:

@@ -20,8 +20,10 @@ from gyroctl.errors import InputError
 from gyroctl.fingerprint import fingerprint
 from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.harness.protocol import Law, LawError
-from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.harness.run import Settings, lead_in
 from gyroctl.harness.start import locked_start
+from gyroctl.harness.together import Loop, run_together
+from gyroctl.harness.together import Outcome as Run
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
 from gyroctl.simulation.lock import load_share
@@ -128,20 +130,22 @@ def check_different(hashes: Sequence[str]) -> None:
         raise InputError("run.seeds", len(hashes), problem, "Give one seed; more of them are no independent runs")
 
 
-def perform(item: Item) -> Outcome:
-    """Run one item; a law that fails ends its own run alone."""
-    try:
-        return _performed(item)
-    except LawError as error:
-        return failed(item, str(error))
+def perform(items: Sequence[Item]) -> list[Outcome]:
+    """Run items of one plant, side by side where that is possible; a law that fails ends its own run alone."""
+    loops = [
+        Loop(item.law, item.waves.at(item.plant, item.seed, item.settings), item.settings, item.name, item.time_limit)
+        for item in items
+    ]
+    runs = run_together(items[0].plant, loops)
+    return [_outcome(item, loop.waves, run) for item, loop, run in zip(items, loops, runs, strict=True)]
 
 
-def _performed(item: Item) -> Outcome:
-    plant, settings, wp = item.plant, item.settings, item.waves.sea.wp
-    waves = item.waves.at(plant, item.seed, settings)
-    record, timing = run_law(plant, item.law, waves, settings, item.name, time_limit=item.time_limit)
+def _outcome(item: Item, waves: WaveRealisation, run: Run) -> Outcome:
+    if isinstance(run, LawError):
+        return failed(item, str(run))
+    plant, settings, (record, timing) = item.plant, item.settings, run
     rest, scored = settings.start == "rest", (settings.score_from, item.available)
-    values = evaluate(plant, record, waves.moments[1], waves.dt, wp, *scored, from_rest=rest)
+    values = evaluate(plant, record, waves.moments[1], waves.dt, item.waves.sea.wp, *scored, from_rest=rest)
     values |= validity(plant, record, waves, settings.score_from, rest)
     values |= {
         "saturations": float(record.saturations),

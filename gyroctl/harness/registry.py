@@ -94,12 +94,13 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
     factory = _from_file(name) if ".py:" in name else _from_name(name)
     if not callable(factory):
         raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")
-    known = {key: parameter.default for key, parameter in inspect.signature(factory).parameters.items()}
+    own_names = _defaults(factory)
+    known = dict(own_names)
     groups = {key: default for key, default in known.items() if hasattr(default, "_fields")}
     known |= {key: value for group in groups.values() for key, value in nested.named(group).items()}
     for key, value in parameters.items():
         _check_parameter(name, key, value, known)
-    grouped = {key: value for key, value in parameters.items() if key not in inspect.signature(factory).parameters}
+    grouped = {key: value for key, value in parameters.items() if key not in own_names}
     own = {key: value for key, value in parameters.items() if key not in grouped}
     own |= nested.regrouped({key: own.get(key, group) for key, group in groups.items()}, grouped)
     try:
@@ -118,6 +119,12 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
             f"laws.{name}.information", built.information, "unknown level", f"Choose one of {', '.join(INFORMATION)}"
         )
     return cast(Law, built)
+
+
+@lru_cache(maxsize=64)
+def _defaults(factory: Callable[..., Any]) -> Mapping[str, Any]:
+    """Parameters of a law with their defaults; a search builds a law thousands of times."""
+    return {key: parameter.default for key, parameter in inspect.signature(factory).parameters.items()}
 
 
 def describe(built: Law) -> dict[str, Any]:

@@ -8,7 +8,7 @@ from collections.abc import Hashable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,6 +77,8 @@ def run_together(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
     InputError
         As `run_law`.
     """
+    if len(loops) < WORTH:
+        return [_alone(plant, loop) for loop in loops]
     found: dict[int, Outcome] = {}
     for group in in_groups(plant, loops):
         some = [loops[i] for i in group]
@@ -85,21 +87,13 @@ def run_together(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
     return [found[i] for i in range(len(loops))]
 
 
-def in_groups(plant: Plant, loops: Sequence[Loop], parts: int = 1) -> list[list[int]]:
-    """Numbers of the loops that `run_together` would run as one piece of work.
+def in_groups(plant: Plant, loops: Sequence[Loop]) -> list[list[int]]:
+    """Numbers of the loops that `run_together` runs as one piece of work.
 
     Loops of one kind of compiled law share the lanes if their realisations have one grid and their actuators one period
     and no controls that move. Each that cannot share stands alone: laws of plain Python, plants beyond the linear
-    model, runs so long that a filling of the lanes would take more than `MEMORY`, and what is left of fewer than
-    `WORTH`.
-
-    Parameters
-    ----------
-    plant, loops
-        As there.
-    parts : int
-        Workers among which the pieces are to be shared: a kind of fewer runs than they have lanes is divided, as long
-        as that is worth it.
+    model, runs so long that a filling of the lanes would take more than `MEMORY`, and those of which there are fewer
+    than `WORTH`.
     """
     alike: defaultdict[Hashable, list[int]] = defaultdict(list)
     for number, loop in enumerate(loops):
@@ -108,11 +102,29 @@ def in_groups(plant: Plant, loops: Sequence[Loop], parts: int = 1) -> list[list[
     for numbers in alike.values():
         if len(numbers) < WORTH:
             groups += [[number] for number in numbers]
-            continue
-        pieces = max(math.ceil(len(numbers) / LANES), min(parts, len(numbers) // WORTH))
-        edges = [round(i * len(numbers) / pieces) for i in range(pieces + 1)]
-        groups += [numbers[a:b] for a, b in pairwise(edges)]
+        else:
+            groups += [numbers[part] for part in pieces(len(numbers))]
     return groups
+
+
+def pieces(count: int, workers: int = 1) -> list[slice]:
+    """Share out so many runs: evenly, no more of them than there are lanes, and something for each worker if worth it.
+
+    Fewer than `WORTH` are shared out one by one.
+
+    Parameters
+    ----------
+    count : int
+        Runs.
+    workers : int
+        Among whom.
+    """
+    if count < WORTH:
+        return [slice(i, i + 1) for i in range(count)]
+    rounds = math.ceil(count / (LANES * workers))
+    number = max(math.ceil(count / LANES), min(rounds * workers, count // WORTH))
+    edges = [round(i * count / number) for i in range(number + 1)]
+    return [slice(a, b) for a, b in pairwise(edges)]
 
 
 def _kind(plant: Plant, loop: Loop) -> Hashable:
@@ -177,17 +189,18 @@ def _in_lanes(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
         failed,
     )
     found: list[Outcome] = []
+    timing = time_compiled(told[0].machine)  # of one kind: the time of a sample does not depend on the numbers
     for run, one in enumerate(told):
         if failed[run] >= 0:
             found.append(why_it_stopped(one.law, one.loop.name, failed[run] * tick, seen[run], s[run]))
             continue
         lag = float(one.loop.settings.actuators.cc_lag)
         own = Record(record[run], commands[run], controls[run], tick, int(saturations[run]), None, lag)
-        found.append((own, _timed(one, s[run])))
+        found.append((own, _counted(timing, one, s[run])))
     return found
 
 
-def _stacked(parts: Sequence[Sequence[object]]) -> list[NDArray[np.float64]]:
+def _stacked(parts: Sequence[Sequence[Any]]) -> list[Any]:
     """Arrays of several runs, field by field."""
     return [np.stack([np.asarray(part) for part in field]) for field in zip(*parts, strict=True)]
 
@@ -202,9 +215,8 @@ def _actuators(one: _Told) -> ActuatorArrays:
     return one.loop.settings.actuators.arrays(isinstance(one.law, Motoring) and one.law.motors)
 
 
-def _timed(one: _Told, state: NDArray[np.float64]) -> LawTiming:
-    timing = time_compiled(one.machine)
+def _counted(timing: LawTiming, one: _Told, state: NDArray[np.float64]) -> LawTiming:
     if isinstance(one.law, Counting):
         last = nested.like(one.law.init(), state.tolist())
-        timing = replace(timing, counters=dict(one.law.counters(last)))
+        return replace(timing, counters=dict(one.law.counters(last)))
     return timing

@@ -7,6 +7,9 @@ it, in step, by the turns that were kept and the slips.
 
 from __future__ import annotations
 
+from functools import lru_cache
+from typing import Any, NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -18,6 +21,9 @@ THRESHOLD = 0.5
 
 KEPT = 0.98
 """Part of the reference's turns that a run in step keeps. [-]"""
+
+KEPT_SIZE = 100_000
+"""Longest moment whose phase is kept for the next run on it."""
 
 SURE = 0.95
 """Level of the upper limit of the reference's cycle slips. [-]"""
@@ -86,26 +92,94 @@ def cycle_slips(psi: ArrayLike, phasor: ArrayLike, dt: float, sense: int = 1) ->
         between both would close such a turn up. A jump is counted once the angle is three quarters of a turn off
         its level, so that swinging about a half turn does not count again and again.
     """
-    angle, waves = sense * np.asarray(psi, float), np.asarray(phasor)
-    finite = np.isfinite(angle) & np.isfinite(waves)
-    if not np.all(finite):
-        end = int(np.argmin(finite))
-        angle, waves = angle[:end], waves[:end]
-    half = round(0.5 * WINDOW / dt)
-    if angle.size <= 2 * half:
-        return 0
+    return wave_phase(phasor, dt).slips(psi, sense)
+
+
+class WavePhase(NamedTuple):
+    """Phase of the waves at even instants: what the ring is counted against, the same for every run on these waves.
+
+    Fields
+    ------
+    phasor : (n,) array
+        `wave_phasor` at the instants. [Nm]
+    dt : float
+        Their spacing. [s]
+    advance : float
+        Mean advance of the phase from one to the next, weighted by the power. [rad]
+    carrier, drift : (n,) array
+        Phase of the waves' own mean frequency, and that of the 10 s mean of their envelope against it. [rad]
+    """
+
+    phasor: NDArray[np.complex128]
+    dt: float
+    advance: float
+    carrier: NDArray[np.float64]
+    drift: NDArray[np.float64]
+
+    def slips(self, psi: ArrayLike, sense: int = 1) -> int:
+        """Count the cycle slips of a ring angle (n,) [rad], see `cycle_slips`."""
+        angle = sense * np.asarray(psi, float)
+        finite = np.isfinite(angle) & np.isfinite(self.phasor)
+        if not np.all(finite):
+            end = int(np.argmin(finite))
+            return wave_phase(self.phasor[:end], self.dt).slips(angle[:end])
+        if angle.size <= 2 * round(0.5 * WINDOW / self.dt):
+            return 0
+        turns = (angle - self.carrier - self.drift) / (2.0 * np.pi)
+        level, count = float(turns[0]), 0
+        for turn in turns[:: max(round(0.5 / self.dt), 1)].tolist():
+            jumps = int(abs(turn - level) + 0.25)
+            if jumps:
+                count += jumps
+                level += jumps if turn > level else -jumps
+        return count
+
+    def turns(self, psi: ArrayLike, sense: int = 1) -> float:
+        """Mean ring speed of an angle (n,) [rad] over the mean frequency of the waves, see `turns_kept`."""
+        angle = np.asarray(psi, float)
+        if angle.size < 2:
+            return float("nan")
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return float(sense * (angle[-1] - angle[0]) / np.float64(self.advance * (angle.size - 1)))
+
+
+def wave_phase(phasor: ArrayLike, dt: float) -> WavePhase:
+    """Phase of waves by their phasor (n,) [Nm] every `dt` [s]."""
+    waves = np.asarray(phasor)
+    half, centre = round(0.5 * WINDOW / dt), np.arange(waves.size)
     # the envelope on the waves' own mean frequency
-    carrier = _advance(waves) * np.arange(angle.size)
-    total = np.concatenate([[0.0], np.cumsum(waves * np.exp(-1j * carrier))])
-    centre = np.arange(angle.size)
-    envelope = total[np.minimum(centre + half + 1, angle.size)] - total[np.maximum(centre - half, 0)]
-    turns = (angle - carrier - np.unwrap(np.angle(envelope))) / (2.0 * np.pi)
-    level, count = turns[0], 0
-    for turn in turns[:: max(round(0.5 / dt), 1)]:
-        jumps = int(abs(turn - level) + 0.25)
-        count += jumps
-        level += jumps if turn > level else -jumps
-    return count
+    advance = _advance(waves)
+    carrier = advance * np.arange(waves.size, dtype=np.float64)
+    with np.errstate(invalid="ignore"):
+        total = np.concatenate([[0.0], np.cumsum(waves * np.exp(-1j * carrier))])
+    envelope = total[np.minimum(centre + half + 1, waves.size)] - total[np.maximum(centre - half, 0)]
+    return WavePhase(waves, dt, advance, carrier, np.asarray(np.unwrap(np.angle(envelope))))
+
+
+def phase_of_moment(
+    moment: NDArray[np.float64], moment_dt: float, wp: float, first: int, samples: int, dt: float
+) -> WavePhase:
+    """Phase of the waves at the instants ``first`` to ``samples - 1`` of a run sampled every `dt` [s].
+
+    `moment` (m,) [Nm], every `moment_dt` [s], is Me3, and wp the peak angular frequency [rad/s]. Kept for the other
+    runs on the same waves.
+    """
+    moment = np.ascontiguousarray(moment)
+    at = (moment_dt, wp, first, samples, dt)
+    return _kept_phase(moment.tobytes(), *at) if moment.size <= KEPT_SIZE else _phase_at(moment, *at)
+
+
+@lru_cache(maxsize=16)
+def _kept_phase(moment: bytes, *at: Any) -> WavePhase:
+    return _phase_at(np.frombuffer(moment), *at)
+
+
+def _phase_at(
+    moment: NDArray[np.float64], moment_dt: float, wp: float, first: int, samples: int, dt: float
+) -> WavePhase:
+    instants = np.arange(first, samples) * dt
+    phasor = wave_phasor(moment, moment_dt, wp)
+    return wave_phase(np.interp(instants, np.arange(moment.size) * moment_dt, phasor), dt)
 
 
 def turns_kept(psi: ArrayLike, phasor: ArrayLike, dt: float, sense: int = 1) -> float:
@@ -128,11 +202,7 @@ def turns_kept(psi: ArrayLike, phasor: ArrayLike, dt: float, sense: int = 1) -> 
         Near 1 for a ring that turns once a wave; NaN where the run is not finite or has no two samples. The frequency
         of the waves is the mean weighted by their power, the carrier against which the cycle slips are counted.
     """
-    angle, waves = np.asarray(psi, float), np.asarray(phasor)
-    if angle.size < 2:
-        return float("nan")
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return float(sense * (angle[-1] - angle[0]) / (_advance(waves) * (angle.size - 1)))
+    return wave_phase(phasor, dt).turns(psi, sense)
 
 
 def in_step(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI
 from gyroctl.simulation.balance import electrical, spent
-from gyroctl.simulation.lock import THRESHOLD, WINDOW, cycle_slips, loss_time, turns_kept, wave_phasor
+from gyroctl.simulation.lock import THRESHOLD, WINDOW, loss_time, phase_of_moment
 
 MODEL_LIMIT = 0.3
 """Float motion beyond which the equations, linear in phi, are outside their range. [rad]"""
@@ -162,9 +162,8 @@ def evaluate(
     negative = np.flatnonzero(net < 0.0)
     repaid = negative[-1] + 1 if negative.size else 0
     phi1, phi3 = np.abs(states[first:, PHI1]), np.abs(states[first:, PHI3])
-    phasor = wave_phasor(moment, moment_dt, wp)
     held = round(begins / period) if from_rest and np.isfinite(begins) else first  # turns count once lock has begun
-    sampled = np.interp(np.arange(held, states.shape[0]) * period, np.arange(moment.size) * moment_dt, phasor)
+    phase = phase_of_moment(moment, moment_dt, wp, held, states.shape[0], period)
     waves = (states.shape[0] - 1 - held) * period * wp / (2.0 * np.pi)
     return {
         "mean_power": judged,
@@ -175,9 +174,9 @@ def evaluate(
         "power_cv_1s": float(np.std(mean_1s) / generated) if generated > 0 else np.nan,
         "locked": float(np.isnan(lost)) if can_judge(scored) else np.nan,
         "loss_time": lost,
-        "cycle_slips": 1000.0 * cycle_slips(psi[held:], sampled, period, sense) / waves,
+        "cycle_slips": 1000.0 * phase.slips(psi[held:], sense) / waves,
         "waves_counted": waves,
-        "turns_kept": turns_kept(psi[held:], sampled, period, sense),
+        "turns_kept": phase.turns(psi[held:], sense),
         "phi1_p98": float(np.quantile(phi1, 0.98)),
         "phi3_p98": float(np.quantile(phi3, 0.98)),
         "phi1_max": float(phi1.max()),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
@@ -21,10 +20,10 @@ from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, LawError
 from gyroctl.harness.registry import law
 from gyroctl.harness.run import Settings, lead_in
-from gyroctl.harness.together import WORTH, Loop, Outcome, run_together
+from gyroctl.harness.together import Loop, Outcome, pieces, run_together
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import PSI
-from gyroctl.plant.kernel import LANES, slip_rate
+from gyroctl.plant.kernel import slip_rate
 from gyroctl.simulation.lock import WINDOW
 from gyroctl.simulation.metrics import evaluate
 from gyroctl.tuning.goal import METRICS, RESERVE, WORST
@@ -153,9 +152,8 @@ class Bench(AbstractContextManager["Bench"]):
         """Numbers of the jobs that are run side by side: evenly for the workers, and few enough for the lanes."""
         if not self.compiled:
             return [[number] for number in range(len(jobs))]
-        rounds = math.ceil(len(jobs) / (LANES * self.workers))
-        pieces = min(rounds * self.workers, max(1, len(jobs) // WORTH))
-        return [part.tolist() for part in np.array_split(np.arange(len(jobs)), pieces)]
+        numbers = list(range(len(jobs)))
+        return [numbers[part] for part in pieces(len(jobs), self.workers)]
 
 
 def workers_wanted(workers: int) -> int:

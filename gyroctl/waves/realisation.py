@@ -195,7 +195,7 @@ def realise(plant: Excited, sea: Sea, seed: int, duration: float = 2000.0, dt: f
     InputError
         Fields ``sea``, ``sea.wp``, ``run.seeds``, ``run.duration``, ``run.dt``.
     """
-    synthesis = prepare(plant, sea, duration, dt)
+    synthesis = _prepared(plant, sea, duration, dt)
     return WaveRealisation(
         sea=sea,
         seed=seed,
@@ -207,3 +207,17 @@ def realise(plant: Excited, sea: Sea, seed: int, duration: float = 2000.0, dt: f
         hydrodynamics=synthesis.hydrodynamics,
         synthesis=synthesis,
     )
+
+
+_latest: tuple[Excited, Sea, float, float, Synthesis] | None = None
+
+
+def _prepared(plant: Excited, sea: Sea, duration: float, dt: float) -> Synthesis:
+    """Synthesis of a sea; the one of the call before where it is the same: seed after seed is asked for."""
+    global _latest
+    last = _latest
+    if last is not None and last[0] is plant and last[1] is sea and last[2:4] == (duration, dt):
+        return last[4]
+    synthesis = prepare(plant, sea, duration, dt)
+    _latest = plant, sea, duration, dt, synthesis
+    return synthesis

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 from gyroctl.controllers.supervisor import Rules, wrap
 from gyroctl.devices import zhang2017
 from gyroctl.harness.actuation import Actuators
-from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.harness.protocol import LawError
+from gyroctl.harness.run import Settings, lead_in
+from gyroctl.harness.together import Loop, Outcome, pieces, run_together
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI, PSI_RATE
 from gyroctl.simulation.lock import THRESHOLD, WINDOW
@@ -67,11 +69,13 @@ def _cases(asked: Ensemble, laws: Mapping[str, Any], duration: float, start: str
     ) as progress:
         for name, law in laws.items():
             rows, series = [], []
-            for seed in asked.seeds:
-                row, kept = _run(plant, law, realise(plant, asked.sea, seed, duration), settings)
-                rows.append(row)
-                series.append(kept)
-                progress.advance()
+            for part in pieces(len(asked.seeds)):
+                waves = [lead_in(realise(plant, asked.sea, seed, duration), settings) for seed in asked.seeds[part]]
+                for each, run in zip(waves, run_together(plant, [Loop(law, w, settings) for w in waves]), strict=True):
+                    row, kept = _numbers(plant, run, each, settings)
+                    rows.append(row)
+                    series.append(kept)
+                    progress.advance()
             columns = {key: np.array([row[key] for row in rows]) for key in rows[0]}
             kept = {"time_s": series[0]["time_s"], "net_energy_j": np.stack([s["net_energy_j"] for s in series])}
             kept |= {key: series[0][key] for key in ("ring_speed", "flywheel_speed", "phi1")}
@@ -79,11 +83,12 @@ def _cases(asked: Ensemble, laws: Mapping[str, Any], duration: float, start: str
     return cases
 
 
-def _run(
-    plant: Plant, law: Any, waves: WaveRealisation, settings: Settings
+def _numbers(
+    plant: Plant, run: Outcome, waves: WaveRealisation, settings: Settings
 ) -> tuple[dict[str, float], dict[str, NDArray[np.float64]]]:
-    waves = lead_in(waves, settings)
-    record, timing = run_law(plant, law, waves, settings)
+    if isinstance(run, LawError):
+        raise run
+    record, timing = run
     period, states, wp = record.period, record.states, waves.sea.wp
     moment, rest = waves.moments[1], settings.start == "rest"
     found = evaluate(plant, record, moment, waves.dt, wp, settings.score_from, np.nan, from_rest=rest)
