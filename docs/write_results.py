@@ -16,7 +16,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from result_blocks import benchmarks, bounds, evaluations, margins, physics, pictures, seas, studies
+from result_blocks import benchmarks, bounds, evaluations, margins, physics, pictures, seas, speed, studies
 from result_blocks.source import HERE, ROOT, Missing, result, table
 from run_results import RUNS
 
@@ -28,6 +28,7 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
     **margins.BLOCKS,
     **studies.BLOCKS,
     **benchmarks.BLOCKS,
+    **speed.BLOCKS,
 }
 """What the pages may show, by name."""
 

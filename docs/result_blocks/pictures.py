@@ -13,6 +13,7 @@ import numpy as np
 from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation.rows import Row
 from result_blocks.source import result
+from result_blocks.speed import draw_growth
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -119,4 +120,5 @@ PICTURES: Mapping[str, Picture] = {
     "docs/physics.png": Picture("docs/results/physics.json", _physics),
     "docs/forecast.png": Picture("docs/results/forecast.json", _forecast),
     "docs/margins_water.png": Picture("docs/results/margins_water.json", _water),
+    "docs/growth.png": Picture("benchmarks/growth.json", draw_growth),
 }

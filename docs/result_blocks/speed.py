@@ -1,0 +1,80 @@
+"""Blocks and pictures of the page of the benchmarks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+from gyroctl.reports.wording import number
+from result_blocks.source import of_file, read, table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+BESIDE = {"runs": "runs", "lanes": "loops side by side", "states": "states", "horizon": "horizon [s]", "cores": "cores"}
+"""Panels of the picture, and what grows."""
+
+
+def integrators() -> str:
+    """The plant by other integrators."""
+    found = read("benchmarks/integrators.json")
+    lines = [
+        [
+            one["name"].replace("gyroctl", "`gyroctl`"),
+            number(one["us_per_simulated_second"], 3),
+            number(one["times_of_one_run"], 3),
+            "as above" if one["error"] is None else f"{one['error']:.1e}",
+            "–" if one["tolerance"] is None else f"{one['tolerance']:.0e}",
+        ]
+        for one in found["peers"]
+    ]
+    heads = ("integrator", "a simulated second and run [µs]", "times", "error after 200 s", "tolerance")
+    made = of_file("benchmarks/integrators.json", "python benchmarks/integrators.py", found["machine"])
+    return f"{table(heads, lines)}\n\n{made}"
+
+
+def growth() -> str:
+    """What made the picture."""
+    found = read("benchmarks/growth.json")
+    made = of_file("benchmarks/growth.json", "python benchmarks/growth.py", found["machine"])
+    words = (
+        "How cost grows: an ensemble with the runs in it, closed loops with the lanes that are filled, a run with the "
+        "states of the plant, the planning law with its horizon, an ensemble with the cores"
+    )
+    return f"![{words}](growth.png)\n\n{made}"
+
+
+def draw_growth() -> Figure:
+    """Five panels, each from nothing on: what is cheap looks cheap."""
+    from gyroctl.studies.style import BAND_COLOUR, INK, label, sheet
+
+    found = read("benchmarks/growth.json")
+    note = f"Processor time, over cores time of the wall, the least of several goes ({found['machine']})"
+    figure, axes = sheet(2, 3, (10.5, 6.4), "How cost grows", note)
+    shown: Mapping[str, tuple[str, str, str, str]] = {
+        "runs": ("runs", "us_per_simulated_second", "Runs of an ensemble", "a simulated second of one [µs]"),
+        "lanes": ("lanes", "of_a_run_alone", "Closed loops in lanes", "one, relative to a run alone"),
+        "states": ("states", "us_per_simulated_second", "States of the plant", "a simulated second [µs]"),
+        "horizon": ("horizon_s", "median_ms", "Planning law", "a sample, median and 99 % [ms]"),
+        "cores": ("cores", "times_as_fast", "Cores", "times as fast as one"),
+    }
+    for axis, (name, (x, y, title, what)) in zip(axes, shown.items(), strict=False):
+        rows = found[name]
+        at = [row[x] for row in rows]
+        axis.plot(at, [row[y] for row in rows], "o-", color=BAND_COLOUR, ms=3.5)
+        if name == "horizon":
+            axis.plot(at, [row["p99_ms"] for row in rows], "o--", color=INK, ms=3, lw=1)
+        if name == "runs":
+            axis.set_xscale("log", base=2)
+        if name in ("runs", "cores"):
+            axis.set_xticks(at, [f"{one:g}" for one in at])
+        if name == "lanes":
+            axis.set_xticks(at[::3], [f"{one:g}" for one in at[::3]])
+        axis.set_ylim(0.0, 1.1 * max(row.get("p99_ms", row[y]) for row in rows))
+        label(axis, title, BESIDE[name], what)
+    for axis in axes[len(shown) :]:
+        axis.set_visible(False)
+    return figure
+
+
+BLOCKS: Mapping[str, Callable[[], str]] = {"integrators": integrators, "growth": growth}
