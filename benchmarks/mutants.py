@@ -35,6 +35,7 @@ FOLDER = Path(__file__).with_suffix("")
 
 COPIED = ("gyroctl", "controllers", "studies", "tests", "docs", "benchmarks", "pyproject.toml", "README.md")
 COMPILED = ("gyroctl/plant/", "gyroctl/harness/sensing", "gyroctl/harness/actuation", "gyroctl/harness/loop")
+COMPILED += ("gyroctl/harness/lane_loop",)
 """Files that are compiled into functions which other files keep on disk."""
 
 PRELOADED = ["pytest", "hypothesis", "numba", "scipy.stats", "scipy.integrate", "scipy.optimize", "scipy.linalg"]

@@ -182,3 +182,22 @@ def test_pieces_are_even_and_none_is_too_small_for_lanes(count: int, workers: in
     numbers = list(range(count))
     assert [number for part in found for number in numbers[part]] == numbers
     assert sorted(len(numbers[part]) for part in found) == sizes
+
+
+def test_grids_and_periods_that_differ_do_not_share_lanes(device: gy.Plant) -> None:
+    law, waves = gy.law("load_angle"), realisations(device, 2 * WORTH)
+    finer = [lead_in(gy.realise(device, gy.SeaState(), seed, 30.0, 0.025), SETTINGS) for seed in range(1, WORTH + 1)]
+    other = gy.Settings(blend=10.0, actuators=gy.Actuators(period=0.05))
+    loops = [Loop(law, each, SETTINGS) for each in (*waves[:WORTH], *finer)]
+    loops += [Loop(law, each, other) for each in waves[WORTH:]]
+    groups = in_groups(device, loops)
+    assert groups == [list(range(i * WORTH, (i + 1) * WORTH)) for i in range(3)]
+
+
+def test_counters_are_those_of_each_run(device: gy.Plant) -> None:
+    law = gy.law("supervisor", wraps={"law": "load_angle"})
+    settings = gy.Settings(blend=10.0, start="rest", actuators=gy.Actuators(cg_min=-0.02))
+    waves = realisations(device, WORTH, 120.0)
+    for each, outcome in zip(waves, together(device, law, waves, settings), strict=True):
+        assert not isinstance(outcome, LawError)
+        assert outcome[1].counters == run_law(device, law, each, settings)[1].counters

@@ -19,6 +19,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike, NDArray
 
+import gyroctl as gy
 from gyroctl.errors import InputError
 from gyroctl.waves import (
     Bichromatic,
@@ -376,3 +377,15 @@ def test_every_sea_fills_the_same_shapes(sea: Sea) -> None:
     run = realise(PLANT, sea, 1, 100.0, 0.1)
     assert run.moments.shape == (2, 1001) and run.elevation.shape == (1001,)
     assert run.sea == sea and run.seed == 1
+
+
+def test_realisations_asked_for_in_turn_are_those_asked_for_first() -> None:
+    """What a sea, a plant or a length has in common with the call before is kept, and no more than that."""
+    one, other = gy.zhang2017(), gy.zhang2017(excitation_phase="magnitude")
+    mild, tall = gy.SeaState(hs=0.1), gy.SeaState(hs=0.3)
+    asked = [(one, mild, 100.0, 0.05), (one, tall, 100.0, 0.05), (other, tall, 100.0, 0.05), (other, tall, 50.0, 0.05)]
+    asked += [(other, tall, 50.0, 0.1), (one, mild, 100.0, 0.05)]
+    for plant, sea, duration, dt in asked:
+        found, alone = realise(plant, sea, 3, duration, dt), prepare(plant, sea, duration, dt)
+        np.testing.assert_array_equal(found.moments, alone.moments(3))
+        np.testing.assert_array_equal(found.elevation, alone.elevation(3))
