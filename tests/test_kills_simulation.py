@@ -7,6 +7,7 @@ import pytest
 
 import gyroctl as gy
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI3, PSI
+from gyroctl.simulation.lock import phase_of_moment
 from gyroctl.simulation.metrics import Record, evaluate, production
 from gyroctl.waves import prepare
 from gyroctl.waves.energy import wave_power
@@ -97,3 +98,16 @@ def test_hash_tells_phases_apart(device: gy.Plant) -> None:
     other = gy.zhang2017(excitation_phase="magnitude")
     assert device.excitation.sha256 != other.excitation.sha256
     assert gy.realise(device, gy.SeaState(), 1, 10.0).sha256 != gy.realise(other, gy.SeaState(), 1, 10.0).sha256
+
+
+def test_phase_of_the_waves_begins_where_the_turns_are_counted() -> None:
+    """A regular wave: its phase is known at every instant, and the ring that keeps it slips nowhere."""
+    time = np.arange(0.0, 200.0, 0.05)
+    waves = np.cos(3.14 * time + 0.4)
+    for first in (0, 607):
+        phase = phase_of_moment(waves, 0.05, 3.14, first, 1600, 0.1)
+        at = np.arange(first, 1600) * 0.1
+        inner = (at > 40.0) & (at < 120.0)
+        error = np.angle(phase.phasor * np.exp(-1j * (3.14 * at + 0.4)))
+        np.testing.assert_allclose(error[inner], 0.0, atol=0.05)
+        assert phase.slips(3.14 * at) == 0 and phase.turns(3.14 * at) == pytest.approx(1.0, abs=2e-3)
