@@ -24,7 +24,7 @@ EXPERIMENT = """
 gamma = 5.0
 [run]
 duration = 300.0
-seeds = [1, 2, 3]
+seeds = [1, 2, 3, 4, 5]
 """
 CLOCKED = ("step_ms_median", "step_ms_p99", "deadline_misses")
 CARD = (
