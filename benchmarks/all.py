@@ -1,0 +1,99 @@
+"""All figures of speed, one part after the other, and how they stand against what is asked for.
+
+Run ``python benchmarks/all.py --against OLDER_TREE`` on an idle machine: half an hour on two cores. Each part is a script
+of its own beside this one and runs in a process of its own, the older tree with the same script where it is compared;
+each writes its JSON, and ``all.json`` holds the figures in one list. ``--only NAME`` runs some parts alone, ``--list``
+runs none and lists what the parts have written. The pictures are drawn by ``python docs/write_results.py``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+HERE = Path(__file__).resolve().parent
+ROOT = HERE.parent
+
+
+class Part(NamedTuple):
+    """A script, and whether it sets an older tree beside this one."""
+
+    against: bool
+    more: tuple[str, ...] = ()
+
+
+PARTS = {
+    "integrators": Part(against=False),
+    "growth": Part(against=False),
+    "lanes": Part(against=True),
+    "tuning": Part(against=True),
+    "nmpc": Part(against=True),
+    "nmpc_qp": Part(against=False, more=("--seeds", "3", "--duration", "300")),
+    "commands": Part(against=True),
+}
+
+
+class Figure(NamedTuple):
+    """A figure: where it stands, and what is asked for."""
+
+    name: str
+    part: str
+    value: Callable[[Mapping[str, Any]], float]
+    bar: float
+    least: bool = False  # whether the bar is the least that is asked for; else it is the most
+    unit: str = ""
+
+
+FIGURES = (
+    Figure("tuning of load_angle against the older tree", "tuning", lambda found: found["times_as_fast"], 2.5, True),
+)
+
+
+def listed() -> list[dict[str, Any]]:
+    """Every figure that its part has written."""
+    found = []
+    for figure in FIGURES:
+        path = HERE / f"{figure.part}.json"
+        content = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+        try:
+            value = float(figure.value(content))
+        except (KeyError, TypeError, StopIteration):
+            continue
+        met = value >= figure.bar if figure.least else value <= figure.bar
+        row = {"figure": figure.name, "value": value, "unit": figure.unit, "bar": figure.bar}
+        found.append({**row, "asked": "at least" if figure.least else "at most", "met": met, "part": figure.part})
+    return found
+
+
+def main() -> None:
+    """Run the parts, print and write the list."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--against", type=Path, help="root of an older tree")
+    parser.add_argument("--only", action="append", choices=list(PARTS), help="a part; repeatable")
+    parser.add_argument("--list", action="store_true", help="run nothing")
+    asked = parser.parse_args()
+    for name in () if asked.list else asked.only or PARTS:
+        part = PARTS[name]
+        command = [sys.executable, str(HERE / f"{name}.py"), *part.more]
+        if asked.against and part.against:
+            command += ["--against", str(asked.against.resolve())]
+        print(f"\n{' '.join(command[1:]).replace(str(ROOT), '.')}\n", flush=True)
+        subprocess.run(command, cwd=ROOT, check=True)
+    from clock import here
+
+    rows = listed()
+    print()
+    for row in rows:
+        mark = "met" if row["met"] else "NOT MET"
+        print(f"{row['figure']:64} {row['value']:9.4g} {row['unit']:3} {row['asked']} {row['bar']:g}: {mark}")
+    content = {**here(), "figures": rows}
+    (HERE / "all.json").write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
