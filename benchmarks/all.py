@@ -1,7 +1,7 @@
 """All figures of speed, one part after the other, and how they stand against what is asked for.
 
-Run ``python benchmarks/all.py --against OLDER_TREE`` on an idle machine: half an hour on two cores. Each part is a script
-of its own beside this one and runs in a process of its own, the older tree with the same script where it is compared;
+Run ``python benchmarks/all.py --against OLDER_TREE`` on an idle machine: half an hour on two cores. Each part is a
+script beside this one and runs in a process of its own, the older tree with the same script where it is compared;
 each writes its JSON, and ``all.json`` holds the figures in one list. ``--only NAME`` runs some parts alone, ``--list``
 runs none and lists what the parts have written. The pictures are drawn by ``python docs/write_results.py``.
 """
