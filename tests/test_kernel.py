@@ -336,14 +336,14 @@ print(float(hold_one(np.ones(15), k, 0.1, 0.1, 0.0, 0.1, 4, np.zeros(40), 0.05)[
 
 @pytest.mark.slow
 def test_edited_equations_are_compiled_anew(tmp_path: Path) -> None:
-    """Only equations.py changes, kernel.py and its cache stay: a stale cache would give the old number."""
+    """Only equations.py changes, kernel.py stays and so does what was kept: stale code would give the old number."""
     package = tmp_path / "gyroctl"
     shutil.copytree(
         Path(gy.__file__).parent, package, ignore=shutil.ignore_patterns("__pycache__", "data"), symlinks=True
     )
 
     def probe() -> float:
-        environment = {**os.environ, "PYTHONPATH": str(tmp_path)}
+        environment = {**os.environ, "PYTHONPATH": str(tmp_path), "GYROCTL_CACHE": str(tmp_path / "cache")}
         environment.pop("NUMBA_CACHE_DIR", None)
         done = subprocess.run(
             [sys.executable, "-c", PROBE], env=environment, cwd=tmp_path, capture_output=True, text=True, check=True
@@ -351,7 +351,7 @@ def test_edited_equations_are_compiled_anew(tmp_path: Path) -> None:
         return float(done.stdout)
 
     first = probe()
-    assert list(package.glob("plant/__pycache__/*.nbi")), "nothing was cached"
+    assert list(tmp_path.glob("cache/gyroctl/compiled/kernel.hold_into*.nbi")), "nothing was kept"
     assert probe() == first
     text = package / "plant" / "equations.py"
     text.write_text(text.read_text().replace("- k.k1 * phi1 -", "- 2.0 * k.k1 * phi1 -"))

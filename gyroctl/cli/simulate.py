@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gyroctl.cli.first_time import say_first_time
 from gyroctl.cli.options import Gamma, Hs, Parameters, PeakFrequency, Variant, check_file, parse
 
 if TYPE_CHECKING:
@@ -54,6 +55,7 @@ def simulate(
     plant = gy.zhang2017(variant)
     waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)
     acting = lead_in(waves, setup)
+    say_first_time("plant and law", 4)
     with Progress("run", round(duration / built.period)) as progress:
         ds = gy.simulate(plant, built, acting, setup, law, progress=progress.advance)
     rest, scored = start == "rest", (setup.score_from, float("nan"))

@@ -2,8 +2,8 @@
 
 These are the measurements y, parameters p, state s (changed in place) and command u (written). Parameters and state of
 a law are nested NamedTuples; a compiled entry builds them from the flat arrays and takes the new state apart again. It
-comes as a function pointer, so that the loop itself is compiled once for all laws and kept on disk, and a new law costs
-a second.
+comes as a function pointer, so that the loop itself is compiled once for all laws, and a new law costs a second. Loop
+and laws are kept on disk, by their content.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import time
 import traceback
 from collections.abc import Callable
 from functools import lru_cache
+from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,6 +25,8 @@ from gyroctl import nested
 from gyroctl.harness.protocol import Failure, Law, LawError, Measurement
 from gyroctl.nested import NotFlat, Shape
 from gyroctl.plant import measurement
+from gyroctl.plant.ingredients import Untold, ingredients
+from gyroctl.plant.machine_code import kept_callback
 
 _SIGNATURE = void(float64, float64[::1], float64[::1], float64[::1], float64[::1])
 
@@ -120,12 +123,28 @@ def _compiled_entry(law: Shape, state: Shape) -> Any:
         state=nested.expression(state, "s", types),
         kept="; ".join(f"s[{size + i}] = {place}" for i, place in enumerate(places)) or "pass",
     )
+    try:
+        content = ingredients(text + _ENTRY, *types.values(), names=("step",))
+    except Untold:  # it reads something that may be another thing tomorrow
+        content = ""
     # as Python would: a division by zero and an index beyond a table are errors
-    step = njit(error_model="python", boundscheck=True)(law[0].step)
-    scope = {**types, "step": step, "FAILED": math.nan, "SIZE": size}
-    exec(compile(text + _ENTRY, "<entry of a law>", "exec"), scope)
-    scope["attempt"] = njit(scope["attempt"])
-    return cfunc(_SIGNATURE)(scope["entry"])
+    step = njit(error_model="python", boundscheck=True)(_named(law[0].step, content))
+    scope = {**types, "step": step, "FAILED": math.nan, "SIZE": size, "__name__": __name__}
+    exec(compile(text + _ENTRY, f"<entry of {law[0].__name__}>", "exec"), scope)
+    scope["attempt"] = njit(_named(scope["attempt"], content))
+    entry = _named(scope["entry"], content)
+    return kept_callback(entry, _SIGNATURE, content) if content else cfunc(_SIGNATURE)(entry)
+
+
+def _named(function: Any, content: str) -> Any:
+    """Put the content into the name of a function, by which its machine code is found: no two laws may share that."""
+    if not (content and isinstance(function, FunctionType)):
+        return function
+    parts = function.__code__, function.__globals__, function.__name__, function.__defaults__, function.__closure__
+    copy = FunctionType(*parts)
+    copy.__qualname__, copy.__module__ = f"{function.__qualname__}_{content[:16]}", function.__module__
+    copy.__kwdefaults__ = function.__kwdefaults__
+    return copy
 
 
 class PythonLaw:

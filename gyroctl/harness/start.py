@@ -2,20 +2,31 @@
 
 From rest only about one initial ring angle in eight locks by itself, even in regular waves: a law that is to start the
 device has to turn it. The start is common to all laws: it is part of the realisation, not of the law.
+
+The orbits of the default sea ship: to find one, the kernel is compiled for complex numbers too, which takes longer than
+a run. They are known by all that they follow from; a change of any of it, or of the equations, has them searched again.
 """
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.nested import leaves
 from gyroctl.orbits.search import search_orbit
-from gyroctl.plant import Plant
+from gyroctl.plant import Plant, equations
+from gyroctl.plant.compiled import source_stamp
 from gyroctl.plant.equations import PSI, PSI_RATE
 from gyroctl.waves import Regular, Sea
+from gyroctl.writing import write_json
 
 STARTS = ("locked", "rest")
 """Where runs may begin."""
@@ -41,11 +52,16 @@ def locked_start(plant: Plant, sea: Sea) -> tuple[NDArray[np.float64], tuple[flo
         rolling, controls = locked_start(plant.rolling, sea)
         return np.append(rolling, plant.parameters.N * rolling[PSI_RATE]), controls
     plant = plant.smooth
-    wave = Regular(height=sea.hs / math.sqrt(2.0), wp=sea.wp, heading=sea.heading)
+    wave = equivalent(sea)
     key = (plant.coefficients, plant.water, plant.excitation.sha256, wave.height, wave.wp, wave.heading)
     if key not in _found:
-        _found[key] = _search(plant, wave)
+        _found[key] = shipped().get(key_of(plant, wave)) or search(plant, wave)
     return _found[key]
+
+
+def equivalent(sea: Sea) -> Regular:
+    """Regular wave of the same energy, frequency and heading."""
+    return Regular(height=sea.hs / math.sqrt(2.0), wp=sea.wp, heading=sea.heading)
 
 
 def rest_start(plant: Plant, seed: int) -> NDArray[np.float64]:
@@ -56,11 +72,49 @@ def rest_start(plant: Plant, seed: int) -> NDArray[np.float64]:
     return state
 
 
-_found: dict[tuple[object, ...], tuple[NDArray[np.float64], tuple[float, float]]] = {}
+Start = tuple[NDArray[np.float64], tuple[float, float]]
+"""State (n,) and controls [Nms]."""
+
+_found: dict[tuple[object, ...], Start] = {}
 """Starts by plant and wave: every run of a comparison asks for the same one."""
 
+SHIPPED = Path(__file__).parents[1] / "data" / "starts.json"
 
-def _search(plant: Plant, wave: Regular) -> tuple[NDArray[np.float64], tuple[float, float]]:
+
+def key_of(plant: Plant, wave: Regular) -> str:
+    """SHA-256 of all that a start follows from; of a plant beyond the linear model none ships, and it has no key."""
+    if plant.coefficients.beyond is not None:
+        return ""
+    numbers = [None if leaf is None else float(leaf).hex() for leaf in leaves(plant.coefficients)]
+    about = [
+        *plant.water,
+        plant.excitation.sha256,
+        *(float(part).hex() for part in (wave.height, wave.wp, wave.heading)),
+    ]
+    content = json.dumps([source_stamp([equations.__file__]), numbers, about])
+    return hashlib.sha256(content.encode()).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def shipped() -> dict[str, Start]:
+    """Starts that ship, by their keys."""
+    stored = json.loads(SHIPPED.read_text(encoding="utf-8"))
+    return {one["key"]: (np.array(one["state"]), (one["cc_nms"], one["cg_nms"])) for one in stored}
+
+
+def ship(cases: dict[str, tuple[Plant, Sea]], file: Path = SHIPPED) -> None:
+    """Search the starts of some plants in some seas, by their names, and write what ships."""
+    written: list[dict[str, Any]] = []
+    for name, (plant, sea) in cases.items():
+        wave = equivalent(sea)
+        state, (cc, cg) = search(plant, wave)
+        head = {"of": name, "height_m": wave.height, "wp_rad_s": wave.wp, "key": key_of(plant, wave)}
+        written.append({**head, "cc_nms": cc, "cg_nms": cg, "state": state.tolist()})
+    write_json(file, written)
+
+
+def search(plant: Plant, wave: Regular) -> Start:
+    """Find the orbit to start on; errors as of `locked_start`."""
     unstable = None
     for cc, cg in REFERENCE:
         orbit = search_orbit(plant, wave, cc, cg)

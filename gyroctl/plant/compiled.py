@@ -1,8 +1,9 @@
 """The two ways in which this package compiles: parts that melt into their caller, and entry points that are cached.
 
-A cache entry of numba knows only the file of its own function. An entry point therefore carries a stamp of every
-source file that is compiled into it: edit the equations, and everything that contains them is compiled anew. Where the
-function is a closure of the stamp, numba hashes it with the code; `stamped` puts it into the name of the cache file.
+The machine code of an entry point is kept under a hash of all that is compiled into it, see `ingredients`: edit the
+equations, and everything that contains them is compiled anew. What is found by the types of the arguments alone no such
+hash can see: an entry point therefore names the files that may be compiled into it as well. Where the function is a
+closure of their stamp, numba hashes it with the code; `stamped` puts it into the name of the cache file.
 """
 
 from __future__ import annotations
@@ -16,6 +17,10 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numba import njit, types
 from numba.extending import overload, register_jitable
+
+from gyroctl.fingerprint import fingerprint
+from gyroctl.plant.ingredients import Untold, ingredients
+from gyroctl.plant.machine_code import keep
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -31,7 +36,19 @@ def inlined(function: F) -> F:
 
 def entry_point(function: F) -> F:
     """Compile `function` on its first call, without the interpreter lock, and keep the machine code on disk."""
-    return cast(F, njit(cache=True, nogil=True, error_model="numpy")(function))
+    cells = [cell.cell_contents for cell in function.__closure__ or ()]  # type: ignore[attr-defined]
+    told = [value for value in cells if isinstance(value, str | int | float)]
+    if told:  # numba finds machine code by the function's name: closures of one text must not share that
+        function.__qualname__ += "_" + hashlib.sha256(repr(told).encode()).hexdigest()[:16]
+    return cast(F, keep(njit(nogil=True, error_model="numpy")(function), lambda: _content(function)))
+
+
+def _content(function: Any) -> str:
+    """Hash of what is compiled into a function; of the whole package where that cannot be told."""
+    try:
+        return ingredients(function)
+    except Untold:
+        return fingerprint()
 
 
 def stamped(sources: Sequence[str]) -> Callable[[F], F]:

@@ -1,0 +1,123 @@
+"""Machine code that is kept between runs, by the content of what was compiled and not by where its text lies.
+
+numba keeps the code of a function beside its file: another folder, environment or installation compiles the same text
+again. Here it is kept in the one folder of this package's cache, under a stamp of its sources; numba itself adds
+signature, processor and its own version. A function whose file is gone, or was never there, can be kept as well.
+"""
+
+from __future__ import annotations
+
+import glob
+import pickle
+import re
+from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from numba.core import config, sigutils
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
+from numba.core.ccallback import CFunc
+
+from gyroctl.cache import cache_folder
+
+FOLDER = "compiled"
+
+VERSIONS = 24
+"""Stamps of one function that stay: who changes a source and changes it back finds the code again."""
+
+STAMP = re.compile("[_-][0-9a-f]{16}")
+"""In the name of a file, behind that of the function."""
+
+UNREADABLE = (OSError, EOFError, pickle.UnpicklingError, AttributeError, ImportError, IndexError, ValueError)
+"""What a file gives that was cut short, or written by something else."""
+
+
+def folder() -> Path:
+    """$NUMBA_CACHE_DIR, or a part of this package's cache."""
+    return Path(config.CACHE_DIR) if config.CACHE_DIR else cache_folder() / FOLDER
+
+
+def kept(name: str) -> bool:
+    """Whether there is code of a function, ``file.function``, in any version."""
+    return any(folder().glob(f"{name}*.nbi"))
+
+
+class _Locator(_CacheLocator):  # type: ignore[misc]
+    """Where numba puts the code of a function whose attribute ``kept_under`` is its stamp."""
+
+    def __init__(self, stamp: str, file: str) -> None:
+        self.stamp, self._py_file = stamp, file  # numba names the file where it warns
+
+    def get_cache_path(self) -> str:
+        return str(folder())
+
+    def get_source_stamp(self) -> str:
+        return self.stamp
+
+    def get_disambiguator(self) -> str:
+        return self.stamp[:16]
+
+    @classmethod
+    def from_function(cls, py_func: Any, py_file: str) -> _Locator:
+        return cls(py_func.kept_under, py_file)
+
+
+class _Entry(CompileResultCacheImpl):  # type: ignore[misc]
+    _locator_classes = [_Locator]  # noqa: RUF012 - as numba has it
+
+
+class _Files(FunctionCache):  # type: ignore[misc]
+    _impl_class = _Entry
+
+
+class _Kept(NullCache):  # type: ignore[misc]
+    """numba's cache of a function, opened when it is first asked: an import touches no file."""
+
+    def __init__(self, function: Any, stamp: Callable[[], str]) -> None:
+        self.function, self._told = function, stamp
+
+    @cached_property
+    def stamp(self) -> str:
+        return self._told()
+
+    @cached_property
+    def files(self) -> Any:
+        self.function.kept_under = self.stamp
+        return _Files(self.function)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        try:
+            return self.files.load_overload(sig, target_context)
+        except UNREADABLE:
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        try:
+            self.files.save_overload(sig, data)
+            _forget(self.files._impl.filename_base)
+        except UNREADABLE:
+            pass  # to keep it is a comfort: a full disk is no reason not to compute
+
+
+def keep(compiled: Any, stamp: Callable[[], str]) -> Any:
+    """Let a function of numba keep its code under a stamp of all that is compiled into it; returns that function."""
+    function = compiled.__wrapped__ if isinstance(compiled, CFunc) else compiled.py_func
+    compiled._cache = _Kept(function, stamp)
+    return compiled
+
+
+def kept_callback(function: Any, signature: Any, stamp: str) -> Any:
+    """Compile a function of one signature to a function pointer as `numba.cfunc` does, or find it under its stamp."""
+    callback = keep(CFunc(function, sigutils.normalize_signature(signature), locals={}, options={}), lambda: stamp)
+    callback.compile()
+    return callback
+
+
+def _forget(base: str) -> None:
+    """Remove the oldest versions of a function's code, given the name of one of them."""
+    name = glob.escape(STAMP.split(base)[0])
+    indices = sorted(folder().glob(f"{name}[_-]*.nbi"), key=lambda path: path.stat().st_mtime, reverse=True)
+    for index in indices[VERSIONS:]:
+        for path in (index, *folder().glob(f"{glob.escape(index.stem)}.*.nbc")):
+            path.unlink(missing_ok=True)

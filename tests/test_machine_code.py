@@ -1,0 +1,226 @@
+"""Machine code is kept by content: anything that is compiled into it, changed, is compiled anew; the rest is found."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gyroctl as gy
+from gyroctl.harness import loop
+from gyroctl.harness.law_entry import compile_law
+from gyroctl.plant import kernel, machine_code
+from gyroctl.plant.ingredients import Untold, ingredients
+from gyroctl.plant.machine_code import folder, kept
+
+LAW = """
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+import {other}
+from {other} import eased
+
+SLOW = 0.3
+TABLE = np.array([1.0, 2.0])
+
+
+class State(NamedTuple):
+    speed: float
+
+
+class Eased(NamedTuple):
+    cc: float = 0.06
+    period: float = 0.1
+
+    def init(self):
+        return State(3.14)
+
+    def limit(self):
+        return 0.02
+
+    def told(self):
+        return 1.0
+
+    def step(self, t, y, state):
+        speed = state.speed + SLOW * (y.psi_rate - state.speed)
+        return (self.cc, min(eased(speed), self.limit()) * {other}.FACTOR + 0.0 * TABLE[0]), State(math.fabs(speed))
+"""
+
+OTHER = """
+FACTOR = 1.0
+
+
+def eased(speed):
+    return further(speed)
+
+
+def further(speed):
+    return 1e-4 * speed
+"""
+
+
+@pytest.fixture
+def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Any]:
+    """Write the two files with some words replaced, and load the law from them."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    count = iter(range(100))
+
+    def written(*changes: tuple[str, str]) -> Any:
+        law, other = LAW, OTHER
+        for old, new in changes:
+            assert (law + other).count(old) == 1
+            law, other = law.replace(old, new), other.replace(old, new)
+        home = tmp_path / str(next(count))
+        home.mkdir()
+        (home / "part_of_a_law.py").write_text(other)
+        (home / "a_law.py").write_text(law.replace("{other}", "part_of_a_law"))
+        monkeypatch.syspath_prepend(str(home))
+        for name in ("part_of_a_law", "a_law"):
+            spec = importlib.util.spec_from_file_location(name, home / f"{name}.py")
+            assert spec is not None and spec.loader is not None
+            module = importlib.util.module_from_spec(spec)
+            monkeypatch.setitem(sys.modules, name, module)
+            spec.loader.exec_module(module)
+        return module
+
+    return written
+
+
+def content(module: Any) -> str:
+    return ingredients(module.Eased, module.State, names=("step",))
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("SLOW = 0.3", "SLOW = 0.4"),
+        ("[1.0, 2.0]", "[1.0, 3.0]"),
+        ("FACTOR = 1.0", "FACTOR = 1.5"),
+        ("1e-4 * speed", "2e-4 * speed"),
+        ("return further(speed)", "return 2.0 * further(speed)"),
+        ("return 0.02", "return 0.03"),
+        ("math.fabs(speed)", "math.sqrt(speed)"),
+        ("speed: float", "velocity: float"),
+    ],
+)
+def test_all_that_a_law_leads_to_counts(write: Callable[..., Any], old: str, new: str) -> None:
+    assert content(write()) != content(write((old, new)))
+
+
+@pytest.mark.parametrize(("old", "new"), [("return 1.0", "return 2.0"), ("cc: float = 0.06", "cc: float = 0.07")])
+def test_what_no_step_reads_does_not_count(write: Callable[..., Any], old: str, new: str) -> None:
+    """A method that is never called; a parameter, which comes with the numbers of the law."""
+    assert content(write()) == content(write((old, new)))
+
+
+def test_same_text_in_another_folder_is_the_same(write: Callable[..., Any]) -> None:
+    assert content(write()) == content(write())
+
+
+def test_what_cannot_be_told_is_no_content(write: Callable[..., Any]) -> None:
+    module = write()
+    module.SLOW = [0.3]  # a list can change without a word
+    with pytest.raises(Untold):
+        content(module)
+
+
+def test_sources_within_the_package_count_with_all_that_they_lead_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    before, beside = ingredients(loop.compiled_loop), ingredients(kernel.hold_into)
+    monkeypatch.setattr(kernel, "ACCURATE", 60.0)  # read by `steps_for`, which the loop calls and the kernel does not
+    assert ingredients(loop.compiled_loop) != before
+    assert ingredients(kernel.hold_into) == beside
+
+
+PLAIN = """
+from typing import NamedTuple
+
+from gain_of_a_law import GAIN
+
+
+class State(NamedTuple):
+    speed: float
+
+
+class Plain(NamedTuple):
+    period: float = 0.1
+
+    def init(self):
+        return State(3.0)
+
+    def step(self, t, y, state):
+        return (0.05, GAIN * state.speed), State(y.psi_rate)
+"""
+
+PROBE = """
+import sys
+sys.path.insert(0, sys.argv[1])
+import numpy as np
+from numba.core.ccallback import CFunc
+from a_plain_law import Plain
+from gyroctl.harness import law_entry
+
+anew = []
+plainly = CFunc._compile_uncached
+CFunc._compile_uncached = lambda self: (anew.append(self), plainly(self))[1]
+law = law_entry.compile_law(Plain())
+u, s = np.zeros(2), law.s.copy()
+from gyroctl.harness.loop import compiled_calls
+compiled_calls(law.entry, law.p, s, np.full(7, 4.0), u, 1)
+print(len(anew), float(u[1]))
+"""
+
+
+def test_another_process_finds_the_law_and_an_edit_is_seen(tmp_path: Path) -> None:
+    """The first process compiles, the second does not; a number changed in another file gives the new answer."""
+    environment = {**os.environ, "GYROCTL_CACHE": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment.pop("NUMBA_CACHE_DIR", None)
+    for home, gain in (("one", 1e-4), ("two", 2e-4)):
+        (tmp_path / home).mkdir()
+        (tmp_path / home / "a_plain_law.py").write_text(PLAIN)
+        (tmp_path / home / "gain_of_a_law.py").write_text(f"GAIN = {gain}")
+    for home, anew, gain in (("one", 1, 1e-4), ("two", 1, 2e-4), ("one", 0, 1e-4)):
+        command = [sys.executable, "-c", PROBE, str(tmp_path / home)]
+        done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+        assert done.stdout.split() == [str(anew), str(gain * 3.0)]
+
+
+def test_files_cut_short_are_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("GYROCTL_CACHE", str(tmp_path))
+    monkeypatch.setattr(machine_code.config, "CACHE_DIR", "")
+
+    def compiled() -> Any:
+        from gyroctl.harness import law_entry
+
+        law_entry._compiled_entry.cache_clear()
+        return compile_law(gy.law("coupling"))
+
+    assert compiled() is not None
+    files = [*folder().iterdir()]
+    assert {path.suffix for path in files} == {".nbi", ".nbc"}
+    assert kept("entry of ") and not kept("nothing of the kind")
+    for path in files:
+        path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    assert compiled() is not None
+
+
+def test_oldest_versions_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(machine_code.config, "CACHE_DIR", str(tmp_path))
+    names = [f"file.one_{i:016x}-{i:016x}.py311" for i in range(machine_code.VERSIONS + 2)]
+    for age, name in enumerate(reversed(names)):
+        for path in (tmp_path / f"{name}.nbi", tmp_path / f"{name}.1.nbc"):
+            path.write_text("")
+            os.utime(path, (1000.0 + age, 1000.0 + age))
+    (tmp_path / "file.other-0123456789abcdef.py311.nbi").write_text("")
+    machine_code._forget(names[0])
+    left = {path.name for path in tmp_path.iterdir()}
+    assert len(left) == 2 * machine_code.VERSIONS + 1
+    assert f"{names[0]}.nbi" in left and f"{names[0]}.1.nbc" in left
+    assert f"{names[-1]}.nbi" not in left and f"{names[-1]}.1.nbc" not in left
