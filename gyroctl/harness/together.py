@@ -10,11 +10,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl import nested
 from gyroctl.harness.lane_loop import LaneKernel, LaneSensors, compiled_lane_loop
-from gyroctl.harness.law_entry import CompiledLaw, compile_law, why_it_stopped
+from gyroctl.harness.law_entry import CompiledLaw, compile_law, last_state, why_it_stopped
 from gyroctl.harness.protocol import Counting, Law, LawError, Motoring
-from gyroctl.harness.run import LawTiming, Settings, beginning, checked_run, run_law, time_compiled
+from gyroctl.harness.run import LawTiming, Settings, beginning, checked_run, run_law, timing_of
 from gyroctl.harness.sight import informed
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import LANES, rows
@@ -141,8 +140,8 @@ def _in_lanes(
 
 
 def _timed(one: _Told, state: NDArray[np.float64]) -> LawTiming:
-    timing = time_compiled(one.machine)
+    last = last_state(one.law, state)
+    timing = timing_of(one.law, one.machine, last)
     if isinstance(one.law, Counting):
-        last = nested.like(one.law.init(), state.tolist())
         timing = replace(timing, counters=dict(one.law.counters(last)))
     return timing
