@@ -199,7 +199,7 @@ def test_planner_designed_for_the_water_sees_it() -> None:
         seen = Noting(law)
         run_law(truth, seen, waves, settings)
         assert law.counters(seen.states[-1])["failed_plans"] == 0
-        told = np.array([state.forecast.now for state in seen.states]).T
+        told = np.array([law.memory(state).forecast.now for state in seen.states]).T
         error = told[:, 400:] - moments[:, 400 : told.shape[1]]
         errors.append(np.mean(error**2, axis=1) / np.mean(moments[:, 400:] ** 2, axis=1))
     assert np.all(errors[1] < 0.6 * errors[0]), errors

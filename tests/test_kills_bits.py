@@ -11,7 +11,7 @@ from gyroctl.harness.registry import registered
 from gyroctl.harness.run import Settings, lead_in, run_law
 
 PLAIN = {"nmpc"}
-"""Laws that run as Python."""
+"""Laws that bring machine code of their own, which their Python text calls: see `tests/test_nmpc_entry.py`."""
 
 SEEDS = range(100000, 100020)
 DURATION = 200.0

@@ -16,6 +16,7 @@ from gyroctl.controllers.nmpc import casadi_to_numba as translation
 from gyroctl.controllers.nmpc.by_address import function_at
 from gyroctl.controllers.nmpc.foresight import between
 from gyroctl.controllers.nmpc.power_command import PowerCommand
+from gyroctl.controllers.nmpc.sample import SAMPLE
 from gyroctl.controllers.nmpc.settings import Effort
 from gyroctl.controllers.nmpc.solvers import descent
 from gyroctl.errors import InputError
@@ -144,12 +145,14 @@ def test_adjoint_is_the_transposed_tangent_and_both_are_exact(plant):
     for _ in range(5):
         x = np.array([0.1, 0.05, 0.3, 0.1, 0.1, 3.0, 68.0, *np.zeros(6)]) * (1 + 0.2 * rng.standard_normal(13))
         u, m, w = np.array([rng.uniform(0, 0.3), 8.0]), 100 * rng.standard_normal(4), rng.standard_normal(13)
-        after, jacobian, by_x, by_u = np.zeros(13), np.zeros(13 * 15), np.zeros(13), np.zeros(2)
-        tangent(x, u, m, h, k, after, jacobian)
+        columns, by_x, by_u = np.zeros((14, 16)), np.zeros(13), np.zeros(2)
+        columns[:, :14] = np.eye(14)
+        tangent(x, u, m, h, k, columns.ravel())
         pullback(x, u, m, h, k, w, by_x, by_u)
-        J = jacobian.reshape(15, 13).T
-        np.testing.assert_allclose(w @ J, [*by_x, *by_u], rtol=1e-11, atol=1e-11)
-        for i in range(15):  # central differences confirm the exact derivative to their own accuracy
+        J = columns[:13, :14]
+        np.testing.assert_array_equal(columns[13], np.eye(14, 16)[13])  # the coupling's own derivative stays
+        np.testing.assert_allclose(w @ J, [*by_x, by_u[0]], rtol=1e-11, atol=1e-11)
+        for i in range(14):  # central differences confirm the exact derivative to their own accuracy
             e = 1e-5 * max(1.0, abs(float([*x, *u][i])))
             ahead, behind = np.zeros(13), np.zeros(13)
             for sign, out in ((1, ahead), (-1, behind)):
@@ -217,7 +220,8 @@ def test_missing_turns_are_made_up_for(plant, horizon):
 def test_moments_between_the_intervals():
     t = 0.1 * np.arange(41)
     rows_at = np.stack([np.sin(4.0 * t), np.cos(4.0 * t)], axis=1)
-    fine = between(rows_at[0].copy(), np.ascontiguousarray(rows_at[1:].T)).reshape(-1, 2)
+    fine = np.empty((81, 2))
+    between(rows_at[0].copy(), np.ascontiguousarray(rows_at[1:].T), fine.ravel())
     exact = np.stack([np.sin(4.0 * 0.05 * np.arange(81)), np.cos(4.0 * 0.05 * np.arange(81))], axis=1)
     np.testing.assert_array_equal(fine[::2], rows_at)
     assert np.abs(fine - exact)[2:-2].max() < 2e-3
@@ -317,11 +321,12 @@ def test_between_plans_the_last_one_is_followed(plant):
     state = law.init()
     y = Measurement(0.1, 3.0, 68.0, 0.05, 0.02, 0.1, 0.1)
     for sample in range(9):
-        before = state
+        before = law.memory(state)
         (cc, _), state = law.step(0.1 * sample, y, state)
-        followed = bool(np.array_equal(state.plan[:-1], before.plan[1:]))
-        assert followed is (state.sample % 4 != 0)
-        assert cc == state.plan[0]
+        after = law.memory(state)
+        followed = bool(np.array_equal(after.plan[:-1], before.plan[1:]))
+        assert followed is bool(after.counts[SAMPLE] % 4 != 0)
+        assert cc == after.plan[0]
 
 
 @pytest.mark.parametrize("solver", ["riccati", "osqp", "descent"])

@@ -1,7 +1,7 @@
-"""Functions of the model by their address: a compiled planner takes them as whole numbers, which costs nothing.
+"""Functions by their address: compiled code takes them as whole numbers, which costs nothing.
 
 A function object that is handed to compiled code is asked for its address through Python at every call, some 15 us
-each; bound into the code it would keep that from being cached.
+each; bound into the code it would keep that from being cached, and be compiled again with it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,12 @@ def function_at(count: int) -> Callable[[int], Any]:
 
     Whoever keeps the address keeps the function as well: the machine code goes with it.
     """
-    kind = types.FunctionType(types.void(*[ROW] * count))
+    return function_of(types.void(*[ROW] * count))
+
+
+def function_of(signature: Any) -> Callable[[int], Any]:
+    """Return what makes a function of a signature out of its address, as `function_at` does."""
+    kind = types.FunctionType(signature)
 
     def make(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         found = cgutils.create_struct_proxy(kind)(context, builder)

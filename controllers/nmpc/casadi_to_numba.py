@@ -7,20 +7,22 @@ user's machine. An SX function is a straight line of scalar operations, which nu
 
 from __future__ import annotations
 
-import hashlib
-import sys
-from collections.abc import Sequence
-from importlib.util import module_from_spec, spec_from_file_location
+from collections.abc import Callable, Sequence
 from typing import Any
 
-from gyroctl.cache import cache_folder
-from gyroctl.writing import write_text
+from gyroctl.controllers.nmpc.kept_code import kept_function
+from gyroctl.plant import compiled as ways
+from gyroctl.plant import fused as fused_sums
+from gyroctl.plant import trigonometry
+from gyroctl.plant.compiled import inlined, source_stamp
 
 SIGNS = {"ADD": "+", "SUB": "-", "MUL": "*", "DIV": "/", "POW": "**", "CONSTPOW": "**"}
-FUNCTIONS = ("sin", "cos", "exp", "log", "sqrt", "tanh")
+FUNCTIONS = ("exp", "log", "sqrt", "tanh")
 OPERATIONS = {
     **{f"OP_{name}": f"{{0}} {sign} {{1}}" for name, sign in SIGNS.items()},
     **{f"OP_{name.upper()}": f"math.{name}({{0}})" for name in FUNCTIONS},
+    "OP_COS": "cos_sin({0})[0]",  # of the two, the compiler works out once what both need
+    "OP_SIN": "cos_sin({0})[1]",
     "OP_ASSIGN": "{0}",
     "OP_NEG": "-{0}",
     "OP_TWICE": "2.0 * {0}",
@@ -36,6 +38,24 @@ OPERATIONS = {
     "OP_IF_ELSE_ZERO": "{1} if {0} else 0.0",
 }
 """casadi's operations that equations of motion and costs are made of."""
+
+
+BESIDE = 8
+"""Columns that are worked out side by side: their number is rounded up to a multiple of it."""
+
+HEAD = """import math
+
+from numba import cfunc, float64, void
+
+from gyroctl.plant.fused import fma
+from gyroctl.plant.trigonometry import cos_sin
+
+STAMP = {stamp!r}
+
+
+@cfunc(void({types}), cache=True, error_model='numpy')
+def {name}({arguments}):
+"""
 
 
 def compiled(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> Any:
@@ -57,17 +77,39 @@ def compiled(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> Any:
         signature alone, so that compiled code which takes it as an argument is compiled once for all devices.
         Kept on disk, by the hash of its text.
     """
-    text = source(name, inputs, outputs)
-    stem = f"{name}_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
-    file = cache_folder() / f"{stem}.py"
-    if not file.is_file():  # whole: another process may do the same at the same time
-        write_text(file, text)
-    spec = spec_from_file_location(stem, file)
-    assert spec is not None and spec.loader is not None
-    module = module_from_spec(spec)
-    sys.modules[stem] = module  # numba finds a cached function again by the name of its module
-    spec.loader.exec_module(module)
-    return getattr(module, name)
+    return kept_function(name, source(name, inputs, outputs))
+
+
+def compiled_columns(
+    name: str, inputs: Sequence[Any], middle: Sequence[Any], between: Sequence[Any], column: Any, after: Any, count: int
+) -> Any:
+    """Compile what is done to each of `count` columns of a matrix, with numbers that are worked out once for all.
+
+    Parameters
+    ----------
+    name, inputs
+        As in `compiled`.
+    middle : sequence of casadi.SX
+        Vectors of expressions of the inputs.
+    between : sequence of casadi.SX
+        Vectors of symbols that stand for them in `after`.
+    column, after : casadi.SX
+        Vector of symbols (m,), and what becomes of its first entries (a,), a <= m.
+    count : int
+        Columns.
+
+    Returns
+    -------
+    numba cfunc
+        ``f(*inputs, columns)``; `columns` is an array (m, `row_of(count)`), flat, changed in place.
+    """
+    return kept_function(name, columns_source(name, inputs, middle, between, column, after, row_of(count)))
+
+
+@inlined
+def row_of(count: int) -> int:
+    """Length of a row of so many columns."""
+    return -(-count // BESIDE) * BESIDE
 
 
 def source(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> str:
@@ -75,25 +117,108 @@ def source(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> str:
     import casadi
 
     function = casadi.Function(name, list(inputs), [casadi.densify(o) for o in outputs])
-    names = {getattr(casadi, key): pattern for key, pattern in OPERATIONS.items()}
     arguments = [f"i{i}" for i in range(len(inputs))] + [f"o{i}" for i in range(len(outputs))]
-    lines = [
-        "import math\n\nfrom numba import cfunc, float64, void\n\n",
-        f"@cfunc(void({', '.join(['float64[::1]'] * len(arguments))}), cache=True, error_model='numpy')",
-        f"def {name}({', '.join(arguments)}):",
-    ]
+    lines = _lines(function, "    ", lambda i, j: f"i{i}[{j}]", lambda i, j: f"o{i}[{j}]", "w")
+    return _head(name, arguments) + "\n".join(lines) + "\n"
+
+
+def columns_source(
+    name: str, inputs: Sequence[Any], middle: Sequence[Any], between: Sequence[Any], column: Any, after: Any, row: int
+) -> str:
+    """Return the text of a module that defines the function, see `compiled_columns`; `row` is the length of a row."""
+    import casadi
+
+    first = casadi.Function(name, list(inputs), casadi.cse([casadi.vertcat(*middle)]))
+    second = casadi.Function(name, [casadi.vertcat(*between), column], [casadi.densify(after)])
+    arguments = [f"i{i}" for i in range(len(inputs))] + ["columns"]
+    lines = _lines(first, "    ", lambda i, j: f"i{i}[{j}]", lambda i, j: f"s{j}", "w")
+    lines.append(f"    for l in range({row}):")
+    lines += _lines(
+        second, "        ", lambda i, j: f"columns[{row * j} + l]" if i else f"s{j}", lambda i, j: f"a{j}", "v"
+    )
+    lines += [f"        columns[{row * j} + l] = a{j}" for j in range(after.numel())]  # once all of them are read
+    return _head(name, arguments) + "\n".join(lines) + "\n"
+
+
+def _head(name: str, arguments: Sequence[str]) -> str:
+    stamp = source_stamp((trigonometry.__file__, fused_sums.__file__, ways.__file__))
+    types = ", ".join(["float64[::1]"] * len(arguments))
+    return HEAD.format(stamp=stamp, types=types, name=name, arguments=", ".join(arguments))
+
+
+def _lines(
+    function: Any, indent: str, read: Callable[[int, int], str], write: Callable[[int, int], str], work: str
+) -> list[str]:
+    """Instructions as Python: `read` and `write` give the places of inputs and outputs, `work` the names between.
+
+    A product that is only added to something is taken into the sum, see `fma`.
+    """
+    import casadi
+
+    names = {getattr(casadi, key): pattern for key, pattern in OPERATIONS.items()}
+    steps, uses = _single_assignments(function)
+    products: dict[int, tuple[str, str]] = {}
+    lines = []
+
+    def fused(operation: int, of: Sequence[int]) -> str | None:
+        """Sum or difference with a product in it."""
+        if operation not in (casadi.OP_ADD, casadi.OP_SUB):
+            return None
+        minus = "-" if operation == casadi.OP_SUB else ""
+        if of[1] in products:
+            first, second = products.pop(of[1])
+            return f"fma({minus}{first}, {second}, {value(of[0])})"
+        if of[0] in products:
+            first, second = products.pop(of[0])
+            return f"fma({first}, {second}, {minus}{value(of[1])})"
+        return None
+
+    def value(of: int) -> str:
+        """Name of a value; a product that was put off is written down now."""
+        if of in products:
+            first, second = products.pop(of)
+            lines.append(f"{indent}{work}{of} = {first} * {second}")
+        return f"{work}{of}"
+
+    for operation, into, of, constant in steps:
+        if operation == casadi.OP_CONST:
+            lines.append(f"{indent}{work}{into} = {constant!r}")
+        elif operation == casadi.OP_INPUT:
+            lines.append(f"{indent}{work}{into} = {read(of[0], of[1])}")
+        elif operation == casadi.OP_OUTPUT:
+            lines.append(f"{indent}{write(of[1], of[2])} = {value(of[0])}")
+        elif operation == casadi.OP_MUL and uses.get(into) == 1:
+            products[into] = value(of[0]), value(of[1])
+        elif operation in names:
+            text = fused(operation, of) or names[operation].format(*(value(i) for i in of))
+            lines.append(f"{indent}{work}{into} = {text}")
+        else:
+            raise NotImplementedError(f"casadi operation {operation} in {function.name()}: add it to OPERATIONS")
+    return lines
+
+
+def _single_assignments(function: Any) -> tuple[list[tuple[int, int, list[int], float]], dict[int, int]]:
+    """Instructions with every value under a number of its own, and how often each value is read.
+
+    Each is the operation, the number of its value, the values it reads and its constant; an input reads the places it
+    is at, an output its value and the places it goes to.
+    """
+    import casadi
+
+    steps: list[tuple[int, int, list[int], float]] = []
+    uses: dict[int, int] = {}
+    now: dict[int, int] = {}  # number of the value that a place of casadi's holds
     for k in range(function.n_instructions()):
         operation, into = function.instruction_id(k), function.instruction_output(k)
-        if operation == casadi.OP_CONST:
-            lines.append(f"    w{into[0]} = {float(function.instruction_constant(k))!r}")
-            continue
         of = function.instruction_input(k)
-        if operation == casadi.OP_INPUT:
-            lines.append(f"    w{into[0]} = i{of[0]}[{of[1]}]")
-        elif operation == casadi.OP_OUTPUT:
-            lines.append(f"    o{into[0]}[{into[1]}] = w{of[0]}")
-        elif operation in names:
-            lines.append(f"    w{into[0]} = " + names[operation].format(*(f"w{i}" for i in of)))
+        if operation in (casadi.OP_CONST, casadi.OP_INPUT):
+            constant = float(function.instruction_constant(k)) if operation == casadi.OP_CONST else 0.0
+            steps.append((operation, k, list(of), constant))
         else:
-            raise NotImplementedError(f"casadi operation {operation} in {name}: add it to OPERATIONS")
-    return "\n".join(lines) + "\n"
+            read = [now[i] for i in of]
+            for i in read:
+                uses[i] = uses.get(i, 0) + 1
+            steps.append((operation, k, read + (list(into) if operation == casadi.OP_OUTPUT else []), 0.0))
+        if operation != casadi.OP_OUTPUT:
+            now[into[0]] = k
+    return steps, uses

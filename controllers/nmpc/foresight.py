@@ -7,7 +7,7 @@ prediction goes on from there. `oracle`: the probe sees the whole horizon.
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple, Protocol, TypeVar, cast
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,11 +15,9 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
-from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, observe, predict, probe
+from gyroctl.waves.estimation import MomentEstimator, Predictor, PredictorState, probe
 from gyroctl.waves.estimation.probe import Probe, error_of
 from gyroctl.waves.window import Window
-
-State = TypeVar("State")
 
 
 class Waves(Protocol):
@@ -106,21 +104,10 @@ class Foresight(NamedTuple):
         error = error_of(window.deviation, noise, blank.told.shape, window.seed)
         return cls(predictor, blank._replace(told=error), window, intervals, period)
 
-    def init(self) -> PredictorState:
-        """Return the memory before the first sample."""
-        return self.predictor.init()
-
-    def foresee(
-        self, t: float, estimate: EstimatorState, memory: PredictorState
-    ) -> tuple[NDArray[np.float64], PredictorState]:
-        """Return the moments at each model step from `t` [s] to the horizon, flat [Nm], and the new memory."""
-        memory, ahead = copied(memory), np.empty((2, self.intervals))
-        if self.probe is None:
-            observe(self.predictor, memory, estimate.me_hat[0], estimate.me_hat[1])
-            predict(self.predictor, memory, ahead)
-        else:
-            probe.foresee(self.predictor, self._told(self.probe), memory, math.floor(t / self.period + 0.5), ahead)
-        return between(memory.now, ahead), memory
+    def foresee(self, t: float, known: Probe, memory: PredictorState, ahead: NDArray[np.float64]) -> None:
+        """Write the moments at the end of each interval from `t` [s] on into `ahead` (2, n), as a probe tells them."""
+        sample = math.floor(t / self.period + 0.5)
+        probe.foresee(self.predictor, self._told(known), memory, sample, ahead)
 
     def _told(self, known: Probe) -> Probe:
         """Return the probe with what it tells by now: through a window its own error alone is known beforehand."""
@@ -131,7 +118,7 @@ class Foresight(NamedTuple):
 
 
 @entry_point
-def between(now: NDArray[np.float64], ahead: NDArray[np.float64]) -> NDArray[np.float64]:
+def between(now: NDArray[np.float64], ahead: NDArray[np.float64], out: NDArray[np.float64]) -> None:
     """Moments at twice as many instants as control intervals, by cubic interpolation.
 
     A straight line would be off by 3 % of the shortest waves' moments; four points are off by 0.2 %.
@@ -142,14 +129,10 @@ def between(now: NDArray[np.float64], ahead: NDArray[np.float64]) -> NDArray[np.
         Moments of now. [Nm]
     ahead : (2, n) array
         And at the end of each interval. [Nm]
-
-    Returns
-    -------
-    (2 (2 n + 1),) array
-        Me1, Me3 at each half interval. [Nm]
+    out : (2 (2 n + 1),) array
+        Filled with Me1, Me3 at each half interval. [Nm]
     """
     n = ahead.shape[1] + 1
-    out = np.empty(2 * (2 * n - 1))
     for j in range(2):
         out[j] = now[j]
         for i in range(1, n):
@@ -159,11 +142,3 @@ def between(now: NDArray[np.float64], ahead: NDArray[np.float64]) -> NDArray[np.
             if 0 < i < n - 2:
                 middle += 0.125 * (middle - 0.5 * (out[4 * i - 4 + j] + out[4 * i + 8 + j]))
             out[4 * i + 2 + j] = middle
-    return out
-
-
-def copied(state: State) -> State:
-    """Copy a NamedTuple of arrays, nested or not: the estimators change theirs in place, a law must not."""
-    if isinstance(state, tuple):
-        return cast(State, type(state)(*(copied(part) for part in state)))
-    return cast(Any, state).copy()  # type: ignore[no-any-return]

@@ -13,31 +13,52 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.foresight import Foresight, Waves, copied
-from gyroctl.controllers.nmpc.planner import FRESH, compile_planner, planner_of
+from gyroctl.controllers.nmpc.entry import Texts, entry_at, learn_of, sample_of, texts_of
+from gyroctl.controllers.nmpc.flat import NotFlat, built, row_of
+from gyroctl.controllers.nmpc.foresight import Foresight, Waves, between
+from gyroctl.controllers.nmpc.planner import FRESH, MODEL, compiled_planner, model_of, planner_of
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of
-from gyroctl.controllers.nmpc.problem import Weights, weights
+from gyroctl.controllers.nmpc.problem import weights
+from gyroctl.controllers.nmpc.sample import (
+    FAILED,
+    FAILURES,
+    FALLBACKS,
+    GOOD,
+    KEPT,
+    LATE,
+    LATES,
+    Constants,
+    Memory,
+    acted,
+    fell_back,
+    first_memory,
+    foreseen,
+    observed,
+    posed,
+    powered,
+    saw,
+)
 from gyroctl.controllers.nmpc.settings import SETTINGS, Aims, Effort, Information, Preview, check
+from gyroctl.controllers.nmpc.stopwatch import BINS, clock_address, quantile
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import OMEGA, OMEGA_RATE, PSI
-from gyroctl.waves.estimation import EstimatorState, MomentEstimator, PredictorState, update
+from gyroctl.plant.compiled import entry_point
+from gyroctl.plant.equations import OMEGA
+from gyroctl.waves.estimation import MomentEstimator
+from gyroctl.waves.estimation.learning import learn
 
-PATIENCE = 10
-"""Samples for which the rest of a good plan is followed when no new one comes."""
+BEFORE = (0.052, 3.5e-4)
+"""Command before the first sample. [Nms]"""
 
-
-REACH = Weights._fields.index("reach")
-
-PAST = 60
-"""Samples of the past that count for the reserve of lock: with the horizon about the ten seconds that judge a loss."""
+FIRST = (0.0, 3.0, 70.0, 0.0, 0.0, 0.0, 0.0)
+"""Measurements to call a sample with, so that it is compiled."""
 
 
 class Fallback(NamedTuple):
@@ -58,36 +79,8 @@ class Fallback(NamedTuple):
 class NmpcState(NamedTuple):
     """What the law carries from sample to sample; replaced at each, never changed."""
 
-    plan: NDArray[np.float64]  # (n,) couplings from the last sample on [Nms]
-    memory: float  # of the solver, see `planner.FRESH`
-    power: float  # last power command [W]
-    mean: float  # its slow mean [W]
-    cc: float  # last command [Nms]
-    cg: float  # [Nms]
-    angles: NDArray[np.float64]  # (PAST,) of the ring at the last samples, oldest first [rad]
-    estimate: EstimatorState
-    forecast: PredictorState
-    sample: int  # number of the next sample
-    age: int  # samples since the last good plan
+    row: NDArray[np.float64]  # a `Memory` as one row of numbers, see `Nmpc.memory`
     fallback: Any  # state of the fallback law
-    counts: Counts
-
-
-class Counts(NamedTuple):
-    """What went otherwise than planned, in samples."""
-
-    late: int = 0  # plans beyond the deadline
-    failed: int = 0  # plans that are not numbers
-    kept: int = 0  # the last good plan was followed on
-    fallbacks: int = 0  # the fallback law acted
-
-
-class Plan(NamedTuple):
-    """Answer of the planner, with its status."""
-
-    cc: NDArray[np.float64]  # (n,) [Nms]
-    memory: float
-    status: Literal["good", "late", "failed"]
 
 
 @dataclass(frozen=True)
@@ -154,151 +147,148 @@ class Nmpc:
         return knowing
 
     def preparations(self) -> tuple[Callable[[], None], ...]:
-        """What a new installation compiles: the planner, and its model with estimation and forecast."""
-        alone = replace(self, information="sensors", seen=None)
-        return partial(compile_planner, self.effort.solver), alone._compile_model
+        """What a new installation compiles, in parts that need not wait for one another."""
+        solver, alone = self.effort.solver, replace(self, information="sensors", seen=None, deadline=math.inf)
+        if not alone._whole:
+            return (alone._compile_step,)
+        orders = orders_of(self.plant)
+        parts = (partial(compiled_planner, solver), *(partial(part, orders) for part in MODEL[solver]))
+        return (*parts, partial(learn_of, alone._texts), partial(sample_of, alone._texts))
 
-    def _compile_model(self) -> None:
-        """Prediction model, estimation and forecast."""
-        self._tools  # noqa: B018 - makes the functions of the model
-        estimate, forecast = self._estimator.init(), self._foresight.init()
-        for sample in range(PAST + 1):  # long enough to learn the sea once
-            update(self._estimator, estimate, np.full(7, 0.1), 0.05, 1e-3)
-            _, forecast = self._foresight.foresee(self.period * sample, estimate, forecast)
+    def _compile_step(self) -> None:
+        """Every part that a sample needs, by a sample of it."""
+        self.step(0.0, FIRST, self.init())
+
+    def memory(self, state: NmpcState) -> Memory:
+        """Name what a state holds; the arrays are views of it, not to be changed."""
+        return cast(Memory, built(self._first, state.row))
 
     def counters(self, state: NmpcState) -> dict[str, int]:
         """Counts of a run from its last state."""
-        c = state.counts
-        return {"deadline_misses": c.late, "fallbacks": c.fallbacks, "failed_plans": c.failed, "kept_plans": c.kept}
+        counts = self.memory(state).counts
+        names = {"deadline_misses": LATES, "fallbacks": FALLBACKS, "failed_plans": FAILURES, "kept_plans": KEPT}
+        return {name: int(counts[place]) for name, place in names.items()}
 
     def init(self) -> NmpcState:
         """Before the first sample."""
-        pair = (0.052, 3.5e-4)
-        return NmpcState(
-            np.full(self.intervals, pair[0]),
-            FRESH[self.effort.solver],
-            self.command.power,
-            self.command.power,
-            *pair,
-            np.zeros(0),
-            self._estimator.init(),
-            self._foresight.init(),
-            0,
-            0,
-            self.fallback.init(),
-            Counts(),
-        )
+        return NmpcState(row_of(self._first), self.fallback.init())
 
     def step(self, t: float, y: Any, state: NmpcState) -> tuple[tuple[float, float], NmpcState]:
         """Estimate, look ahead, command the power, plan, act."""
-        begin = self.clock()
-        state = self._observed(y, state._replace(sample=state.sample + 1))
-        moments, forecast = self._foresight.foresee(t, state.estimate, state.forecast)
-        state = self._powered(state._replace(forecast=forecast))
-        ahead = shifted(state.plan, state.plan[-1])
-        if state.sample % self.effort.replan == 0:
-            plan = self._planned(moments, ahead, state, begin)
+        begin, row, u = self.clock(), state.row.copy(), np.empty(2)
+        if self._whole:
+            call(self._machine.address, t, np.array(y), self._row, row, u)
+            return (float(u[0]), float(u[1])), NmpcState(row, state.fallback)
+        c, w, fallback = self._constants, built(self._first, row), state.fallback
+        observed(c, w, np.array(y))
+        if self._foresight.probe is not None:
+            self._foresight.foresee(t, self._foresight.probe, w.forecast, w.ahead)
+            between(w.forecast.now, w.ahead, w.moments)
         else:
-            plan = Plan(ahead, state.memory, "good")
-        return self._acted(t, y, plan, state)
+            if saw(c, w):
+                learn(c.predictor.learner, w.forecast.memory)
+            foreseen(c, w)
+        powered(c, w)
+        more, status = posed(c, w), GOOD
+        if more >= 0:
+            given = w.start, w.moments, w.now, w.weights, c.h, c.k, w.trial, w.other, w.result
+            self._planner(*given, c.iterations, more)
+            if not math.isfinite(w.result[0]):
+                status = FAILED
+            elif self.clock() - begin > self.deadline:
+                status = LATE
+        if acted(c, w, status, u):
+            command, fallback = self.fallback.step(t, y, fallback)
+            fell_back(w, float(command[0]), float(command[1]), u)
+        return (float(u[0]), float(u[1])), NmpcState(row, fallback)
 
-    def _observed(self, y: Any, state: NmpcState) -> NmpcState:
-        """Estimate the state."""
-        estimate = copied(state.estimate)
-        update(self._estimator, estimate, np.array(y), state.cc, state.cg)
-        if not np.isfinite(estimate.x_hat).all():
-            estimate = self._estimator.init()
-            update(self._estimator, estimate, np.array(y), state.cc, state.cg)
-        now = estimate.x_hat[PSI]
-        if state.angles.size:
-            angles = shifted(state.angles, now)
-        else:  # before the first sample
-            angles = now + self.aims.reserve * self.period * np.arange(1 - PAST, 1)
-        return state._replace(estimate=estimate, angles=angles)
+    def machine(self) -> tuple[Any, NDArray[np.float64], NDArray[np.float64]] | None:
+        """Entry, parameters and first state of the law as machine code, or None where a sample needs Python."""
+        return (self._machine, self._row, row_of(self._first)) if self._whole else None
 
-    def _powered(self, state: NmpcState) -> NmpcState:
-        """Set the power by the flywheel's speed."""
-        speed, since = state.estimate.x_hat[OMEGA_RATE], state.sample * self.period
-        power, mean = self.command.step(speed, state.mean, self.period, since, self.cg_max)
-        return state._replace(power=power, mean=mean)
+    def state_of(self, row: NDArray[np.float64]) -> NmpcState:
+        """State of the law that a machine has left as a row of numbers."""
+        return NmpcState(row.copy(), self.fallback.init())
 
-    def _planned(self, moments: NDArray[np.float64], cc: NDArray[np.float64], state: NmpcState, begin: float) -> Plan:
-        """Improve the plan `cc` (n,), which is the last one, shifted by an interval."""
-        planner, k, h, cost, rows = self._tools
-        now = np.array([state.power, state.cc, self.cc_max, self.period])
-        start = state.estimate.x_hat[rows]
-        cost = cost.copy()
-        cost[REACH] = state.angles[0] + self.aims.reserve * ((PAST - 1) * self.period + self.horizon)
-        other, more = self._elsewhere(state.sample, cc)
-        after, memory = planner(start, moments, now, cost, h, k, cc, state.memory, self.effort.iterations, other, more)
-        if not math.isfinite(after):
-            return Plan(cc, FRESH[self.effort.solver], "failed")
-        return Plan(cc, memory, "late" if self.clock() - begin > self.deadline else "good")
-
-    def _elsewhere(self, sample: int, cc: NDArray[np.float64]) -> tuple[NDArray[np.float64], int]:
-        """Another plan to begin from, and the iterations that it gets at this sample."""
-        turn, rest = divmod(sample // self.effort.replan, self.effort.every)
-        if rest != 0 or self.effort.retries == 0:
-            return cc, 0
-        kind = turn % 4
-        if kind < 2:
-            return np.full(cc.size, (0.0, 0.5 * self.cc_max)[kind]), self.effort.retries
-        moved = (kind == 2) * 3 or -3  # the same switching, a little later or sooner
-        return np.roll(cc, moved), self.effort.retries
-
-    def _acted(self, t: float, y: Any, plan: Plan, state: NmpcState) -> tuple[tuple[float, float], NmpcState]:
-        """Apply the plan, or what stands in for it."""
-        speed, counts = state.estimate.x_hat[OMEGA_RATE], state.counts
-        cg = min(state.power / max(speed * speed, 1.0), self.cg_max)
-        if plan.status == "good":
-            command = (float(plan.cc[0]), float(cg))
-            return command, state._replace(plan=plan.cc, memory=plan.memory, cc=command[0], cg=command[1], age=0)
-        counts = counts._replace(
-            late=counts.late + (plan.status == "late"), failed=counts.failed + (plan.status == "failed")
-        )
-        if state.age < PATIENCE:
-            rest = shifted(state.plan, state.plan[-1])
-            command, fallback = (float(rest[0]), float(cg)), state.fallback
-            counts = counts._replace(kept=counts.kept + 1)
-        else:
-            rest = np.full(self.intervals, state.cc)
-            command, fallback = self.fallback.step(t, y, state.fallback)
-            counts = counts._replace(fallbacks=counts.fallbacks + 1)
-        state = state._replace(
-            plan=rest,
-            memory=FRESH[self.effort.solver],
-            cc=command[0],
-            cg=command[1],
-            age=state.age + 1,
-            fallback=fallback,
-            counts=counts,
-        )
-        return command, state
+    def spent(self, state: NmpcState) -> tuple[float, float]:
+        """Median and 99 % of the times that the samples of a machine took. [s]"""
+        counts = self.memory(state).spent
+        return quantile(counts, 0.5), quantile(counts, 0.99)
 
     @cached_property
-    def _tools(self) -> tuple[Any, ...]:
-        """Compiled planner, constants, step and cost of the model; rows of the plant's state that it has."""
-        orders = orders_of(self.plant)
-        a = self.aims
+    def _whole(self) -> bool:
+        """Whether a sample is machine code as a whole."""
+        plain = self.information == "sensors" and type(self.fallback) is Fallback and self.deadline == math.inf
+        if not (plain and self.effort.solver in MODEL):
+            return False
+        try:
+            row_of(self._constants)
+        except NotFlat:
+            return False
+        return True
+
+    @cached_property
+    def _constants(self) -> Constants:
+        """What a sample goes by; the addresses are known to `_row` alone."""
+        a, effort, pair = self.aims, self.effort, self.fallback
         cost = weights(self.plant, a.motion, a.limit1, a.limit3, a.lock, a.floor, a.travel, a.terminal)
-        cost = cost._replace(turns=a.turns)
-        rows = np.array([row for row in range(len(self.plant.rolling.labels)) if row != OMEGA])
-        h = np.array([self.period / STEPS])
-        return planner_of(orders, self.effort.solver), constants(self.plant), h, np.array(cost), rows
+        return Constants(
+            estimator=MomentEstimator.design(self.plant, period=self.period),
+            predictor=self._foresight.predictor,
+            command=PowerCommand(*(float(value) for value in self.command)),
+            rows=np.array([row for row in range(len(self.plant.rolling.labels)) if row != OMEGA], np.int64),
+            h=np.array([self.period / STEPS]),
+            k=constants(self.plant),
+            weights=np.array(cost._replace(turns=a.turns), np.float64),
+            period=float(self.period),
+            horizon=float(self.horizon),
+            reserve=float(a.reserve),
+            cc_max=float(self.cc_max),
+            cg_max=float(self.cg_max),
+            fresh=FRESH[effort.solver],
+            iterations=int(effort.iterations),
+            replan=int(effort.replan),
+            every=int(effort.every),
+            retries=int(effort.retries),
+            fallback=(float(pair.cc), float(pair.cg)) if type(pair) is Fallback else (0.0, 0.0),
+            addresses=(0, 0, 0, 0, 0),
+        )
 
     @cached_property
-    def _estimator(self) -> MomentEstimator:
-        return MomentEstimator.design(self.plant, period=self.period)
+    def _first(self) -> Memory:
+        return first_memory(self._constants, BEFORE, self.intervals, BINS)
+
+    @cached_property
+    def _texts(self) -> Texts:
+        return texts_of(self._constants, self._first)
+
+    @cached_property
+    def _parts(self) -> tuple[Any, ...]:
+        """Planner, functions of its model, and what learns the sea, compiled; kept, since their code goes with them."""
+        solver = self.effort.solver
+        return compiled_planner(solver), *model_of(orders_of(self.plant), solver), learn_of(self._texts)
+
+    @cached_property
+    def _machine(self) -> Any:
+        return sample_of(self._texts)
+
+    @cached_property
+    def _row(self) -> NDArray[np.float64]:
+        addresses = tuple(part.address for part in self._parts)
+        return row_of(self._constants._replace(addresses=(*addresses, clock_address())))
+
+    @cached_property
+    def _planner(self) -> Callable[..., None]:
+        return planner_of(orders_of(self.plant), self.effort.solver)
 
     @cached_property
     def _foresight(self) -> Foresight:
         lead = {"sensors": None, "forecast": self.probe.lead, "oracle": math.inf}[self.information]
-        return Foresight.design(self.plant, self._estimator, self.horizon, lead, self.probe.noise, self.seen)
+        estimator = MomentEstimator.design(self.plant, period=self.period)
+        return Foresight.design(self.plant, estimator, self.horizon, lead, self.probe.noise, self.seen)
 
 
-def shifted(values: NDArray[np.float64], last: float) -> NDArray[np.float64]:
-    """Values one sample later (n,), in a new array; `np.append` takes five times as long."""
-    later = np.empty(values.size)
-    later[:-1] = values[1:]
-    later[-1] = last
-    return later
+@entry_point
+def call(address: int, t: float, y: Any, p: Any, s: Any, u: Any) -> None:
+    """Call an entry from Python."""
+    entry_at(address)(t, y, p, s, u)

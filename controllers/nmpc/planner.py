@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from numba import types
+from numba import cfunc, types
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from gyroctl.controllers.nmpc import by_address
@@ -31,23 +31,25 @@ from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
 
 FIELDS = len(Weights._fields)
 
-
 NEWTON, TOLERANCE = 4, 1e-4
 """Newton steps on a subproblem, each better than the last, and its tolerance [Nms]: a few serve as well as all."""
 
 FRESH = {"condensed": 100.0, "riccati": 100.0, "osqp": 100.0, "descent": 1e-3}
 """Memory of a solver that begins anew: proximal weight [J/(Nms)^2], or step length [(Nms)^2/J]."""
 
-MODEL = {
-    "condensed": (step_of, pullback_of, tangent_of),
-    "riccati": (step_of, pullback_of, tangent_of),
-    "descent": (step_of, pullback_of),
-}
+ELSEWHERE = {"condensed": 1.0, "riccati": 1.0, "osqp": 1.0, "descent": 1e-4}
+"""The same for a plan that is begun elsewhere: with large steps it has soon left where it began."""
+
+GRADIENTS = 3
+"""Steps of `descent` that a plan begun elsewhere gets for each iteration by programs."""
+
+MODEL = {"condensed": (step_of, tangent_of), "riccati": (step_of, tangent_of), "descent": (step_of, pullback_of)}
 """Functions of the model that a solver takes."""
 
-step_at, pullback_at, tangent_at = function_at(6), function_at(8), function_at(7)
+step_at, pullback_at, tangent_at = function_at(6), function_at(8), function_at(6)
 
-RETRY_LENGTH = 1e-4  # first step of a descent from elsewhere [(Nms)^2/J]
+PLAN = types.void(types.intp, types.intp, *[ROW] * 9, types.int64, types.int64)
+"""Of ``plan(step, slope, start, moments, now, weights, h, k, cc, other, result, iterations, more)``."""
 
 
 @inlined
@@ -57,12 +59,11 @@ def problem_of(start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any)
 
 
 def _by_programs(stamp: str, condensed: bool) -> Any:
-    """Compile a planner by quadratic programs; the stamp makes the cache forget code whose parts have changed."""
+    """Text of a planner by quadratic programs; the stamp makes the cache forget code whose parts have changed."""
+    fresh = ELSEWHERE["condensed"]
 
-    @entry_point
     def plan(
         step_address: int,
-        pullback_address: int,
         tangent_address: int,
         start: Any,
         moments: Any,
@@ -71,29 +72,36 @@ def _by_programs(stamp: str, condensed: bool) -> Any:
         h: Any,
         k: Any,
         cc: Any,
-        memory: float,
-        iterations: int,
         other: Any,
+        result: Any,
+        iterations: int,
         more: int,
-    ) -> tuple[float, float]:
+    ) -> None:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
-        step, pullback, tangent = step_at(step_address), pullback_at(pullback_address), tangent_at(tangent_address)
+        step, tangent = step_at(step_address), tangent_at(tangent_address)
         problem = problem_of(start, moments, now, weights, h, k)
-        if condensed:
-            room = empty_condensed(cc.size, problem.start.size)
-            found = iterate_condensed(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
-        else:
-            room = empty_room(cc.size, problem.start.size)
-            found = iterate_briefly(step, tangent, problem, cc, memory, iterations, NEWTON, TOLERANCE, room)
-        return elsewhere(step, pullback, problem, cc, other, more, found.after), found.proximal
+        room = (empty_condensed if condensed else empty_room)(cc.size, start.size)
+        for begun in range(2 if more > 0 else 1):  # the plan, then the one from elsewhere: one place that is compiled
+            tried, count, memory = cc, iterations, result[1]
+            if begun == 1:
+                tried, count, memory = other, more, fresh
+            if condensed:
+                found = iterate_condensed(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
+            else:
+                found = iterate_briefly(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
+            if begun == 0:
+                result[0], result[1] = found.after, found.proximal
+            elif found.after < result[0]:
+                put(other, cc)
+                result[0] = found.after
 
     return plan
 
 
 def _by_descent(stamp: str) -> Any:
-    """Compile the planner by gradients."""
+    """Text of the planner by gradients."""
+    fresh = ELSEWHERE["descent"]
 
-    @entry_point
     def plan(
         step_address: int,
         pullback_address: int,
@@ -104,69 +112,86 @@ def _by_descent(stamp: str) -> Any:
         h: Any,
         k: Any,
         cc: Any,
-        memory: float,
-        iterations: int,
         other: Any,
+        result: Any,
+        iterations: int,
         more: int,
-    ) -> tuple[float, float]:
+    ) -> None:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         step, pullback = step_at(step_address), pullback_at(pullback_address)
         problem = problem_of(start, moments, now, weights, h, k)
-        _, cost, memory = descend(step, pullback, problem, cc, memory, iterations)
-        return elsewhere(step, pullback, problem, cc, other, more, cost), memory
+        _, cost, memory = descend(step, pullback, problem, cc, result[1], iterations)
+        result[0], result[1] = cost, memory
+        if more > 0:
+            _, found, _ = descend(step, pullback, problem, other, fresh, GRADIENTS * more)
+            if found < cost:
+                put(other, cc)
+                result[0] = found
 
     return plan
 
 
-@inlined
-def elsewhere(step: Any, pullback: Any, problem: Any, cc: Any, other: Any, more: int, cost: float) -> float:
-    """Improve the plan `other` by descent and write it over `cc` where it costs less; return the cost of `cc`."""
-    if more > 0:
-        _, found, _ = descend(step, pullback, problem, other, RETRY_LENGTH, more)
-        if found < cost:
-            put(other, cc)
-            return float(found)
-    return cost
-
-
 STAMP = source_stamp((__file__, by_address.__file__, *descent.SOURCES, *rti.SOURCES))
-_compiled = {
-    "condensed": _by_programs(STAMP, True),
-    "riccati": _by_programs(STAMP, False),
-    "descent": _by_descent(STAMP),
-}
 
 
-def compile_planner(solver: str) -> None:
-    """Compile a planner by the types of its arguments: the three functions of the model need not be there for it."""
-    if solver not in _compiled:
-        return
-    addresses = [types.intp] * len(MODEL[solver])
-    _compiled[solver].compile((*addresses, *[ROW] * 7, types.float64, types.int64, ROW, types.int64))
+@lru_cache(maxsize=4)
+def compiled_planner(solver: str) -> Any:
+    """Compile a planner, see `PLAN`: the functions of the model need not be there for it.
+
+    The plan `cc` (n,) is improved by so many `iterations` of the solver "condensed", "riccati" or "descent". `now`
+    holds power [W], last coupling, its limit [Nms] and the control interval [s]; `weights` the fields of `Weights`; the
+    rest is as in `Problem`. `result` holds what the solver remembers, see `FRESH`, as its second number, and both
+    numbers are written: the cost of the plan [J] is the first. With `more` > 0 iterations the plan `other` is improved
+    as well, and taken instead of `cc` where it costs less: there are many local optima, and a plan that is only ever
+    shifted stays in its own.
+    """
+    text = _by_descent(STAMP) if solver == "descent" else _by_programs(STAMP, solver == "condensed")
+    return cfunc(PLAN, cache=True, error_model="numpy")(text)
 
 
 @lru_cache(maxsize=8)
-def planner_of(orders: Orders, solver: str) -> Callable[..., tuple[float, float]]:
-    """Choose ``plan(start, moments, now, weights, h, k, cc, memory, iterations, other, more)``.
+def model_of(orders: Orders, solver: str) -> tuple[Any, Any]:
+    """Functions of the model that a solver takes, with radiation filters of these orders."""
+    first, second = MODEL[solver]
+    return first(orders), second(orders)
 
-    `now` holds power [W], last coupling, its limit [Nms] and the control interval [s]; `weights` the fields of
-    `Weights`; the rest is as in `Problem`, with radiation filters of these orders. The plan `cc` is improved by the
-    solver: "condensed", "riccati", "osqp" or "descent". With `more` > 0 iterations the plan `other` is improved by
-    descent as well, and taken instead of `cc` where it costs less: there are many local optima, and a plan that is only
-    ever shifted stays in its own.
 
-    Returns
-    -------
-    function
-        It returns the cost of the plan [J] and the memory that the solver goes on with, see `FRESH`.
+plan_at = by_address.function_of(PLAN)
+
+
+@entry_point
+def plan_by_address(
+    address: int,
+    step: int,
+    slope: int,
+    start: Any,
+    moments: Any,
+    now: Any,
+    weights: Any,
+    h: Any,
+    k: Any,
+    cc: Any,
+    other: Any,
+    result: Any,
+    iterations: int,
+    more: int,
+) -> None:
+    """Call a planner from Python."""
+    plan_at(address)(step, slope, start, moments, now, weights, h, k, cc, other, result, iterations, more)
+
+
+def planner_of(orders: Orders, solver: str) -> Callable[..., None]:
+    """Return ``plan(start, moments, now, weights, h, k, cc, other, result, iterations, more)`` of any solver.
+
+    As `compiled_planner`, with the functions of the model in it, and with "osqp" among the solvers.
     """
     if solver == "osqp":
-        return osqp_planner(orders, RETRY_LENGTH)
-    functions = [function_of(orders) for function_of in MODEL[solver]]
-    addresses, solve = [function.address for function in functions], _compiled[solver]
+        return osqp_planner(orders, ELSEWHERE["osqp"])
+    planner, model = compiled_planner(solver), model_of(orders, solver)
+    addresses = planner.address, *(function.address for function in model)
 
-    def plan(*given: Any) -> tuple[float, float]:
-        assert functions  # kept: their machine code goes with them
-        return solve(*addresses, *given)  # type: ignore[no-any-return]
+    def plan(*given: Any) -> None:
+        assert planner and model  # kept: their machine code goes with them
+        plan_by_address(*addresses, *given)
 
     return plan

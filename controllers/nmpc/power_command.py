@@ -14,6 +14,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from gyroctl.plant.compiled import inlined
+
 LEAST = 0.1
 """Least mean power, from which it grows again. [W]"""
 
@@ -48,9 +50,17 @@ class PowerCommand(NamedTuple):
         cg_max : float
             Limit of the generator gain. [Nms]
         """
-        most = cg_max * speed * speed
-        part = speed / self.flywheel
-        learning = self.integral * min(max(self.settling / max(since, period), 1.0), QUICK)
-        mean = min(max(mean * (1.0 + learning * period * (part - 1.0)), LEAST), most)
-        share = 1.0 + self.proportional * (part - 1.0) + self.guard * min(part - self.low, 0.0)
-        return min(max(mean * share, 0.0), most), mean
+        return commanded(self, speed, mean, period, since, cg_max)
+
+
+@inlined
+def commanded(
+    law: PowerCommand, speed: float, mean: float, period: float, since: float, cg_max: float
+) -> tuple[float, float]:
+    """Return power and new mean [W], see `PowerCommand.step`."""
+    most = cg_max * speed * speed
+    part = speed / law.flywheel
+    learning = law.integral * min(max(law.settling / max(since, period), 1.0), QUICK)
+    mean = min(max(mean * (1.0 + learning * period * (part - 1.0)), LEAST), most)
+    share = 1.0 + law.proportional * (part - 1.0) + law.guard * min(part - law.low, 0.0)
+    return min(max(mean * share, 0.0), most), mean

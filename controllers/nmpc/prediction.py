@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.casadi_to_numba import compiled
+from gyroctl.controllers.nmpc.casadi_to_numba import compiled, compiled_columns
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA, Coefficients, derivative
 
@@ -37,6 +37,15 @@ STEPS = 2
 """Model steps in a control interval of 0.1 s: with two, 4 s ahead, the states are right to about a hundredth."""
 
 
+class Chain(NamedTuple):
+    """What a step does to a derivative, by the chain rule, stage by stage."""
+
+    stages: list[Any]  # entries of the Jacobians of the stages, as expressions
+    matrices: list[Any]  # symbols that stand for them
+    so_far: Any  # derivative of the state, and that of the coupling (n + 1,)
+    after: Any  # derivative of the state after the step (n,)
+
+
 class Model(NamedTuple):
     """One step of the prediction model, symbolic: from `x`, held `u` and moments, over `h`."""
 
@@ -46,7 +55,7 @@ class Model(NamedTuple):
     h: Any  # [s]
     k: Any  # constants of the device, see `constants`
     after: Any  # state after the step
-    jacobian: Any  # of it by state and u (n, n + 2)
+    chain: Chain
 
     @property
     def given(self) -> list[Any]:
@@ -101,22 +110,30 @@ def model(orders: Orders) -> Model:
     whole = x + h * (DELTA * first + (1.0 - DELTA) * third + (1.0 - GAMMA) * pull)
     after, _ = coupled(whole)
 
-    # the chain rule stage by stage: products of sparse matrices, a fifth less than what casadi finds from end to end
+    # the chain rule stage by stage: sparse matrices, which every column meets in turn; their product would be full
     point, me, by = casadi.SX.sym("point", n), casadi.SX.sym("me", 2), casadi.jacobian
     free, bound = rate(point, 0.0, power, me[0], me[1]), coupled(point)[1]
+    so_far = casadi.SX.sym("so_far", n + 1)  # derivative of state and coupling
+    entries: Any = lambda matrix: casadi.vertcat(*matrix.nonzeros())  # noqa: E731
+    stages: list[Any] = []
+    matrices: list[Any] = []
 
-    def moved(of: Any, there: Any, so_far: Any, part: float = 0.0) -> Any:
-        """Derivative (n, n + 2) of the rate `of` at a stage, where the stage has moved `so_far`."""
-        stage = [there, casadi.vertcat(*moments(part))]
-        by_point, by_u = casadi.substitute([by(of, point), by(of, u)], [point, me], stage)
-        return by_point @ so_far + casadi.horzcat(casadi.SX(n, n), by_u)
+    def moved(of: Any, there: Any, stage: Any, share: Any, part: float = 0.0) -> Any:
+        """Derivative of `share` times the rate `of` at a stage, where the stage has moved by `there`."""
+        place = [stage, casadi.vertcat(*moments(part))]
+        whole = casadi.horzcat(*casadi.substitute([by(of, point), by(of, cc)], [point, me], place))
+        matrix = casadi.SX.sym(f"stage{len(stages)}", whole.sparsity())
+        stages.append(entries(share * whole))
+        matrices.append(entries(matrix))
+        return matrix @ casadi.vertcat(there, so_far[n])
 
-    start = casadi.horzcat(casadi.SX.eye(n), casadi.SX(n, 2))
-    of_first = moved(free, x, start)
-    of_pull = moved(bound, halfway, start + h * GAMMA * of_first)
-    of_third = moved(free, second, start + h * GAMMA * (of_first + of_pull), GAMMA)
-    of_whole = start + h * (DELTA * of_first + (1.0 - DELTA) * of_third + (1.0 - GAMMA) * of_pull)
-    return Model(x, u, m, h, symbols, after, of_whole + h * GAMMA * moved(bound, whole, of_whole))
+    start = so_far[:n]
+    of_first = moved(free, start, x, h * GAMMA)
+    of_pull = moved(bound, start + of_first, halfway, h * GAMMA)
+    of_third = moved(free, start + of_first + of_pull, second, h * (1.0 - DELTA), GAMMA)
+    of_whole = start + (DELTA / GAMMA) * of_first + of_third + ((1.0 - GAMMA) / GAMMA) * of_pull
+    of_after = of_whole + moved(bound, of_whole, whole, h * GAMMA)
+    return Model(x, u, m, h, symbols, after, Chain(stages, matrices, so_far, of_after))
 
 
 @lru_cache(maxsize=4)
@@ -139,11 +156,14 @@ def pullback_of(orders: Orders) -> Any:
 
 @lru_cache(maxsize=4)
 def tangent_of(orders: Orders) -> Any:
-    """Compile ``tangent(x, u, moments, h, k, after, jacobian)``: Jacobian (n, n + 2) by columns, exact."""
-    import casadi
+    """Compile ``tangent(x, u, moments, h, k, columns)``: carry derivatives of the state through a step, exactly.
 
+    `columns` is an array (n + 1, `row_of(n + 1)`), flat: in each column the derivative of the state, and below it that
+    of the coupling, by whatever the column stands for.
+    """
     found = model(orders)
-    return compiled("tangent", found.given, casadi.cse([found.after, found.jacobian]))
+    size, chain = found.x.numel() + 1, found.chain
+    return compiled_columns("tangent", found.given, chain.stages, chain.matrices, chain.so_far, chain.after, size)
 
 
 def orders_of(plant: Plant) -> Orders:

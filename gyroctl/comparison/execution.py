@@ -23,7 +23,7 @@ from pebble import ProcessExpired, ProcessPool
 from gyroctl.comparison import store
 from gyroctl.comparison.items import Item, Outcome, failed, perform
 from gyroctl.harness.law_entry import compile_law
-from gyroctl.harness.protocol import Law, Preparing, Wrapping, innermost
+from gyroctl.harness.protocol import Law, Machined, Preparing, Wrapping, innermost
 from gyroctl.harness.together import pieces
 from gyroctl.simulation.progress import Progress
 
@@ -76,25 +76,33 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
     """
     laws = {item.name: item.law for item in items}
     fast = [name for name, law in laws.items() if _ours(law) and isinstance(innermost(law), tuple)]
-    slow = [item for item in items if item.name not in fast]
+    slow = [name for name in laws if name not in fast]
     futures: dict[Future[Any], list[Item]] = {}
     with _pools(workers) as (threads, processes):
         several = workers > 1 and len(items) > 1
         parts = [processes.schedule(part) for law in laws.values() for part in _parts(law)] if several else []
 
-        def begin_slow() -> None:
-            for item in slow:
+        def begin(name: str) -> None:
+            """By threads, side by side, what is machine code, and by processes the rest."""
+            own, law = [item for item in items if item.name == name], laws[name]
+            machine = name in fast or (_ours(law) and isinstance(law, Machined) and law.machine() is not None)
+            if machine:
+                shares = [own[part] for part in pieces(len(own), workers)]
+                futures.update({threads.submit(perform, share): share for share in shares})
+                return
+            for item in own:
                 by_thread = _ours(item.law) and not several
                 futures[threads.submit(perform, [item]) if by_thread else _sent(item, processes)] = [item]
-            slow.clear()
+
+        def begin_slow() -> None:
+            while slow:
+                begin(slow.pop(0))
 
         for name in fast:
             if all(part.done() for part in parts):
                 begin_slow()
             compile_law(laws[name])
-            own = [item for item in items if item.name == name]
-            for part in pieces(len(own), workers):
-                futures[threads.submit(perform, own[part])] = own[part]
+            begin(name)
         yield from _ended(futures, parts)
         if slow:
             futures.clear()

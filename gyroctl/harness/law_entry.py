@@ -22,7 +22,7 @@ from numba.core.errors import NumbaError, UnsupportedBytecodeError
 from numpy.typing import NDArray
 
 from gyroctl import nested
-from gyroctl.harness.protocol import Failure, Law, LawError, Measurement
+from gyroctl.harness.protocol import Failure, Law, LawError, Machined, Measurement
 from gyroctl.nested import NotFlat, Shape
 from gyroctl.plant import measurement
 from gyroctl.plant.ingredients import Untold, ingredients
@@ -71,6 +71,8 @@ class NotCompiled(TypeError):
 def compile_law(law: Law) -> CompiledLaw | None:
     """Compile a law that is a NamedTuple of floats and tables, or return None where it runs as plain Python.
 
+    One that brings its own machine code (`Machined`) is compiled already.
+
     Fields may be grouped in NamedTuples, and so may those of the state. A table is a tuple of floats or an array of
     them with one dimension; compiled, the law's `step` gets it as an array: indices and `len` work alike in both. The
     state holds floats alone.
@@ -89,6 +91,11 @@ def compiled(law: Law) -> CompiledLaw:
     NotCompiled
         Where it cannot be, with the reason.
     """
+    if isinstance(law, Machined):
+        machine = law.machine()
+        if machine is None:
+            raise NotCompiled("its settings need Python at every sample")
+        return CompiledLaw(*machine)
     if not isinstance(law, tuple):
         raise NotCompiled(f"it is a {type(law).__name__} and no NamedTuple")
     start = law.init()
@@ -217,10 +224,17 @@ class PythonLaw:
         return LawError(f"law {self.name!r} {what} at t = {t:.1f} s: {mend}", kind, float(t))
 
 
+def last_state(law: Law, s: NDArray[np.float64]) -> Any:
+    """State of a law, as its `step` knows it, out of the flat one of a compiled run."""
+    if isinstance(law, Machined):
+        return law.state_of(s)
+    return nested.like(law.init(), s.tolist())
+
+
 def why_it_stopped(law: Law, name: str, t: float, y: NDArray[np.float64], state: NDArray[np.float64]) -> LawError:
     """Go through the sample at which a compiled law stopped as plain Python, and return what that says."""
     again = PythonLaw(law, name)
-    again.state = nested.like(again.state, state.tolist())
+    again.state = last_state(law, state)
     try:
         again(t, y, None, None, np.zeros(2))
     except LawError as error:

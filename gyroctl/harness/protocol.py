@@ -88,6 +88,30 @@ class Preparing(Protocol):
 
 
 @runtime_checkable
+class Machined(Protocol):
+    """A law that brings its own machine code, for what the harness cannot compile out of its `step`.
+
+    Runs of it then need no interpreter: they go side by side on threads of one process.
+    """
+
+    def machine(self) -> tuple[Any, Any, Any] | None:
+        """Return ``entry(t, y, p, s, u)``, p and the first s, or None where these settings need Python.
+
+        The entry is a numba cfunc of a time [s] and four rows of floats: it writes the command to `u` (2,) and changes
+        `s` in place, gives what `step` gives to the last bit, and a command that is no number where it fails.
+        """
+        ...
+
+    def state_of(self, s: Any) -> Any:
+        """Return the state, as `step` knows it, of a row that the entry has left."""
+        ...
+
+    def spent(self, state: Any) -> tuple[float, float]:
+        """Return median and 99 % of the times that the samples so far took, NaN where that is not known. [s]"""
+        ...
+
+
+@runtime_checkable
 class Wrapping(Protocol):
     """A law around a law."""
 

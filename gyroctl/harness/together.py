@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Hashable, Sequence
+from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from itertools import pairwise
@@ -13,12 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl import nested
 from gyroctl.harness.actuation import ActuatorArrays
 from gyroctl.harness.lane_loop import LaneActuators, LaneKernel, LaneSensors, compiled_lane_loop
-from gyroctl.harness.law_entry import CompiledLaw, compile_law, why_it_stopped
-from gyroctl.harness.protocol import Counting, Law, LawError, Motoring
-from gyroctl.harness.run import LawTiming, Settings, beginning, checked_run, run_law, time_compiled
+from gyroctl.harness.law_entry import CompiledLaw, compile_law, last_state, why_it_stopped
+from gyroctl.harness.protocol import Counting, Law, LawError, Machined, Motoring
+from gyroctl.harness.run import LawTiming, Settings, beginning, checked_run, run_law, timing_of
 from gyroctl.harness.sensing import SensorArrays, Sensors
 from gyroctl.harness.sight import informed
 from gyroctl.plant import Plant
@@ -190,14 +189,13 @@ def _in_lanes(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
         failed,
     )
     found: list[Outcome] = []
-    timing = time_compiled(told[0].machine)  # of one kind: the time of a sample does not depend on the numbers
-    for run, one in enumerate(told):
+    for run, (one, timing) in enumerate(zip(told, _timings(told, s), strict=True)):
         if failed[run] >= 0:
             found.append(why_it_stopped(one.law, one.loop.name, failed[run] * tick, seen[run], s[run]))
             continue
         lag = float(one.loop.settings.actuators.cc_lag)
         own = Record(record[run], commands[run], controls[run], tick, int(saturations[run]), None, lag)
-        found.append((own, _counted(timing, one, s[run])))
+        found.append((own, timing))
     return found
 
 
@@ -216,8 +214,12 @@ def _actuators(one: _Told) -> ActuatorArrays:
     return one.loop.settings.actuators.arrays(isinstance(one.law, Motoring) and one.law.motors)
 
 
-def _counted(timing: LawTiming, one: _Told, state: NDArray[np.float64]) -> LawTiming:
-    if isinstance(one.law, Counting):
-        last = nested.like(one.law.init(), state.tolist())
-        return replace(timing, counters=dict(one.law.counters(last)))
-    return timing
+def _timings(told: Sequence[_Told], states: NDArray[np.float64]) -> Iterator[LawTiming]:
+    """Timing and counts of each run. Where a law does not time itself one serves all: they differ in numbers alone."""
+    timing: LawTiming | None = None
+    for one, state in zip(told, states, strict=True):
+        counts, itself = isinstance(one.law, Counting), isinstance(one.law, Machined)
+        last = last_state(one.law, state) if counts or itself else None
+        if timing is None or itself:
+            timing = timing_of(one.law, one.machine, last)
+        yield replace(timing, counters=dict(one.law.counters(last))) if isinstance(one.law, Counting) else timing

@@ -7,14 +7,17 @@ from __future__ import annotations
 
 from typing import Any
 
+from gyroctl.plant import fused
 from gyroctl.plant.compiled import stamped
+from gyroctl.plant.fused import fma
 
 
-@stamped((__file__,))
+@stamped((fused.__file__, __file__))
 def add_rows(factors: Any, rows: Any, first: int, end: int, out: Any, low: int, high: int) -> None:
     """Add ``factors[k] rows[k]`` for k from `first` up to `end`, one after the other, to `out` from `low` up to `high`.
 
-    Four at a time: `out` is loaded and stored once for all four, in the order of a plain sum, so that no bit differs.
+    Four at a time: `out` is loaded and stored once for all four, in the order of a plain sum. Each product is rounded
+    together with its sum.
 
     Parameters
     ----------
@@ -32,10 +35,10 @@ def add_rows(factors: Any, rows: Any, first: int, end: int, out: Any, low: int, 
         f0, f1, f2, f3 = factors[k], factors[k + 1], factors[k + 2], factors[k + 3]
         r0, r1, r2, r3 = rows[k], rows[k + 1], rows[k + 2], rows[k + 3]
         for b in range(low, high):
-            out[b] = (((out[b] + f0 * r0[b]) + f1 * r1[b]) + f2 * r2[b]) + f3 * r3[b]
+            out[b] = fma(f3, r3[b], fma(f2, r2[b], fma(f1, r1[b], fma(f0, r0[b], out[b]))))
         k += 4
     while k < end:
         f, row = factors[k], rows[k]
         for b in range(low, high):
-            out[b] += f * row[b]
+            out[b] = fma(f, row[b], out[b])
         k += 1

@@ -5,7 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from gyroctl.controllers.nmpc import problem
-from gyroctl.plant import row_sums
+from gyroctl.plant import fused, row_sums
 
-SOURCES = (*problem.SOURCES, row_sums.__file__, *sorted(str(file) for file in Path(__file__).parent.glob("*.py")))
+SOURCES = (
+    *problem.SOURCES,
+    fused.__file__,
+    row_sums.__file__,
+    *sorted(str(file) for file in Path(__file__).parent.glob("*.py")),
+)
 """Files that are compiled into the solvers: their text makes the stamp of what numba keeps."""

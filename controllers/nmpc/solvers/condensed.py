@@ -18,6 +18,7 @@ from gyroctl.controllers.nmpc.solvers import SOURCES, subproblem
 from gyroctl.controllers.nmpc.solvers.bent_path import ROUNDING, SHORTEST, SUFFICIENT, hold, steepness
 from gyroctl.controllers.nmpc.solvers.subproblem import OUTPUTS, Step
 from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
+from gyroctl.plant.fused import EIGHT, add_eights
 from gyroctl.plant.row_sums import add_rows
 
 FloatArray = NDArray[np.float64]
@@ -36,8 +37,9 @@ class CondensedRoom(NamedTuple):
     new_slopes: FloatArray  # (3 n,)
     reply: FloatArray  # (n, 3 n): of each output to each coupling
     terminal: FloatArray  # (n,) slope of the terminal cost
-    front: FloatArray  # (m, n): states after an interval by the couplings up to it
-    ahead: FloatArray  # (m, n)
+    padded: FloatArray  # (m fours,) A of an interval, its rows filled up with zeros to a multiple of four
+    front: FloatArray  # (blocks, fours EIGHT): states after an interval by the couplings of a block, side by side
+    ahead: FloatArray  # the same
     acting: FloatArray  # (3 n, n): replies of the outputs whose limits act to the free couplings
     factors: FloatArray  # (3 n,)
     hessian: FloatArray  # (n, n) of the free couplings, then its factor U with U' U
@@ -52,7 +54,8 @@ def empty_condensed_room(n: int, m: int) -> CondensedRoom:
     new, k = np.zeros, 3 * n
     couplings = new(n), new(n), new(n), new(n), new(n)
     outputs = new(k), new(k), new(k), new((n, k)), new(n)
-    states = new((m, n)), new((m, n))
+    blocks, fours = (n + EIGHT - 1) // EIGHT, (m + 3) // 4 * 4
+    states = new(m * fours), new((blocks, fours * EIGHT)), new((blocks, fours * EIGHT))
     system = new((k, n)), new(k), new((n, n)), new(n)
     return CondensedRoom(*couplings, *outputs, *states, *system, np.zeros(n, np.int64), np.zeros(n, np.bool_))
 
@@ -61,18 +64,32 @@ def empty_condensed_room(n: int, m: int) -> CondensedRoom:
 def condense(qp: Any, room: Any) -> None:
     """Eliminate the states: write the replies of the outputs, and the slope of the terminal cost, by each coupling."""
     n, m = qp.b.shape
-    front, ahead = room.front, room.ahead
+    front, ahead, padded = room.front, room.ahead, room.padded
+    fours = padded.size // m
+    front[:, :] = 0.0
+    ahead[:, :] = 0.0
     for i in range(n):
         for row in range(m):
-            ahead[row, :i] = 0.0
-            add_rows(qp.A[i, row], front, 0, m, ahead[row], 0, i)
-            ahead[row, i] = qp.b[i, row]
+            for column in range(m):
+                padded[fours * row + column] = qp.A[i, row, column]
+        for block in range(i // EIGHT + 1):
+            begin, now, later = EIGHT * block, front[block], ahead[block]
+            later[: EIGHT * m] = 0.0
+            for k in range(0, fours, 4):
+                for row in range(m):
+                    add_eights(padded, fours * row + k, now, k, later, row)
+            if i < begin + EIGHT:
+                for row in range(m):
+                    later[EIGHT * row + i - begin] = qp.b[i, row]
+            for r in range(3):
+                for l in range(min(i + 1 - begin, EIGHT)):
+                    room.reply[begin + l, 3 * i + r] = later[EIGHT * OUTPUTS[r] + l]
         front, ahead = ahead, front
-        for r in range(3):
-            for j in range(i + 1):
-                room.reply[j, 3 * i + r] = front[OUTPUTS[r], j]
-    room.terminal[:] = 0.0
-    add_rows(qp.terminal, front, 0, m, room.terminal, 0, n)
+    for j in range(n):
+        total = 0.0
+        for row in range(m):
+            total += qp.terminal[row] * front[j // EIGHT, EIGHT * row + j % EIGHT]
+        room.terminal[j] = total
 
 
 @entry_point

@@ -8,31 +8,29 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from gyroctl.controllers.nmpc.prediction import Orders, pullback_of, step_of, tangent_of
+from gyroctl.controllers.nmpc.prediction import Orders, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
-from gyroctl.controllers.nmpc.solvers.descent import descend
 from gyroctl.controllers.nmpc.solvers.osqp_solver import OsqpSolver
 from gyroctl.controllers.nmpc.solvers.real_time_iterations import empty_room, iterate_with
 
 
-def osqp_planner(orders: Orders, retry_length: float) -> Callable[..., tuple[float, float]]:
-    """Return a planner with the arguments and the answer of those of `planner.planner_of`."""
-    step, pullback, tangent = step_of(orders), pullback_of(orders), tangent_of(orders)
+def osqp_planner(orders: Orders, elsewhere: float) -> Callable[..., None]:
+    """Return a planner as `planner.planner_of` does; `elsewhere` is the memory of a plan that is begun there."""
+    step, tangent = step_of(orders), tangent_of(orders)
     built: dict[int, tuple[OsqpSolver, Any]] = {}
 
-    def plan(*given: Any) -> tuple[float, float]:
-        start, moments, now, weights, h, k, cc, memory, iterations, other, more = given
+    def plan(*given: Any) -> None:
+        start, moments, now, weights, h, k, cc, other, result, iterations, more = given
         power, before, cc_max, period = now.tolist()
         problem = Problem(start, moments, power, before, cc_max, period, h, k, Weights(*weights.tolist()))
         if cc.size not in built:
             built[cc.size] = OsqpSolver(cc.size, start.size), empty_room(cc.size, start.size)
         solver, room = built[cc.size]
-        found = iterate_with(solver, step, tangent, problem, cc, memory, iterations, room)
-        cost = found.after
+        found = iterate_with(solver, step, tangent, problem, cc, float(result[1]), iterations, room)
+        result[:] = found.after, found.proximal
         if more > 0:
-            _, elsewhere, _ = descend(step, pullback, problem, other, retry_length, more)
-            if elsewhere < cost:
-                cc[:], cost = other, elsewhere
-        return cost, found.proximal
+            found = iterate_with(solver, step, tangent, problem, other, elsewhere, more, room)
+            if found.after < result[0]:
+                cc[:], result[0] = other, found.after
 
     return plan

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.controllers.nmpc.casadi_to_numba import row_of
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, terminal_cost
 from gyroctl.controllers.nmpc.solvers import SOURCES
@@ -119,24 +120,20 @@ def _linearise(stamp: str) -> Callable[..., bool]:
         """
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         n, m = cc.size, problem.start.size
-        u, after, jacobian = np.array([0.0, problem.power]), np.empty(m), np.empty(m * (m + 2))
-        by_state, by_coupling = jacobian[: m * m].reshape(m, m), jacobian[m * m : m * m + m]  # [column, row], [row]
-        chained, product = np.empty(m), np.empty((m, m))
+        row = row_of(m + 1)
+        u, columns = np.array([0.0, problem.power]), np.empty((m + 1, row))
+        flat = columns.reshape((m + 1) * row)
         _settle(qp, problem)
         for i in range(n):
             a, b = qp.A[i], qp.b[i]
             u[0] = qp.plan[i] = cc[i]
+            columns[:, :] = 0.0
+            for j in range(m + 1):
+                columns[j, j] = 1.0
             for q in range(STEPS * i, STEPS * (i + 1)):
-                tangent(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, after, jacobian)
-                if q == STEPS * i:
-                    put_table(by_state.T, a)
-                    put(by_coupling, b)
-                    continue
-                put(by_coupling, chained)
-                add_transposed(by_state, b, chained)
-                transposed_product(by_state, a, product)
-                put_table(product, a)
-                put(chained, b)
+                tangent(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, flat)
+            put_table(columns[:, :m], a)
+            put(columns[:, m], b)
             for r in range(3):
                 qp.outputs[i, r] = states[STEPS * (i + 1), OUTPUTS[r]]
         qp.terminal[:] = 0.0

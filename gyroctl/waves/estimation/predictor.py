@@ -197,10 +197,11 @@ def _closed(plant: Plant, estimator: MomentEstimator) -> tuple[FloatModel, Array
 
 
 @stamped(SOURCES)
-def observe(predictor: Predictor, state: PredictorState, me1: float, me3: float) -> None:
-    """Take the moments of one sample, in place. [Nm]
+def take(predictor: Predictor, state: PredictorState, me1: float, me3: float) -> bool:
+    """Take the moments of one sample without learning from them, in place. [Nm]
 
-    Every few seconds the spectrum is learnt anew, which costs as much as a hundred samples.
+    Returns whether the spectrum is due to be learnt anew, as it is every few seconds: `learning.learn` costs as much as
+    a hundred samples, and is long to compile.
     """
     learner = predictor.learner
     length = state.history.shape[0]
@@ -209,10 +210,17 @@ def observe(predictor: Predictor, state: PredictorState, me1: float, me3: float)
     state.history[at, 0] = me1 if math.isfinite(me1) else state.history[before, 0]
     state.history[at, 1] = me3 if math.isfinite(me3) else state.history[before, 1]
     state.samples[0] += 1
-    if learner.every > 0 and state.samples[0] >= length:
-        correlate(learner, state.memory, state.history, at)
-        if state.samples[0] % learner.every == 0 and state.samples[0] >= length + learner.every:
-            learn(learner, state.memory)
+    if learner.every == 0 or state.samples[0] < length:
+        return False
+    correlate(learner, state.memory, state.history, at)
+    return bool(state.samples[0] % learner.every == 0 and state.samples[0] >= length + learner.every)
+
+
+@stamped(SOURCES)
+def observe(predictor: Predictor, state: PredictorState, me1: float, me3: float) -> None:
+    """Take the moments of one sample, and learn the spectrum where that is due, in place. [Nm]"""
+    if take(predictor, state, me1, me3):
+        learn(predictor.learner, state.memory)
 
 
 @stamped(SOURCES)
