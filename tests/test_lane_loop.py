@@ -152,7 +152,7 @@ def test_groups_are_of_one_kind_and_even(device: gy.Plant) -> None:
     assert list(map(len, in_groups(device, angle[: WORTH - 1]))) == [1] * (WORTH - 1)
     moving = gy.Settings(blend=10.0, actuators=gy.Actuators(cg_lag=0.2))
     assert len(in_groups(device, [loop._replace(settings=moving) for loop in angle])) == 20
-    python = [loop._replace(law=gy.law("nmpc")) for loop in angle[:8]]
+    python = [loop._replace(law=gy.law("nmpc", deadline=1.0)) for loop in angle[:8]]
     assert len(in_groups(device, python)) == 8
 
 
