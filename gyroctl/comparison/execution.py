@@ -80,7 +80,7 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
     futures: dict[Future[Any], list[Item]] = {}
     with _pools(workers) as (threads, processes):
         several = workers > 1 and len(items) > 1
-        parts = [processes.schedule(part) for law in laws.values() for part in _parts(law)] if several else []
+        parts = [processes.schedule(_prepare, args=(part,)) for part in _all_parts(laws)] if several else []
 
         def begin(name: str) -> None:
             """By threads, side by side, what is machine code, and by processes the rest."""
@@ -144,6 +144,15 @@ def _parts(law: Law) -> Sequence[Any]:
     """What a slow law of ours compiles on a new installation, part by part: its runs find it done."""
     within = innermost(law)
     return within.preparations() if _ours(law) and isinstance(within, Preparing) else ()
+
+
+def _all_parts(laws: Mapping[str, Law]) -> list[Callable[[], Any]]:
+    return [part for law in laws.values() for part in _parts(law)]
+
+
+def _prepare(part: Callable[[], Any]) -> None:
+    """Compile a part in this process; what it gives stays here, on disk is what counts."""
+    part()
 
 
 def _sent(item: Item, processes: ProcessPool) -> Future[Any]:
