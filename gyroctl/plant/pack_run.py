@@ -17,7 +17,7 @@ from gyroctl.plant.compiled import aligned, inlined, put, stamped
 from gyroctl.plant.equations import PSI, Coefficients
 from gyroctl.plant.kernel import SOURCES, write_down
 from gyroctl.plant.lagrange import TAPS, weights_at
-from gyroctl.plant.pack_step import step, turn
+from gyroctl.plant.pack_step import move, step, turn
 from gyroctl.plant.packs import LANES
 
 Floats = NDArray[np.float64]
@@ -81,11 +81,11 @@ def run_packs(
     put(cg, controls[LANES:])
     outside, moments, pair = packs.packs(now), packs.packs(waves), packs.packs(controls)
     state, turned = packs.room(), packs.room()
-    move_in(outside, state, rows)
+    move(outside, state, rows)
     turn(state[PSI], turned, 0)
     whole, begin, end = hold / steps, 0, 0  # the window holds the samples from `begin` to before `end`
     for i in range(intervals + 1):
-        move_in(state, outside, rows)
+        move(state, outside, rows)
         write_down(now, record, i)
         if i == mark:
             put(now, marked)
@@ -105,13 +105,6 @@ def run_packs(
             for s in range(count):
                 step(state, turned, k, pair[0], pair[1], moments, 4 * s, whole, ledger)
     put(now, y)
-
-
-@inlined
-def move_in(one: Any, other: Any, rows: int) -> None:
-    """Copy packs."""
-    for row in range(rows):
-        other[row] = one[row]
 
 
 @inlined

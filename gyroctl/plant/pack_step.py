@@ -28,6 +28,13 @@ def turn(psi: Any, turned: Any, at: int) -> None:
 
 
 @inlined
+def move(one: Any, other: Any, count: int) -> None:
+    """Copy packs."""
+    for i in range(count):
+        other[i] = one[i]
+
+
+@inlined
 def slope(x: Any, dx: Any, k: Coefficients, cc: Any, cg: Any, moments: Any, at: int, turned: Any, first: int) -> None:
     """Write the rates of state `x` and its powers into `dx`, with the moments at `at` and the turn at `first`."""
     known = turned[first], turned[first + 1]
