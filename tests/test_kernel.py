@@ -306,7 +306,7 @@ def test_stamp_covers_every_source_compiled_into_the_kernel() -> None:
     """The compiled functions carry the stamp of the texts that flow into them."""
     names = {Path(source).name for source in kernel.SOURCES}
     own = {"beyond.py", "friction.py", "gripping.py", "equations.py", "course.py", "near.py", "held.py", "kernel.py"}
-    own |= {"hyperbolic.py", "lagrange.py", "reduced.py", "wetted.py", "instants.py"}
+    own |= {"hyperbolic.py", "lagrange.py", "reduced.py", "wetted.py", "instants.py", "packs.py"}
     assert names == {"compiled.py", "trigonometry.py", *own}
     for function in (kernel.hold_into, kernel.move_into, kernel.run_lanes):
         name = function.py_func.__qualname__

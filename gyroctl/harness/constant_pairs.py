@@ -25,6 +25,7 @@ def scan(
     workers: int | None = None,
     title: str = "scan",
     quiet: bool = False,
+    ledger: bool = True,
 ) -> EnsembleRun:
     """Simulate every constant pair (cc, cg) [Nms] on every realisation, started on the locked orbit.
 
@@ -45,4 +46,5 @@ def scan(
         workers=workers or os.cpu_count() or 1,
         title=title,
         quiet=quiet,
+        ledger=ledger,
     )

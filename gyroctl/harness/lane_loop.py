@@ -18,13 +18,14 @@ from gyroctl.harness import loop
 from gyroctl.harness.actuation import ActuatorArrays, actuate
 from gyroctl.harness.loop import SWITCHED
 from gyroctl.harness.sensing import SensorArrays, measure
-from gyroctl.plant import lane_steps
+from gyroctl.plant import lane_steps, pack_step
 from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
 from gyroctl.plant.equations import Coefficients
 from gyroctl.plant.instants import interpolate
-from gyroctl.plant.kernel import LANES, slip_rate, steps_for
+from gyroctl.plant.kernel import slip_rate, steps_for
 from gyroctl.plant.lagrange import TAPS
-from gyroctl.plant.lane_steps import lane_state, set_out, step_lanes
+from gyroctl.plant.lane_steps import begin_lanes, lane_state, set_out, step_lanes
+from gyroctl.plant.packs import LANES
 
 
 class LaneKernel(NamedTuple):
@@ -130,6 +131,7 @@ def _lane_loop(stamp: str) -> Callable[..., None]:
             failed[l], steps[l] = -1, 0.0
             for row in range(rows):
                 lanes.y[row * LANES + l] = record[l, 0, row]
+        begin_lanes(lanes)
         while True:
             for l in range(LANES):
                 if lanes.step[l] < steps[l]:
@@ -168,7 +170,7 @@ def _lane_loop(stamp: str) -> Callable[..., None]:
     return lane_loop
 
 
-PARTS = (*loop.PARTS, lane_steps.__file__, __file__)
+PARTS = (*loop.PARTS, pack_step.__file__, lane_steps.__file__, __file__)
 """All that is compiled into the loop."""
 
 compiled_lane_loop = entry_point(_lane_loop(source_stamp(PARTS)))

@@ -21,8 +21,9 @@ from gyroctl.harness.run import LawTiming, Settings, beginning, checked_run, run
 from gyroctl.harness.sensing import SensorArrays, Sensors
 from gyroctl.harness.sight import informed
 from gyroctl.plant import Plant
-from gyroctl.plant.kernel import LANES, rows
+from gyroctl.plant.kernel import rows
 from gyroctl.plant.measurement import CHANNELS
+from gyroctl.plant.packs import LANES
 from gyroctl.simulation.metrics import Record
 from gyroctl.waves import WaveRealisation
 

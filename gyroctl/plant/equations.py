@@ -71,6 +71,7 @@ def derivative(
     more: Any = None,
     signals: Any = None,
     at: int = 0,
+    turned: Any = None,
 ) -> None:
     """Write the rate of change of state `x` and the powers of the energy ledger into `dx`.
 
@@ -95,9 +96,11 @@ def derivative(
         All signals of the waves beyond the linear model, see `gyroctl.plant.beyond`; without them the water is still.
     at : int
         Where they begin.
+    turned : (cos psi, sin psi), optional
+        Where they are known already.
     """
     phi1, phi3, psi, v1, v3, w, W = motion(x, L, l)
-    c, s = cos_sin(psi)
+    c, s = cos_sin(psi) if turned is None else turned
     u1 = c * v1 - s * v3
     u3 = s * v1 + c * v3
     last = RADIATION + len(k.q1) + len(k.q3)
@@ -188,9 +191,9 @@ def radiation(x: Any, dx: Any, L: int, l: int, first: int, p: Any, q: Any, rate:
 
     In controllable canonical form every state is the rate of the one before.
     """
-    moment, top = 0.0 * rate, rate
+    moment, top = p[len(p) - 1] * x[first * L + l], rate
     n = len(q)
-    for i in range(len(p)):
+    for i in range(1, len(p)):
         moment = moment + p[len(p) - 1 - i] * x[(first + i) * L + l]
     for i in range(n):
         top = top - q[n - 1 - i] * x[(first + i) * L + l]

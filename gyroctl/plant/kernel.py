@@ -25,6 +25,7 @@ from gyroctl.plant import (
     hyperbolic,
     instants,
     lagrange,
+    packs,
     reduced,
     trigonometry,
     wetted,
@@ -39,12 +40,10 @@ from gyroctl.plant.friction import axis_gear, contact_of
 from gyroctl.plant.gripping import substeps
 from gyroctl.plant.instants import follow, hold_on, interpolate, stand_at
 from gyroctl.plant.lagrange import TAPS
+from gyroctl.plant.packs import LANES as LANES
 
 Array = NDArray[Any]
 Floats = NDArray[np.float64]
-
-LANES = 16
-"""Runs side by side in the compiled ensemble: two vectors of eight doubles."""
 
 RECORDED = (PHI1, PHI3, PSI, OMEGA_RATE)
 """Rows that `run_lanes` writes down."""
@@ -60,6 +59,7 @@ LAGGED = 2.0
 SOURCES = (
     *(
         compiled.__file__,
+        packs.__file__,
         trigonometry.__file__,
         hyperbolic.__file__,
         beyond.__file__,

@@ -1,7 +1,7 @@
-"""Cosine and sine of one angle, by the library on any type and by a polynomial when compiled for floats.
+"""Cosine and sine of one angle, by the library on any type and by a polynomial when compiled for floats and packs.
 
-The compiled form is branch-free, so that the compiler can run sixteen runs side by side; a call to the system's sine
-would stop that. Coefficients: minimax polynomials on [-pi/4, pi/4] as in the Cephes library (S. L. Moshier, 1984).
+The compiled form is branch-free, so that sixteen runs go side by side; a call to the system's sine would stop that.
+Coefficients: minimax polynomials on [-pi/4, pi/4] as in the Cephes library (S. L. Moshier, 1984).
 """
 
 from __future__ import annotations
@@ -10,10 +10,12 @@ import math
 from typing import Any
 
 import numpy as np
+from llvmlite import ir
 from numba import types
-from numba.extending import overload
+from numba.extending import intrinsic, overload
 
 from gyroctl.plant.compiled import INLINED
+from gyroctl.plant.packs import PackType
 
 TWO_OVER_PI = 2.0 / math.pi
 # pi/2 in three parts (Cody and Waite): products with turn numbers below 2^20 are exact
@@ -26,8 +28,39 @@ def cos_sin(angle: Any) -> tuple[Any, Any]:
     return np.cos(angle), np.sin(angle)
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def _of_quadrant(_: Any, shifted: Any, cosine: Any, sine: Any) -> Any:
+    """Cosine and sine of the angle from those of what is left of it after its quarter turns.
+
+    The last two bits of `shifted` count those turns: odd ones swap the two, turns 2, 3 change the sign of the sine, and
+    1, 2 that of the cosine. Bits are moved, not multiplied: a third of the instructions, and nothing is rounded.
+    """
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        kind = args[0].type
+        bits = ir.VectorType(ir.IntType(64), kind.count) if isinstance(kind, ir.VectorType) else ir.IntType(64)
+
+        def each(value: int) -> Any:
+            return ir.Constant(bits, [value] * kind.count if isinstance(kind, ir.VectorType) else value)
+
+        def signed(value: Any, turn: Any) -> Any:
+            sign = builder.and_(builder.shl(turn, each(62)), each(-(2**63)))
+            return builder.bitcast(builder.xor(builder.bitcast(value, bits), sign), kind)
+
+        turn = builder.bitcast(args[0], bits)
+        odd = builder.icmp_unsigned("!=", builder.and_(turn, each(1)), each(0))
+        found = (
+            signed(builder.select(odd, args[2], args[1]), builder.add(turn, each(1))),
+            signed(builder.select(odd, args[1], args[2]), turn),
+        )
+        return context.make_tuple(builder, signature.return_type, found)
+
+    return types.UniTuple(shifted, 2)(shifted, shifted, shifted), codegen
+
+
 def _polynomial(angle: Any) -> Any:
-    turns = (angle * TWO_OVER_PI + TO_INTEGER) - TO_INTEGER  # quarter turns, to nearest
+    shifted = angle * TWO_OVER_PI + TO_INTEGER
+    turns = shifted - TO_INTEGER  # quarter turns, to nearest
     r = ((angle - turns * PART_1) - turns * PART_2) - turns * PART_3
     z = r * r
     p = 1.58962301576546568060e-10
@@ -44,14 +77,7 @@ def _polynomial(angle: Any) -> Any:
     p = p * z - 1.38888888888730564116e-3
     p = p * z + 4.16666666666665929218e-2
     cosine = 1.0 - 0.5 * z + z * z * p
-    # quadrant of `turns` by arithmetic: odd turns swap, turns 2, 3 (sine) and 1, 2 (cosine) change sign
-    half = (turns * 0.5 - 0.25 + TO_INTEGER) - TO_INTEGER  # floor(turns / 2)
-    odd = turns - 2.0 * half
-    pair = half - 2.0 * ((half * 0.5 - 0.25 + TO_INTEGER) - TO_INTEGER)
-    sign = 1.0 - 2.0 * pair
-    sin_out = sign * (odd * cosine + (1.0 - odd) * sine)
-    cos_out = sign * ((1.0 - odd) * cosine - odd * sine)
-    return cos_out, sin_out
+    return _of_quadrant(shifted, cosine, sine)
 
 
 def _library(angle: Any) -> Any:
@@ -60,6 +86,6 @@ def _library(angle: Any) -> Any:
 
 @overload(cos_sin, jit_options=INLINED)  # type: ignore[untyped-decorator]
 def _cos_sin_compiled(angle: Any) -> Any:
-    if isinstance(angle, types.Float):
+    if isinstance(angle, types.Float | PackType):
         return _polynomial
     return _library

@@ -21,10 +21,13 @@ from gyroctl.plant import Plant
 from gyroctl.plant.alone import run_alone
 from gyroctl.plant.beyond import base_rows
 from gyroctl.plant.compiled import aligned
-from gyroctl.plant.kernel import LANES, RECORDED, rows, run_lanes, slip_rate, steps_for
+from gyroctl.plant.kernel import RECORDED, rows, run_lanes, slip_rate, steps_for
+from gyroctl.plant.pack_run import run_packs
+from gyroctl.plant.packs import LANES
 from gyroctl.simulation.balance import spent
 from gyroctl.simulation.lock import loss_time
 from gyroctl.simulation.progress import Progress
+from gyroctl.simulation.quantile import size_quantile
 from gyroctl.waves import Sea, Synthesis, prepare
 from gyroctl.waves.channels import Response
 from gyroctl.waves.wetted import held_moments
@@ -51,9 +54,9 @@ class EnsembleRun:
     phi1_p98, phi3_p98 : array
         98 % of the motion. [rad]
     ledger_residual : array
-        Energy ledger over the scored time, relative to the wave input. [-]
+        Energy ledger over the scored time, relative to the wave input; NaN where it was not kept. [-]
     slip_loss_w, wave_input_w : array
-        Mean powers. [W]
+        Mean powers; likewise. [W]
     """
 
     loss_time: NDArray[np.float64]
@@ -93,6 +96,7 @@ def run_ensemble(
     sense: int = 1,
     title: str = "ensemble",
     quiet: bool = False,
+    ledger: bool = True,
 ) -> EnsembleRun:
     """Simulate every constant pair on every realisation.
 
@@ -118,6 +122,9 @@ def run_ensemble(
         Sense of rotation of the lock.
     title, quiet
         Of the progress bar.
+    ledger : bool
+        Whether the energy ledger is kept. Without it `ledger_residual`, `slip_loss_w` and `wave_input_w` are NaN, and
+        all else is the same to the last bit, sooner.
 
     Returns
     -------
@@ -134,7 +141,17 @@ def run_ensemble(
     results = np.full((8, len(pairs), len(seeds)), np.nan)
     response = synthesis.prepared(plant) if len(plant.channels) > 2 else None
     every = _Every(
-        plant, synthesis, response, [], start, round(duration / period), round(blend / period), blend, period, sense
+        plant,
+        synthesis,
+        response,
+        [],
+        start,
+        round(duration / period),
+        round(blend / period),
+        blend,
+        period,
+        sense,
+        ledger or None,
     )
 
     def work(job: _Job) -> _Done:
@@ -207,6 +224,7 @@ class _Every(NamedTuple):
     blend: float
     period: float
     sense: int
+    ledger: bool | None  # None for the generator's row alone
 
     @contextmanager
     def room(self) -> Iterator[_Room]:
@@ -217,7 +235,8 @@ class _Every(NamedTuple):
         except IndexError:
             alone = LANES if self.response is None else 0
             record = aligned(len(RECORDED) * (self.intervals + 1) * LANES).reshape(len(RECORDED), -1, LANES)
-            room = _Room(record, aligned(n * channels * LANES), np.empty((alone, 2, n)))
+            waves = n * channels * LANES if self.plant.coefficients.beyond is not None else 0
+            room = _Room(record, aligned(waves), np.empty((alone, 2, n)))
         yield room
         self.rooms.append(room)
 
@@ -236,16 +255,23 @@ class _Every(NamedTuple):
         first_state[:n] = self.start[:, None]
         y = first_state.ravel()
         record, marked = room.record, y.copy()
+        of_lane = [unique.index(seeds[lane]) for lane in lane_of]
         if plant.slips:  # each run takes steps of its own
             self._one_by_one(y, steps, controls, seeds, record, marked)
+        elif k.beyond is None:
+            dt = self.synthesis.grid.dt
+            signals = self.synthesis.moments_batch(unique, self.blend, room.moments[: len(unique)])
+            of = np.array(of_lane, np.int64)
+            run_packs(y, k, cc, cg, self.period, steps, signals, of, dt, record, first, marked, self.ledger)
         else:
-            of_lane = [unique.index(seeds[lane]) for lane in lane_of]
             waves = self._side_by_side(room, unique, of_lane)
             held = held_moments(plant, self.synthesis, unique, of_lane, self.blend)
             run_lanes(y, k, cc, cg, self.period, steps, waves, self.synthesis.grid.dt, record, first, marked, held)
         phi1, phi3, psi, speed = record
         end, mark = y.reshape(-1, LANES), marked.reshape(-1, LANES)
         energy = dict(zip(plant.ledger, end[n:] - mark[n:], strict=True))
+        if self.ledger is None:
+            energy = {name: value if name == "generator" else value * np.nan for name, value in energy.items()}
         stored = plant.stored_energy(end[:n]) - plant.stored_energy(mark[:n])
         scored = (intervals - first) * self.period
         worth = plant.parameters.generator_efficiency
@@ -258,8 +284,8 @@ class _Every(NamedTuple):
                 loss_time(psi, self.period, self.synthesis.sea.wp, self.sense),
                 mean,
                 np.sqrt(np.maximum(second - mean**2, 0.0)) / mean,
-                np.quantile(np.abs(phi1[first:]), 0.98, axis=0),
-                np.quantile(np.abs(phi3[first:]), 0.98, axis=0),
+                size_quantile(phi1[first:], 0.98),
+                size_quantile(phi3[first:], 0.98),
                 np.abs(energy["wave_input"] - spent(energy) - stored) / np.abs(energy["wave_input"]),
                 energy["slip"] / scored,
                 energy["wave_input"] / scored,

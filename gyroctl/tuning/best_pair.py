@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -128,7 +128,8 @@ def best_pair(
     def run(pairs: Sequence[Pair], count: int, duration: float, dt: float, stage: str) -> list[Means]:
         nonlocal spent
         acting = [as_it_acts(pair, settings.actuators) for pair in pairs]
-        found = scan(plant, sea, acting, seeds[:count], duration, settings.blend, dt, workers, title, quiet)
+        how: dict[str, Any] = {"workers": workers, "title": title, "quiet": quiet, "ledger": False}
+        found = scan(plant, sea, acting, seeds[:count], duration, settings.blend, dt, **how)
         tables = {name: getattr(found, name).astype(float) for name in MEANS}
         means = {name: np.nan_to_num(table, nan=10.0).mean(axis=1) for name, table in tables.items()}
         rows = [{name: float(value[i]) for name, value in means.items()} for i in range(len(pairs))]
