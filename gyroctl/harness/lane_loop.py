@@ -19,12 +19,10 @@ from gyroctl.harness.actuation import ActuatorArrays, actuate
 from gyroctl.harness.loop import SWITCHED
 from gyroctl.harness.sensing import SensorArrays, measure
 from gyroctl.plant import lane_steps, pack_step
-from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, lent, put, source_stamp
 from gyroctl.plant.equations import Coefficients
-from gyroctl.plant.instants import interpolate
 from gyroctl.plant.kernel import slip_rate, steps_for
-from gyroctl.plant.lagrange import TAPS
-from gyroctl.plant.lane_steps import begin_lanes, lane_state, set_out, step_lanes
+from gyroctl.plant.lane_steps import begin_lanes, lane_room, lane_state, moments_at, set_out, step_lanes
 from gyroctl.plant.packs import LANES
 
 
@@ -120,54 +118,107 @@ def _lane_loop(stamp: str) -> Callable[..., None]:
             Filled with the sample at which each law failed, or -1: its lane rests from there on.
         """
         assert stamp
-        rows, samples, k = record.shape[2], commands.shape[1], kernel.k
-        going = record.shape[0]
-        lanes, aim, u = lane_state(rows), held.copy(), np.zeros((going, 2))
-        steps, sample = np.full(LANES, math.inf), np.full(going, -1)  # lanes without a run rest
-        few, weight = np.empty(6), np.empty(TAPS)
-        for i in range(lanes.y.size):
-            lanes.y[i] = 0.0
-        for l in range(going):
-            failed[l], steps[l] = -1, 0.0
-            for row in range(rows):
-                lanes.y[row * LANES + l] = record[l, 0, row]
-        begin_lanes(lanes)
-        while True:
-            for l in range(LANES):
-                if lanes.step[l] < steps[l]:
-                    continue
-                sample[l] += 1
-                now = sample[l]
-                if now > 0:
-                    for row in range(rows):
-                        record[l, now, row] = lanes.y[row * LANES + l]
-                begin = now * tick
-                if now < samples:
-                    measure(sensors_of(sensors, l), now, record[l], seen[l])
-                    if now % every[l] == 0:
-                        entry(begin, seen[l], p[l], s[l], u[l])
-                        if not (math.isfinite(u[l, 0]) and math.isfinite(u[l, 1])):
-                            failed[l] = now
-                if now == samples or failed[l] >= 0:  # the lane rests from here on
-                    going -= 1
-                    steps[l] = math.inf
-                    set_out(lanes, l, 0.0, 0.0)
-                    continue
-                commands[l, now, 0], commands[l, now, 1] = u[l, 0], u[l, 1]
-                saturations[l] += actuate(actuators_of(actuators, l), now, commands[l], aim[l])
-                finer = SWITCHED if now > 0 and aim[l, 0] != held[l, 0] else 1.0
-                put(aim[l], held[l])
-                put(aim[l], controls[l, now])
-                lanes.cc[l], lanes.cg[l] = held[l, 0], held[l, 1]
-                steps[l] = steps_for(tick, kernel.dt[l], finer * slip_rate(k, held[l, 0]))
-                set_out(lanes, l, begin, tick / steps[l])
-                interpolate(kernel.waves[l], 1, begin / kernel.waves_dt, weight, few, 0)
-                lanes.moments[l], lanes.moments[LANES + l] = few[0], few[1]
-            if going == 0:
-                return
-            step_lanes(lanes, k, kernel.waves, kernel.waves_dt)
+        room, own = lane_room(record.shape[2]), np.zeros((2, LANES, 2))
+        advance_all(
+            entry,
+            lent(p),
+            lent(s),
+            lent(every),
+            LaneKernel(kernel.k, lent(kernel.waves), kernel.waves_dt, lent(kernel.dt)),
+            LaneSensors(lent(sensors.error), lent(sensors.missing), lent(sensors.quantum), lent(sensors.delay)),
+            lent_actuators(actuators),
+            tick,
+            lent(record),
+            lent(commands),
+            lent(controls),
+            lent(held),
+            lent(saturations),
+            lent(seen),
+            lent(failed),
+            lent(room),
+            lent(own),
+        )
 
     return lane_loop
+
+
+@inlined
+def advance_all(
+    entry: Any,
+    p: Any,
+    s: Any,
+    every: Any,
+    kernel: LaneKernel,
+    sensors: LaneSensors,
+    actuators: LaneActuators,
+    tick: float,
+    record: Any,
+    commands: Any,
+    controls: Any,
+    held: Any,
+    saturations: Any,
+    seen: Any,
+    failed: Any,
+    room: Any,
+    own: Any,
+) -> None:
+    """Run the loops: arrays as above, lent, with room for the lanes and `own` (2, LANES, 2) for the controls."""
+    rows, samples, k = record.shape[2], commands.shape[1], kernel.k
+    lanes, u, aim = lane_state(room, rows), own[0], own[1]
+    going = record.shape[0]
+    steps, sample = np.full(LANES, math.inf), np.full(LANES, -1)  # lanes without a run rest
+    for i in range(lanes.y.size):
+        lanes.y[i] = 0.0
+    for l in range(going):
+        failed[l], steps[l] = -1, 0.0
+        put(held[l], aim[l])
+        for row in range(rows):
+            lanes.y[row * LANES + l] = record[l, 0, row]
+    begin_lanes(lanes)
+    while True:
+        anew = False
+        for l in range(LANES):
+            if lanes.step[l] < steps[l]:
+                continue
+            sample[l] += 1
+            now = sample[l]
+            if now > 0:
+                for row in range(rows):
+                    record[l, now, row] = lanes.y[row * LANES + l]
+            begin = now * tick
+            if now < samples:
+                measure(sensors_of(sensors, l), now, record[l], seen[l])
+                if now % every[l] == 0:
+                    entry(begin, seen[l], p[l], s[l], u[l])
+                    if not (math.isfinite(u[l, 0]) and math.isfinite(u[l, 1])):
+                        failed[l] = now
+            if now == samples or failed[l] >= 0:  # the lane rests from here on
+                going -= 1
+                steps[l] = math.inf
+                set_out(lanes, l, 0.0, 0.0)
+                continue
+            commands[l, now, 0], commands[l, now, 1] = u[l, 0], u[l, 1]
+            saturations[l] += actuate(actuators_of(actuators, l), now, commands[l], aim[l])
+            finer = SWITCHED if now > 0 and aim[l, 0] != held[l, 0] else 1.0
+            put(aim[l], held[l])
+            put(aim[l], controls[l, now])
+            lanes.cc[l], lanes.cg[l] = held[l, 0], held[l, 1]
+            steps[l] = steps_for(tick, kernel.dt[l], finer * slip_rate(k, held[l, 0]))
+            set_out(lanes, l, begin, tick / steps[l])
+            anew = True
+        if going == 0:
+            return
+        if anew:  # those of the lanes that are within an interval are found again as they are
+            moments_at(lanes, kernel.waves, kernel.waves_dt, 0)
+        step_lanes(lanes, k, kernel.waves, kernel.waves_dt)
+
+
+@inlined
+def lent_actuators(a: LaneActuators) -> LaneActuators:
+    """See `lent`."""
+    return LaneActuators(
+        lent(a.limit), lent(a.quantum), lent(a.rate), lent(a.lag), lent(a.delay), lent(a.floor), lent(a.gain)
+    )
 
 
 PARTS = (*loop.PARTS, pack_step.__file__, lane_steps.__file__, __file__)

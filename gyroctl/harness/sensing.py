@@ -97,7 +97,8 @@ class Sensors:
         """Draw the errors of one realisation: the same for every law that is run on it."""
         channels = [getattr(self, name) for name in CHANNELS]
         rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, STREAM])))
-        error = rng.standard_normal((samples, len(CHANNELS))) * np.array([c.noise for c in channels])
+        error = rng.standard_normal((samples, len(CHANNELS)))
+        error *= np.array([c.noise for c in channels])  # in place: fresh memory costs as much as the product
         error += np.array([c.bias for c in channels])
         missing = np.zeros((samples, len(CHANNELS)), bool)
         if any(c.dropout > 0.0 for c in channels):  # nothing is drawn after it

@@ -16,7 +16,8 @@ from typing import Any, TypeVar, cast
 
 import numpy as np
 from numba import njit, types
-from numba.extending import overload, register_jitable
+from numba.core import cgutils
+from numba.extending import intrinsic, overload, register_jitable
 
 from gyroctl.fingerprint import fingerprint
 from gyroctl.plant.ingredients import Untold, ingredients
@@ -93,6 +94,26 @@ def put_table(values: Any, out: Any) -> None:
             out[i, j] = values[i, j]
 
 
+def lent(array: Any) -> Any:
+    """Return the same array, without a count of those who hold it.
+
+    Every view of an array counts up and down, and an inner loop of many views does little else. Whoever calls this
+    holds the array for as long as what is lent is used: a compiled function's arguments are held by its caller.
+    """
+    return array
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _lent(_: Any, array: Any) -> Any:
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        same = context.make_array(array)(context, builder, args[0])
+        same.meminfo = cgutils.get_null_value(same.meminfo.type)
+        same.parent = cgutils.get_null_value(same.parent.type)
+        return same._getvalue()
+
+    return array(array), codegen
+
+
 def stepped(law: Any, t: float, y: Any, state: Any) -> Any:
     """Take a step of a law within a law: its method, which compiled callers find by the law's type."""
     return law.step(t, y, state)
@@ -115,5 +136,6 @@ def _compiled_step(kind: Any) -> Any:
     return njit(**INLINED)(kind.step)
 
 
+overload(lent, strict=False, jit_options=INLINED)(lambda array: lambda array: _lent(array))
 overload(stepped, strict=False)(_stepped)
 overload(begun, strict=False)(lambda law, first: lambda law, first: first)

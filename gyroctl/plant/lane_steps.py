@@ -39,12 +39,20 @@ class LaneState(NamedTuple):
 
 
 @inlined
-def lane_state(rows: int) -> LaneState:
-    """Room for LANES runs of so many rows, all at rest."""
+def lane_room(rows: int) -> Floats:
+    """Room for LANES runs of so many rows."""
+    room: Floats = aligned((rows + 2 + 6 + 2 * TAPS + 8) * LANES)
+    return room
+
+
+@inlined
+def lane_state(room: Floats, rows: int) -> LaneState:
+    """LANES runs at rest in the room of `lane_room`, which the caller is to hold."""
     L = LANES
-    y, turned, moments, taps = aligned(rows * L), aligned(2 * L), aligned(6 * L), aligned(2 * TAPS * L)
-    cell, first, place, cc, cg = aligned(L), aligned(L), aligned(L), aligned(L), aligned(L)
-    start, done, h = aligned(L), aligned(L), aligned(L)
+    y, room = room[: rows * L], room[rows * L :]
+    turned, moments, taps, room = room[: 2 * L], room[2 * L : 8 * L], room[8 * L : 24 * L], room[24 * L :]
+    cell, first, place, cc = room[:L], room[L : 2 * L], room[2 * L : 3 * L], room[3 * L : 4 * L]
+    cg, start, done, h = room[4 * L : 5 * L], room[5 * L : 6 * L], room[6 * L : 7 * L], room[7 * L :]
     lanes = LaneState(y, turned, moments, taps, cell, first, place, cc, cg, start, done, h)
     for l in range(L):
         cell[l], cc[l], cg[l] = -1.0, 0.0, 0.0
@@ -71,7 +79,7 @@ def step_lanes(lanes: LaneState, k: Coefficients, waves: Floats, waves_dt: float
     """Take a step in every lane.
 
     `waves` (LANES, 2 n) holds the moments of each run, sample by sample [Nm], every `waves_dt` [s]. Those at the start
-    of an interval have to be there, see `moments_at`.
+    have to be there, see `moments_at`.
     """
     moments_at(lanes, waves, waves_dt, 1)
     moments_at(lanes, waves, waves_dt, 2)
