@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
+from gyroctl.plant.columns import hold_each
 from gyroctl.plant.equations import OMEGA_RATE, PSI_RATE, Coefficients, powers
 from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
 from gyroctl.waves.channels import transfers
@@ -94,6 +95,15 @@ def run(k: Coefficients, x: NDArray[Any], cc: complex, cg: complex, stretch: Str
     return hold_one(np.concatenate([x, np.zeros(powers(k), x.dtype)]), k, cc, cg, *stretch)
 
 
+def run_each(k: Coefficients, starts: Complex, cc: float, cg: float, stretch: Stretch) -> Complex:
+    """States (n, m) after a stretch, in columns, that begins at the states `starts` (m, n): `run` for each."""
+    n = starts.shape[1]
+    y = np.zeros((starts.shape[0], n + powers(k)), complex)
+    y[:, :n] = starts
+    hold_each(y, k, np.array([[cc], [cg]], complex), *stretch)
+    return np.ascontiguousarray(y[:, :n].T)  # what is made of it is read row by row
+
+
 def step_count(k: Coefficients, cc: float, duration: float, dt: float) -> int:
     """Number of Runge-Kutta steps for `duration` [s], as the simulation would take."""
     return int(steps_for(duration, dt, float(slip_rate(k, cc))))
@@ -124,34 +134,34 @@ def flow(
     (n + 5,) array, or more
         State, then the energies of the ledger [J].
     """
-    periods = float(periods)
-    duration = periods * forcing.period
     if x.dtype != complex:
         cc, cg = cc.real, cg.real
+    return run(plant.coefficients, x, cc, cg, stretch_of(plant, cc.real, forcing, periods, dt))
+
+
+def stretch_of(plant: Plant, cc: float, forcing: Forcing, periods: float, dt: float) -> Stretch:
+    """The stretch of `flow`: `periods` wave periods from phase zero, in steps that the coupling `cc` [Nms] allows."""
+    periods = float(periods)
+    duration = periods * forcing.period
     halves = max(1, round(2.0 * periods)) if (2.0 * periods).is_integer() else 1  # same step in half and full map
-    steps = halves * step_count(plant.coefficients, cc.real, duration / halves, dt)
+    steps = halves * step_count(plant.coefficients, cc, duration / halves, dt)
     # the grid begins before phase zero so that the interpolation is central everywhere
-    stretch = Stretch(PADDING * forcing.dt, duration, steps, forcing.grid(periods), forcing.dt)
-    return run(plant.coefficients, x, cc, cg, stretch)
+    return Stretch(PADDING * forcing.dt, duration, steps, forcing.grid(periods), forcing.dt)
 
 
 def flow_jacobian(
     plant: Plant, x: Vector, cc: float, cg: float, forcing: Forcing, periods: float, dt: float = 0.01
 ) -> tuple[Vector, Vector]:
     """End state (n,) of `flow` and its exact derivative (n, n) with respect to the start."""
-    n = x.size
     starts = complex_steps(x, plant.parameters.N if plant.parameters.connection == "rigid" else None)
-    stacked = np.stack([flow(plant, start, cc, cg, forcing, periods, dt)[:n] for start in starts], axis=1)
-    return stacked[:, 0].real.copy(), stacked.imag / STEP
+    ends = run_each(plant.coefficients, starts, cc, cg, stretch_of(plant, cc, forcing, periods, dt))
+    return ends[:, 0].real.copy(), ends.imag / STEP
 
 
-def complex_steps(x: NDArray[np.float64], gear: float | None) -> list[NDArray[np.complex128]]:
-    """Return a start (n,) with a complex step for each state in turn; `gear` is N where the flywheel is geared."""
-    starts = []
-    for i in range(x.size):
-        start = x.astype(complex)
-        start[i] += 1j * STEP
-        if i == PSI_RATE and gear is not None:  # the flywheel turns along
-            start[OMEGA_RATE] += 1j * STEP * gear
-        starts.append(start)
+def complex_steps(x: NDArray[np.float64], gear: float | None) -> Complex:
+    """Return starts (n, n), each with a complex step for one state; `gear` is N where the flywheel is geared."""
+    starts = np.repeat(x.astype(complex)[None, :], x.size, axis=0)
+    starts += 1j * STEP * np.eye(x.size)
+    if gear is not None:
+        starts[PSI_RATE, OMEGA_RATE] += 1j * STEP * gear  # the flywheel turns along
     return starts

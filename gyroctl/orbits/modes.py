@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.orbits.flow import PADDING, STEP, Complex, Matrix, Stretch, complex_steps, run, step_count
+from gyroctl.orbits.flow import PADDING, STEP, Complex, Matrix, Stretch, complex_steps, run_each, step_count
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.symmetry import free_rows, signs
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
@@ -88,7 +88,7 @@ def segment_jacobians(orbit: Orbit, segments: int, halves: int = 1) -> NDArray[n
     for i in range(segments):
         stretch = Stretch(PADDING * forcing.dt + i * hold, hold, steps, waves, forcing.dt)
         starts = complex_steps(state, gear)
-        ends = np.stack([run(k, starts[row], orbit.cc, orbit.cg, stretch)[:n] for row in free], axis=1)
+        ends = run_each(k, starts[free], orbit.cc, orbit.cg, stretch)
         blocks.append(ends.imag[free] / STEP)
         state = ends[:, 0].real.copy()
     if halves == 1:
