@@ -137,9 +137,9 @@ def main() -> None:
     asked = parser.parse_args()
     against = asked.against.resolve() if asked.against else None
     trees = [ROOT] if against is None else [against, ROOT]
-    found = measured(trees, asked.only or list(COMMANDS), asked.times)
     head = {**made(), "machine": platform.processor() or platform.machine(), "cores": os.cpu_count()}
     head["load_before"] = os.getloadavg()[0]
+    found = measured(trees, asked.only or list(COMMANDS), asked.times)
     asked.out.write_text(json.dumps({**head, "commands": table(found, ROOT, against)}, indent=1) + "\n")
 
 

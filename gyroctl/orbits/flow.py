@@ -1,4 +1,4 @@
-"""The flow of the plant under a regular wave, with exact derivatives by complex step through the compiled kernel."""
+"""The flow of the plant under a regular wave, with exact derivatives: a complex step, or the tangents that it takes."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from gyroctl.plant import Plant
 from gyroctl.plant.columns import hold_each
 from gyroctl.plant.equations import OMEGA_RATE, PSI_RATE, Coefficients, powers
 from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
+from gyroctl.plant.tangents import hold_changes
 from gyroctl.waves.channels import transfers
 
 Vector = NDArray[np.float64]
@@ -95,13 +96,21 @@ def run(k: Coefficients, x: NDArray[Any], cc: complex, cg: complex, stretch: Str
     return hold_one(np.concatenate([x, np.zeros(powers(k), x.dtype)]), k, cc, cg, *stretch)
 
 
-def run_each(k: Coefficients, starts: Complex, cc: float, cg: float, stretch: Stretch) -> Complex:
-    """States (n, m) after a stretch, in columns, that begins at the states `starts` (m, n): `run` for each."""
-    n = starts.shape[1]
-    y = np.zeros((starts.shape[0], n + powers(k)), complex)
-    y[:, :n] = starts
+def changes(
+    k: Coefficients, x: Vector, seeds: Matrix, cc: float, cg: float, stretch: Stretch
+) -> tuple[Vector, NDArray[np.float64]]:
+    """State (n,) after a stretch that begins at `x`, and its derivative (n, m) in the directions `seeds` (n, m).
+
+    Both ways take a step of the same size and give the same bits; within the linear model all directions go at once.
+    """
+    if k.beyond is None:
+        end, columns = hold_changes(x, STEP * seeds, k, cc, cg, *stretch)
+        return end, columns / STEP
+    n = x.size
+    y = np.zeros((seeds.shape[1], n + powers(k)), complex)
+    y[:, :n] = x + 1j * STEP * seeds.T
     hold_each(y, k, np.array([[cc], [cg]], complex), *stretch)
-    return np.ascontiguousarray(y[:, :n].T)  # what is made of it is read row by row
+    return y[0, :n].real.copy(), np.ascontiguousarray(y[:, :n].T).imag / STEP
 
 
 def step_count(k: Coefficients, cc: float, duration: float, dt: float) -> int:
@@ -153,15 +162,13 @@ def flow_jacobian(
     plant: Plant, x: Vector, cc: float, cg: float, forcing: Forcing, periods: float, dt: float = 0.01
 ) -> tuple[Vector, Vector]:
     """End state (n,) of `flow` and its exact derivative (n, n) with respect to the start."""
-    starts = complex_steps(x, plant.parameters.N if plant.parameters.connection == "rigid" else None)
-    ends = run_each(plant.coefficients, starts, cc, cg, stretch_of(plant, cc, forcing, periods, dt))
-    return ends[:, 0].real.copy(), ends.imag / STEP
+    seeds = directions(x.size, plant.parameters.N if plant.parameters.connection == "rigid" else None)
+    return changes(plant.coefficients, x, seeds, cc, cg, stretch_of(plant, cc, forcing, periods, dt))
 
 
-def complex_steps(x: NDArray[np.float64], gear: float | None) -> Complex:
-    """Return starts (n, n), each with a complex step for one state; `gear` is N where the flywheel is geared."""
-    starts = np.repeat(x.astype(complex)[None, :], x.size, axis=0)
-    starts += 1j * STEP * np.eye(x.size)
+def directions(n: int, gear: float | None) -> Matrix:
+    """Return a direction (n,) for each state in turn, in columns; `gear` is N where the flywheel is geared."""
+    seeds = np.eye(n)
     if gear is not None:
-        starts[PSI_RATE, OMEGA_RATE] += 1j * STEP * gear  # the flywheel turns along
-    return starts
+        seeds[OMEGA_RATE, PSI_RATE] = gear  # the flywheel turns along
+    return seeds
