@@ -1,4 +1,4 @@
-"""The flow of the plant under a regular wave, with exact derivatives by complex step through the compiled kernel."""
+"""The flow of the plant under a regular wave, with exact derivatives: a complex step, or the tangents that it takes."""
 
 from __future__ import annotations
 
@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
+from gyroctl.plant.columns import hold_each
 from gyroctl.plant.equations import OMEGA_RATE, PSI_RATE, Coefficients, powers
 from gyroctl.plant.kernel import hold_one, slip_rate, steps_for
+from gyroctl.plant.tangents import hold_changes
 from gyroctl.waves.channels import transfers
 
 Vector = NDArray[np.float64]
@@ -94,6 +96,23 @@ def run(k: Coefficients, x: NDArray[Any], cc: complex, cg: complex, stretch: Str
     return hold_one(np.concatenate([x, np.zeros(powers(k), x.dtype)]), k, cc, cg, *stretch)
 
 
+def changes(
+    k: Coefficients, x: Vector, seeds: Matrix, cc: float, cg: float, stretch: Stretch
+) -> tuple[Vector, NDArray[np.float64]]:
+    """State (n,) after a stretch that begins at `x`, and its derivative (n, m) in the directions `seeds` (n, m).
+
+    Both ways take a step of the same size and give the same bits; within the linear model all directions go at once.
+    """
+    if k.beyond is None:
+        end, columns = hold_changes(x, STEP * seeds, k, cc, cg, *stretch)
+        return end, columns / STEP
+    n = x.size
+    y = np.zeros((seeds.shape[1], n + powers(k)), complex)
+    y[:, :n] = x + 1j * STEP * seeds.T
+    hold_each(y, k, np.array([[cc], [cg]], complex), *stretch)
+    return y[0, :n].real.copy(), np.ascontiguousarray(y[:, :n].T).imag / STEP
+
+
 def step_count(k: Coefficients, cc: float, duration: float, dt: float) -> int:
     """Number of Runge-Kutta steps for `duration` [s], as the simulation would take."""
     return int(steps_for(duration, dt, float(slip_rate(k, cc))))
@@ -124,34 +143,32 @@ def flow(
     (n + 5,) array, or more
         State, then the energies of the ledger [J].
     """
-    periods = float(periods)
-    duration = periods * forcing.period
     if x.dtype != complex:
         cc, cg = cc.real, cg.real
+    return run(plant.coefficients, x, cc, cg, stretch_of(plant, cc.real, forcing, periods, dt))
+
+
+def stretch_of(plant: Plant, cc: float, forcing: Forcing, periods: float, dt: float) -> Stretch:
+    """The stretch of `flow`: `periods` wave periods from phase zero, in steps that the coupling `cc` [Nms] allows."""
+    periods = float(periods)
+    duration = periods * forcing.period
     halves = max(1, round(2.0 * periods)) if (2.0 * periods).is_integer() else 1  # same step in half and full map
-    steps = halves * step_count(plant.coefficients, cc.real, duration / halves, dt)
+    steps = halves * step_count(plant.coefficients, cc, duration / halves, dt)
     # the grid begins before phase zero so that the interpolation is central everywhere
-    stretch = Stretch(PADDING * forcing.dt, duration, steps, forcing.grid(periods), forcing.dt)
-    return run(plant.coefficients, x, cc, cg, stretch)
+    return Stretch(PADDING * forcing.dt, duration, steps, forcing.grid(periods), forcing.dt)
 
 
 def flow_jacobian(
     plant: Plant, x: Vector, cc: float, cg: float, forcing: Forcing, periods: float, dt: float = 0.01
 ) -> tuple[Vector, Vector]:
     """End state (n,) of `flow` and its exact derivative (n, n) with respect to the start."""
-    n = x.size
-    starts = complex_steps(x, plant.parameters.N if plant.parameters.connection == "rigid" else None)
-    stacked = np.stack([flow(plant, start, cc, cg, forcing, periods, dt)[:n] for start in starts], axis=1)
-    return stacked[:, 0].real.copy(), stacked.imag / STEP
+    seeds = directions(x.size, plant.parameters.N if plant.parameters.connection == "rigid" else None)
+    return changes(plant.coefficients, x, seeds, cc, cg, stretch_of(plant, cc, forcing, periods, dt))
 
 
-def complex_steps(x: NDArray[np.float64], gear: float | None) -> list[NDArray[np.complex128]]:
-    """Return a start (n,) with a complex step for each state in turn; `gear` is N where the flywheel is geared."""
-    starts = []
-    for i in range(x.size):
-        start = x.astype(complex)
-        start[i] += 1j * STEP
-        if i == PSI_RATE and gear is not None:  # the flywheel turns along
-            start[OMEGA_RATE] += 1j * STEP * gear
-        starts.append(start)
-    return starts
+def directions(n: int, gear: float | None) -> Matrix:
+    """Return a direction (n,) for each state in turn, in columns; `gear` is N where the flywheel is geared."""
+    seeds = np.eye(n)
+    if gear is not None:
+        seeds[OMEGA_RATE, PSI_RATE] = gear  # the flywheel turns along
+    return seeds

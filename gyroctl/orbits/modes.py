@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.orbits.flow import PADDING, STEP, Complex, Matrix, Stretch, complex_steps, run, step_count
+from gyroctl.orbits.flow import PADDING, Complex, Matrix, Stretch, changes, directions, step_count
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.symmetry import free_rows, signs
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
@@ -87,10 +87,8 @@ def segment_jacobians(orbit: Orbit, segments: int, halves: int = 1) -> NDArray[n
     state, blocks = orbit.x.astype(float), []
     for i in range(segments):
         stretch = Stretch(PADDING * forcing.dt + i * hold, hold, steps, waves, forcing.dt)
-        starts = complex_steps(state, gear)
-        ends = np.stack([run(k, starts[row], orbit.cc, orbit.cg, stretch)[:n] for row in free], axis=1)
-        blocks.append(ends.imag[free] / STEP)
-        state = ends[:, 0].real.copy()
+        state, columns = changes(k, state, directions(n, gear)[:, free], orbit.cc, orbit.cg, stretch)
+        blocks.append(columns[free])
     if halves == 1:
         blocks[-1] = signs(n)[free, None] * blocks[-1]
     return np.array(blocks)

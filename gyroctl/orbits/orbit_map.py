@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.orbits.choices import NEVER_OFF, TERMS, of_moment, switched_on, unit_term, with_choice
-from gyroctl.orbits.flow import PADDING, STEP, Forcing, Stretch, Vector, complex_steps, run, step_count
+from gyroctl.orbits.flow import PADDING, Forcing, Stretch, Vector, changes, directions, run, step_count
 from gyroctl.orbits.orbit import LockProblem, Orbit, describe
 from gyroctl.orbits.sensitivity import CONTROLS, DEVICE, PARAMETERS, Setting, parameter_column, with_gear
 from gyroctl.orbits.symmetry import free_rows, signs
@@ -214,8 +214,8 @@ class OrbitMap:
         image, power = (sign * plain[:n] - turn)[free], float(plain[n + LEDGER.index("generator")]) / hold
         if not derivative:
             return Evaluation(image, np.empty((0, 0)), np.empty((0, 0)), power)
-        starts = complex_steps(state, k.N if self.plant.parameters.connection == "rigid" else None)
-        columns = np.stack([run(k, starts[row], cc, cg, stretch)[:n].imag / STEP for row in free], axis=1)
+        seeds = directions(n, k.N if self.plant.parameters.connection == "rigid" else None)
+        _, columns = changes(k, state, seeds[:, free], cc, cg, stretch)
         slopes = [
             parameter_column(self._on, setting, name, state, stretch, self._change(name, values, halves))
             for name in self.parameters

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import Future
+
 from gyroctl.errors import InputError, in_words
 from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.robustness.regime import Regime
@@ -28,8 +31,19 @@ def steps_of(asked: Request) -> int:
     return (len(DIRECTIONS) + len(SIZES) + 1) * (2 if asked.law else 1)
 
 
-def measured(asked: Request, orbit: PeriodicOrbit, samples: int, kept: Kept, tick: Tick) -> Measured:
+def measured(
+    asked: Request,
+    orbit: PeriodicOrbit,
+    samples: int,
+    kept: Kept,
+    tick: Tick,
+    alone_done: Callable[[], None] = lambda: None,
+) -> Measured:
     """Measure, and keep what is finished under ``constant_controls`` and ``law``.
+
+    The linear margins come first, and then `alone_done` is called: they are made of singular values, for which the
+    threads of the linear algebra want all cores to themselves, and wait for each other a hundred times where they are
+    not given them.
 
     Raises
     ------
@@ -40,8 +54,14 @@ def measured(asked: Request, orbit: PeriodicOrbit, samples: int, kept: Kept, tic
     constant: Margins | None = None
     of_law: Margins | None = None
     answer: LoopAnswer | None = None
+    linear: Future[LoopAnswer] = Future()
     if asked.law is not None:
         regime = _regime(asked, orbit, kept)
+        try:
+            linear.set_result(measures.linear_margins(orbit, asked))
+        except Exception as error:  # told where it is asked for
+            linear.set_exception(error)
+    alone_done()
     if orbit.status == "stable":
         with kept.stage("constant_controls"):
             constant = measures.constant_margins(orbit, asked, samples, tick)
@@ -52,7 +72,7 @@ def measured(asked: Request, orbit: PeriodicOrbit, samples: int, kept: Kept, tic
             content["law"] = of_law.record()
     if asked.law is not None:
         with kept.stage("law.linear"):
-            answer = measures.linear_margins(orbit, asked)
+            answer = linear.result()
             content["law"] = {**content.get("law", {}), "linear": answer.record()}
             tick()
     return constant, of_law, answer

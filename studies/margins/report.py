@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,8 @@ from gyroctl.orbits.guess import estimated_share
 from gyroctl.provenance import made
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.margins import draw_linear, draw_maps, draw_orbit, draw_robustness, measures
-from gyroctl.studies.margins.borders import control_borders
+from gyroctl.studies.margins.beside import beside
+from gyroctl.studies.margins.borders import Border, control_borders
 from gyroctl.studies.margins.maps import STABLE, OrbitMap, basin_map, coupling_map, tongue_map
 from gyroctl.studies.margins.measures import LoopAnswer
 from gyroctl.studies.margins.measuring import check_samples, measured, steps_of
@@ -96,8 +98,13 @@ def margin_report(
         drawn.append(f"{name}.png")
         progress.advance()
 
-    with Progress("margins", stages, quiet) as progress, styled():
-        constant, of_law, answer = measured(asked, orbit, samples, kept, progress.advance)
+    with (
+        Progress("margins", stages, quiet) as progress,
+        styled(),
+        beside(partial(_mapped, asked), progress.advance) as mapped,
+    ):
+        alone_done = mapped.begin if maps else lambda: None
+        constant, of_law, answer = measured(asked, orbit, samples, kept, progress.advance, alone_done)
         with kept.stage("multipliers"):
             draw("multipliers", draw_orbit.multipliers(orbit, answer.loop if answer else None, law, point))
         with kept.stage("linear_model_error"):
@@ -112,7 +119,7 @@ def margin_report(
                 draw("robustness", draw_robustness.robustness(cases, point))
         if maps:
             with kept.stage("maps"):
-                pictures, content["maps"] = _maps(asked, orbit.period, progress.advance)
+                pictures, content["maps"] = _drawn(asked, orbit.period, *mapped.result())
                 for name, figure in pictures.items():
                     draw(name, figure)
         if water:
@@ -144,8 +151,11 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
     over_controls = axes == AXES[0]
     stages = (MAP_COLUMNS + BORDER_STAGES if over_controls else TONGUE_COLUMNS) + 1
     with Progress("lock map", stages, quiet) as progress, styled():
-        found = map_controls(asked, progress.advance) if over_controls else map_waves(asked, progress.advance)
-        borders = control_borders(asked, CC_RANGE, progress.advance) if over_controls else ()
+        with beside(partial(control_borders, asked, CC_RANGE), progress.advance) as bordered:
+            if over_controls:
+                bordered.begin()
+            found = map_controls(asked, progress.advance) if over_controls else map_waves(asked, progress.advance)
+            borders = bordered.result() if over_controls else ()
         save(draw_maps.orbit_map(asked, found, borders), out / "lockmap.png")
     content = {
         **made(),
@@ -183,12 +193,35 @@ def check_folder(out: Path) -> None:
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
 
 
-def _maps(asked: Request, period: float, tick: Callable[[], None]) -> tuple[dict[str, Figure], dict[str, Any]]:
-    """Pictures and numbers over controls and waves."""
+class Mapped(NamedTuple):
+    """Maps over controls and waves."""
+
+    controls: OrbitMap
+    waves: OrbitMap
+    cc: list[float]  # (n,) of the basin map [Nms]
+    cg: list[float]  # (m,)
+    basin: NDArray[np.float64]  # (m, n)
+    borders: tuple[Border, ...]
+
+
+def _mapped(asked: Request, tick: Callable[[], None]) -> Mapped:
     controls, waves = map_controls(asked, tick), map_waves(asked, tick)
     cc, cg = _thinned(controls.first, BASIN_COLUMNS), _thinned(controls.second, BASIN_ROWS)
     basin = basin_map(asked, cc, cg, 0.5, 24, tick)
-    borders = control_borders(asked, CC_RANGE, tick)
+    return Mapped(controls, waves, cc, cg, basin, control_borders(asked, CC_RANGE, tick))
+
+
+def _drawn(
+    asked: Request,
+    period: float,
+    controls: OrbitMap,
+    waves: OrbitMap,
+    cc: list[float],
+    cg: list[float],
+    basin: NDArray[np.float64],
+    borders: tuple[Border, ...],
+) -> tuple[dict[str, Figure], dict[str, Any]]:
+    """Pictures and numbers over controls and waves."""
     pictures = {
         "lock_map": draw_maps.orbit_map(asked, controls, borders),
         "tongue": draw_maps.orbit_map(asked, waves),
