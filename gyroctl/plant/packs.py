@@ -62,6 +62,10 @@ def settle(written: Any) -> None:
     """
 
 
+def prefetch(array: Any, i: int) -> None:
+    """Tell the processor that entry `i` of a flat array will be wanted soon."""
+
+
 # --- what the compiler knows of them -----------------------------------------------------------------------------
 
 
@@ -180,6 +184,19 @@ def _settle(_: Any, held: Any) -> Any:
     return types.void(held), codegen
 
 
+@intrinsic  # type: ignore[untyped-decorator]
+def _prefetch(_: Any, array: Any, i: Any) -> Any:
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        place = builder.gep(context.make_array(array)(context, builder, args[0]).data, [args[1]])
+        place, number = builder.bitcast(place, ir.IntType(8).as_pointer()), ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), [place.type, number, number, number])
+        fetch = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+        builder.call(fetch, [place, number(0), number(3), number(1)])  # to read, into the nearest cache, data
+        return context.get_dummy_value()
+
+    return types.void(array, types.intp), codegen
+
+
 def _binary(instruction: str) -> Any:
     """Make an operation on two packs, or on a pack and a number."""
 
@@ -221,4 +238,5 @@ def _set(held: Any, i: Any, value: Any) -> Any:
 
 overload(packs, jit_options=INLINED, strict=False)(lambda array: lambda array: _packs(array))
 overload(room, jit_options=INLINED)(lambda: lambda: _room())
+overload(prefetch, jit_options=INLINED, strict=False)(lambda array, i: lambda array, i: _prefetch(array, i))
 overload(settle, jit_options=INLINED, strict=False)(lambda written: lambda written: _settle(written))
