@@ -6,7 +6,6 @@ all waited for it they would pay for it.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -91,7 +90,7 @@ def moments_at(lanes: LaneState, waves: Floats, waves_dt: float, instant: int) -
     ahead = 0.5 * instant
     for l in range(L):
         position = (lanes.start[l] + (lanes.step[l] + ahead) * lanes.h[l]) / waves_dt
-        lanes.first[l] = min(max(math.floor(position) - (TAPS // 2 - 1), 0.0), last)
+        lanes.first[l] = min(max(np.floor(position) - (TAPS // 2 - 1), 0.0), last)
         lanes.place[l] = position - lanes.first[l]
     for l in range(L):
         if lanes.first[l] != lanes.cell[l]:  # every fifth step or less: put its samples beside the others'
