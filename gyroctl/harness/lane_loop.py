@@ -22,7 +22,7 @@ from gyroctl.plant import lane_steps, pack_step
 from gyroctl.plant.compiled import entry_point, inlined, lent, put, source_stamp
 from gyroctl.plant.equations import Coefficients
 from gyroctl.plant.kernel import slip_rate, steps_for
-from gyroctl.plant.lane_steps import begin_lanes, lane_room, lane_state, moments_at, set_out, step_lanes
+from gyroctl.plant.lane_steps import lane_room, lane_state, moments_at, set_out, step_lanes
 from gyroctl.plant.packs import LANES
 
 
@@ -174,7 +174,6 @@ def advance_all(
         put(held[l], aim[l])
         for row in range(rows):
             lanes.y[row * LANES + l] = record[l, 0, row]
-    begin_lanes(lanes)
     while True:
         anew = False
         for l in range(LANES):

@@ -71,7 +71,6 @@ def derivative(
     more: Any = None,
     signals: Any = None,
     at: int = 0,
-    turned: Any = None,
 ) -> None:
     """Write the rate of change of state `x` and the powers of the energy ledger into `dx`.
 
@@ -96,11 +95,9 @@ def derivative(
         All signals of the waves beyond the linear model, see `gyroctl.plant.beyond`; without them the water is still.
     at : int
         Where they begin.
-    turned : (cos psi, sin psi), optional
-        Where they are known already.
     """
     phi1, phi3, psi, v1, v3, w, W = motion(x, L, l)
-    c, s = cos_sin(psi) if turned is None else turned
+    c, s = cos_sin(psi)
     u1 = c * v1 - s * v3
     u3 = s * v1 + c * v3
     last = RADIATION + len(k.q1) + len(k.q3)

@@ -6,17 +6,17 @@ all waited for it they would pay for it.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.plant.compiled import aligned, inlined
-from gyroctl.plant.equations import PSI, Coefficients
+from gyroctl.plant.equations import Coefficients
 from gyroctl.plant.lagrange import TAPS, weights_at
-from gyroctl.plant.pack_step import move, step, turn
-from gyroctl.plant.packs import LANES, packs, room
+from gyroctl.plant.pack_step import move, step
+from gyroctl.plant.packs import LANES, packs
+from gyroctl.plant.packs import room as stacked
 
 Floats = NDArray[np.float64]
 
@@ -25,7 +25,6 @@ class LaneState(NamedTuple):
     """State and working space of LANES runs; entry `row` of a run stands at ``row * LANES + lane``."""
 
     y: Floats  # state and ledger
-    turned: Floats  # cosine and sine of psi
     moments: Floats  # Me1 and Me3 at the start, the middle and the end of the step [Nm]
     taps: Floats  # samples around the instant: Me1 and Me3 of each in turn [Nm]
     cell: Floats  # number of the first of them
@@ -41,7 +40,7 @@ class LaneState(NamedTuple):
 @inlined
 def lane_room(rows: int) -> Floats:
     """Room for LANES runs of so many rows."""
-    room: Floats = aligned((rows + 2 + 6 + 2 * TAPS + 8) * LANES)
+    room: Floats = aligned((rows + 6 + 2 * TAPS + 8) * LANES)
     return room
 
 
@@ -50,22 +49,14 @@ def lane_state(room: Floats, rows: int) -> LaneState:
     """LANES runs at rest in the room of `lane_room`, which the caller is to hold."""
     L = LANES
     y, room = room[: rows * L], room[rows * L :]
-    turned, moments, taps, room = room[: 2 * L], room[2 * L : 8 * L], room[8 * L : 24 * L], room[24 * L :]
+    moments, taps, room = room[: 6 * L], room[6 * L : 22 * L], room[22 * L :]
     cell, first, place, cc = room[:L], room[L : 2 * L], room[2 * L : 3 * L], room[3 * L : 4 * L]
     cg, start, done, h = room[4 * L : 5 * L], room[5 * L : 6 * L], room[6 * L : 7 * L], room[7 * L :]
-    lanes = LaneState(y, turned, moments, taps, cell, first, place, cc, cg, start, done, h)
+    lanes = LaneState(y, moments, taps, cell, first, place, cc, cg, start, done, h)
     for l in range(L):
         cell[l], cc[l], cg[l] = -1.0, 0.0, 0.0
         set_out(lanes, l, 0.0, 0.0)
     return lanes
-
-
-@inlined
-def begin_lanes(lanes: LaneState) -> None:
-    """Work out what belongs to the states that have been written into `lanes.y`."""
-    turned = room()
-    turn(packs(lanes.y)[PSI], turned, 0)
-    move(turned, packs(lanes.turned), 2)
 
 
 @inlined
@@ -83,19 +74,10 @@ def step_lanes(lanes: LaneState, k: Coefficients, waves: Floats, waves_dt: float
     """
     moments_at(lanes, waves, waves_dt, 1)
     moments_at(lanes, waves, waves_dt, 2)
-    rows, y, turned, moments, state, turn_now = (
-        lanes.y.size // LANES,
-        packs(lanes.y),
-        packs(lanes.turned),
-        packs(lanes.moments),
-        room(),
-        room(),
-    )
+    rows, y, moments, state = lanes.y.size // LANES, packs(lanes.y), packs(lanes.moments), stacked()
     move(y, state, rows)
-    move(turned, turn_now, 2)
-    step(state, turn_now, k, packs(lanes.cc)[0], packs(lanes.cg)[0], moments, 0, packs(lanes.h)[0], True)
+    step(state, k, packs(lanes.cc)[0], packs(lanes.cg)[0], moments, 0, packs(lanes.h)[0], True)
     move(state, y, rows)
-    move(turn_now, turned, 2)
     moments[0], moments[1] = moments[4], moments[5]
     for l in range(LANES):
         lanes.step[l] += 1.0
@@ -108,7 +90,7 @@ def moments_at(lanes: LaneState, waves: Floats, waves_dt: float, instant: int) -
     ahead = 0.5 * instant
     for l in range(L):
         position = (lanes.start[l] + (lanes.step[l] + ahead) * lanes.h[l]) / waves_dt
-        lanes.first[l] = min(max(math.floor(position) - (TAPS // 2 - 1), 0.0), last)
+        lanes.first[l] = min(max(np.floor(position) - (TAPS // 2 - 1), 0.0), last)
         lanes.place[l] = position - lanes.first[l]
     for l in range(L):
         if lanes.first[l] != lanes.cell[l]:  # every fifth step or less: put its samples beside the others'

@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 from gyroctl.plant import pack_step, packs
 from gyroctl.plant.compiled import aligned, inlined, put, stamped
-from gyroctl.plant.equations import PSI, Coefficients
-from gyroctl.plant.kernel import SOURCES, write_down
+from gyroctl.plant.equations import Coefficients
+from gyroctl.plant.kernel import RECORDED, SOURCES
 from gyroctl.plant.lagrange import TAPS, weights_at
-from gyroctl.plant.pack_step import move, step, turn
-from gyroctl.plant.packs import LANES
+from gyroctl.plant.pack_step import move, step
+from gyroctl.plant.packs import LANES, prefetch
 
 Floats = NDArray[np.float64]
 
@@ -26,6 +26,9 @@ BLOCK = 15
 """Steps whose moments are interpolated at a time: with the start 31 instants, two packs."""
 
 INSTANTS = 2 * LANES
+
+LINE = 8
+"""Doubles in a line of the cache."""
 
 WINDOW = 32
 """Samples that stand side by side: few, or they would push the rest out of the cache."""
@@ -76,24 +79,27 @@ def run_packs(
     now, controls = aligned(rows * LANES), aligned(2 * LANES)
     waves, window = aligned(2 * (2 * BLOCK + 1) * LANES), aligned(2 * WINDOW * LANES)
     place, weight, first = aligned(INSTANTS), aligned(TAPS * INSTANTS), np.zeros(INSTANTS, np.int64)
+    for j in range(INSTANTS):
+        place[j] = 0.0
     put(y, now)
     put(cc, controls[:LANES])
     put(cg, controls[LANES:])
     outside, moments, pair = packs.packs(now), packs.packs(waves), packs.packs(controls)
-    state, turned = packs.room(), packs.room()
+    state = packs.room()
     move(outside, state, rows)
-    turn(state[PSI], turned, 0)
     whole, begin, end = hold / steps, 0, 0  # the window holds the samples from `begin` to before `end`
+    written = packs.packs(record.reshape(record.size))
     for i in range(intervals + 1):
-        move(state, outside, rows)
-        write_down(now, record, i)
+        for r in range(len(RECORDED)):
+            written[r * (intervals + 1) + i] = state[RECORDED[r]]
         if i == mark:
+            move(state, outside, rows)
             put(now, marked)
         if i == intervals:
             break
         for done in range(0, steps, BLOCK):
             count = min(BLOCK, steps - done)
-            for j in range(INSTANTS):
+            for j in range(2 * count + 1):
                 position = (i * hold + (done + 0.5 * j) * whole) / waves_dt
                 first[j] = min(max(math.floor(position) - (TAPS // 2 - 1), 0), samples - TAPS)
                 place[j] = position - first[j]
@@ -103,7 +109,8 @@ def run_packs(
                     begin, end = move_on(signals, of_lane, window, begin, end, first[j] - 1)
                 interpolate_pack(window, first[j] - begin, weight, j, moments)
             for s in range(count):
-                step(state, turned, k, pair[0], pair[1], moments, 4 * s, whole, ledger)
+                step(state, k, pair[0], pair[1], moments, 4 * s, whole, ledger)
+    move(state, outside, rows)
     put(now, y)
 
 
@@ -133,6 +140,11 @@ def move_on(
         for row in range(2):
             for l in range(LANES):
                 window[(2 * (sample - first) + row) * LANES + l] = signals[of_lane[l], row, sample]
+    flat, n = signals.reshape(signals.size), signals.shape[2]
+    for l in range(LANES):
+        for row in range(2):
+            for line in range(0, WINDOW, LINE):  # those that come next, while the steps are taken
+                prefetch(flat, (2 * of_lane[l] + row) * n + min(last + line, n - 1))
     return first, last
 
 

@@ -1,10 +1,9 @@
 """A step of Runge-Kutta 4 for a pack of runs: the ensemble's, and that of closed loops in lanes.
 
 The arithmetic of a lane is that of `kernel.advance`, to the last bit, for plants without terms beyond the linear model
-and controls that are held. What differs is where it stands. The four stages are written out, so that their slopes need
-no memory. And since psi' is part of the state, the angle of the next stage is known before the slope of this one:
-cosine and sine of it are worked out ahead, beside the forces, where a processor would else wait for the one and then
-for the other.
+and controls that are held. What differs is where it stands: the four stages are written out, so that no loop and no
+memory stands between them, and in each the accelerations come first. All else that a stage does waits for nothing and
+nothing waits for it, but a processor looks no further ahead than some two hundred instructions, half a stage.
 """
 
 from __future__ import annotations
@@ -12,19 +11,8 @@ from __future__ import annotations
 from typing import Any
 
 from gyroctl.plant.compiled import inlined
-from gyroctl.plant.equations import LEDGER, PSI, PSI_RATE, Coefficients, derivative, states_of
+from gyroctl.plant.equations import LEDGER, PSI_RATE, Coefficients, derivative, states_of
 from gyroctl.plant.packs import room, settle
-from gyroctl.plant.trigonometry import cos_sin
-
-TURNED = 4
-"""Packs of `turned`: cosine and sine of psi at the beginning of the step, room for those of the next stage."""
-
-
-@inlined
-def turn(psi: Any, turned: Any, at: int) -> None:
-    """Write cosine and sine of `psi` [rad] into `turned` from `at` on, ahead of all that follows."""
-    turned[at], turned[at + 1] = cos_sin(psi)
-    settle(turned)
 
 
 @inlined
@@ -35,22 +23,25 @@ def move(one: Any, other: Any, count: int) -> None:
 
 
 @inlined
-def slope(x: Any, dx: Any, k: Coefficients, cc: Any, cg: Any, moments: Any, at: int, turned: Any, first: int) -> None:
-    """Write the rates of state `x` and its powers into `dx`, with the moments at `at` and the turn at `first`."""
-    known = turned[first], turned[first + 1]
-    derivative(x, dx, 1, 0, k, cc, cg, moments[at], moments[at + 1], None, None, 0, known)
+def slope(x: Any, dx: Any, k: Coefficients, cc: Any, cg: Any, moments: Any, at: int, urgent: Any) -> None:
+    """Write the rates of state `x` and its powers into `dx`, with the moments from `at` on.
+
+    `urgent` is working space for the acceleration of the ring, the last that is found: what a text does after this
+    one, and what only that needs, stays behind it.
+    """
+    derivative(x, dx, 1, 0, k, cc, cg, moments[at], moments[at + 1])
+    urgent[0] = dx[PSI_RATE]
+    settle(urgent)
 
 
 @inlined
-def step(y: Any, turned: Any, k: Coefficients, cc: Any, cg: Any, moments: Any, at: int, h: Any, ledger: Any) -> None:
+def step(y: Any, k: Coefficients, cc: Any, cg: Any, moments: Any, at: int, h: Any, ledger: Any) -> None:
     """Take a step with all runs of a pack.
 
     Parameters
     ----------
     y : Packs
         State and ledger, changed in place.
-    turned : Packs
-        Cosine and sine of psi, see `TURNED`: of `y` before and afterwards.
     k : Coefficients
         The device, without terms beyond the linear model.
     cc, cg : pack
@@ -67,29 +58,18 @@ def step(y: Any, turned: Any, k: Coefficients, cc: Any, cg: Any, moments: Any, a
     if ledger is None:
         begin = end - 1
     half, sixth = 0.5 * h, h / 6.0
-    x, total, second, other = room(), room(), room(), room()
-
-    turn(y[PSI] + half * y[PSI_RATE], turned, 2)
-    slope(y, total, k, cc, cg, moments, at, turned, 0)
+    x, first, second, third, fourth, urgent = room(), room(), room(), room(), room(), room()
+    slope(y, first, k, cc, cg, moments, at, urgent)
     for i in range(states):
-        x[i] = y[i] + half * total[i]
-
-    turn(y[PSI] + half * x[PSI_RATE], turned, 0)
-    slope(x, second, k, cc, cg, moments, at + 2, turned, 2)
+        x[i] = y[i] + half * first[i]
+    slope(x, second, k, cc, cg, moments, at + 2, urgent)
     for i in range(states):
         x[i] = y[i] + half * second[i]
-
-    turn(y[PSI] + h * x[PSI_RATE], turned, 2)
-    slope(x, other, k, cc, cg, moments, at + 2, turned, 0)
+    slope(x, third, k, cc, cg, moments, at + 2, urgent)
     for i in range(states):
-        x[i] = y[i] + h * other[i]
-        total[i] = total[i] + 2.0 * (second[i] + other[i])
-    for i in range(begin, end):
-        total[i] = total[i] + 2.0 * (second[i] + other[i])
-
-    turn(y[PSI] + sixth * (total[PSI] + x[PSI_RATE]), turned, 0)
-    slope(x, other, k, cc, cg, moments, at + 4, turned, 2)
+        x[i] = y[i] + h * third[i]
+    slope(x, fourth, k, cc, cg, moments, at + 4, urgent)
     for i in range(states):
-        y[i] = y[i] + sixth * (total[i] + other[i])
+        y[i] = y[i] + sixth * (first[i] + 2.0 * (second[i] + third[i]) + fourth[i])
     for i in range(begin, end):
-        y[i] = y[i] + sixth * (total[i] + other[i])
+        y[i] = y[i] + sixth * (first[i] + 2.0 * (second[i] + third[i]) + fourth[i])

@@ -14,7 +14,8 @@ import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core import cgutils
-from numba.extending import intrinsic, make_attribute_wrapper, models, overload, register_model
+from numba.core.typing.templates import AbstractTemplate, infer_global
+from numba.extending import intrinsic, lower_builtin, make_attribute_wrapper, models, overload, register_model
 from numpy.typing import NDArray
 
 from gyroctl.plant.compiled import INLINED
@@ -60,6 +61,10 @@ def settle(written: Any) -> None:
 
     The order in which a text names independent results is lost on the compiler, which computes late what is used late.
     """
+
+
+def prefetch(array: Any, i: int) -> None:
+    """Tell the processor that entry `i` of a flat array will be wanted soon."""
 
 
 # --- what the compiler knows of them -----------------------------------------------------------------------------
@@ -151,26 +156,6 @@ def _room(_: Any) -> Any:
 
 
 @intrinsic  # type: ignore[untyped-decorator]
-def _load(_: Any, held: Any, i: Any) -> Any:
-    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        return builder.load(builder.gep(_first(context, builder, held, args[0]), [args[1]]), align=ALIGNED)
-
-    return PACK(held, types.intp), codegen
-
-
-@intrinsic  # type: ignore[untyped-decorator]
-def _store(_: Any, held: Any, i: Any, value: Any) -> Any:
-    kind = PACK if isinstance(value, PackType) else types.float64
-
-    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        place = builder.gep(_first(context, builder, held, args[0]), [args[1]])
-        builder.store(_splat(builder, kind, args[2]), place, align=ALIGNED)
-        return context.get_dummy_value()
-
-    return types.void(held, types.intp, kind), codegen
-
-
-@intrinsic  # type: ignore[untyped-decorator]
 def _settle(_: Any, held: Any) -> Any:
     def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         place = _first(context, builder, held, args[0])  # no instruction, but for all that the compiler knows it might
@@ -180,24 +165,44 @@ def _settle(_: Any, held: Any) -> Any:
     return types.void(held), codegen
 
 
-def _binary(instruction: str) -> Any:
-    """Make an operation on two packs, or on a pack and a number."""
+@intrinsic  # type: ignore[untyped-decorator]
+def _prefetch(_: Any, array: Any, i: Any) -> Any:
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        place = builder.gep(context.make_array(array)(context, builder, args[0]).data, [args[1]])
+        place, number = builder.bitcast(place, ir.IntType(8).as_pointer()), ir.IntType(32)
+        kind = ir.FunctionType(ir.VoidType(), [place.type, number, number, number])
+        fetch = cgutils.get_or_insert_function(builder.module, kind, "llvm.prefetch.p0")
+        builder.call(fetch, [place, number(0), number(3), number(1)])  # to read, into the nearest cache, data
+        return context.get_dummy_value()
 
-    @intrinsic  # type: ignore[untyped-decorator]
-    def operation(_: Any, a: Any, b: Any) -> Any:
-        kinds = [kind if isinstance(kind, PackType) else types.float64 for kind in (a, b)]
+    return types.void(array, types.intp), codegen
 
-        def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-            return getattr(builder, instruction)(*map(_splat, (builder, builder), kinds, args))
 
-        return PACK(*kinds), codegen
+# Arithmetic and indices are told to the compiler directly: as functions of their own, each compiled for each pair of
+# types that it meets, they would take seconds.
 
-    def of(a: Any, b: Any) -> Any:
-        if isinstance(a, PackType) or isinstance(b, PackType):
-            return lambda a, b: operation(a, b)
+
+def _either(a: Any, b: Any) -> Any:
+    """Types of an operation's two numbers, of which one is a pack."""
+    if PACK not in (a, b) or not all(isinstance(kind, PackType | types.Float | types.Integer) for kind in (a, b)):
         return None
+    return [kind if kind == PACK else types.float64 for kind in (a, b)]
 
-    return of
+
+def _teach(sign: Any, instruction: str) -> None:
+    """Teach an operation on two packs, or on a pack and a number."""
+
+    @infer_global(sign)
+    class _Typed(AbstractTemplate):  # type: ignore[misc]
+        def generic(self, args: Any, kws: Any) -> Any:
+            kinds = _either(*args)
+            return None if kinds is None else PACK(*kinds)
+
+    def codegen(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        return getattr(builder, instruction)(*map(_splat, (builder, builder), signature.args, args))
+
+    for kinds in ((PACK, PACK), (PACK, types.float64), (types.float64, PACK)):
+        lower_builtin(sign, *kinds)(codegen)
 
 
 for _sign, _instruction in (
@@ -206,19 +211,41 @@ for _sign, _instruction in (
     (operator.mul, "fmul"),
     (operator.truediv, "fdiv"),
 ):
-    overload(_sign, jit_options=INLINED, strict=False)(_binary(_instruction))
+    _teach(_sign, _instruction)
 
 
-@overload(operator.getitem, jit_options=INLINED, strict=False)  # type: ignore[untyped-decorator]
-def _get(held: Any, i: Any) -> Any:
-    return (lambda held, i: _load(held, i)) if isinstance(held, PacksType | RoomType) else None
+@infer_global(operator.getitem)
+class _Read(AbstractTemplate):  # type: ignore[misc]
+    def generic(self, args: Any, kws: Any) -> Any:
+        held, i = args
+        fits = isinstance(held, PacksType | RoomType) and isinstance(i, types.Integer)
+        return PACK(held, types.intp) if fits else None
 
 
-@overload(operator.setitem, jit_options=INLINED, strict=False)  # type: ignore[untyped-decorator]
-def _set(held: Any, i: Any, value: Any) -> Any:
-    return (lambda held, i, value: _store(held, i, value)) if isinstance(held, PacksType | RoomType) else None
+@infer_global(operator.setitem)
+class _Write(AbstractTemplate):  # type: ignore[misc]
+    def generic(self, args: Any, kws: Any) -> Any:
+        held, i, value = args
+        fits = isinstance(held, PacksType | RoomType) and isinstance(i, types.Integer) and value == PACK
+        return types.void(held, types.intp, PACK) if fits else None
 
+
+def _load(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    place = builder.gep(_first(context, builder, signature.args[0], args[0]), [args[1]])
+    return builder.load(place, align=ALIGNED)
+
+
+def _store(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+    place = builder.gep(_first(context, builder, signature.args[0], args[0]), [args[1]])
+    builder.store(args[2], place, align=ALIGNED)
+    return context.get_dummy_value()
+
+
+for _held in (PacksType, RoomType):
+    lower_builtin(operator.getitem, _held, types.intp)(_load)
+    lower_builtin(operator.setitem, _held, types.intp, PACK)(_store)
 
 overload(packs, jit_options=INLINED, strict=False)(lambda array: lambda array: _packs(array))
 overload(room, jit_options=INLINED)(lambda: lambda: _room())
+overload(prefetch, jit_options=INLINED, strict=False)(lambda array, i: lambda array, i: _prefetch(array, i))
 overload(settle, jit_options=INLINED, strict=False)(lambda written: lambda written: _settle(written))

@@ -14,7 +14,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic, overload
 
-from gyroctl.plant.compiled import INLINED
+from gyroctl.plant.compiled import INLINED, inlined
 from gyroctl.plant.packs import PackType
 
 TWO_OVER_PI = 2.0 / math.pi
@@ -58,7 +58,9 @@ def _of_quadrant(_: Any, shifted: Any, cosine: Any, sine: Any) -> Any:
     return types.UniTuple(shifted, 2)(shifted, shifted, shifted), codegen
 
 
-def _polynomial(angle: Any) -> Any:
+@inlined
+def turned(angle: Any) -> Any:
+    """Number of quarter turns in `angle` as the last bits of a float, and cosine and sine of what is left of it."""
     shifted = angle * TWO_OVER_PI + TO_INTEGER
     turns = shifted - TO_INTEGER  # quarter turns, to nearest
     r = ((angle - turns * PART_1) - turns * PART_2) - turns * PART_3
@@ -77,6 +79,11 @@ def _polynomial(angle: Any) -> Any:
     p = p * z - 1.38888888888730564116e-3
     p = p * z + 4.16666666666665929218e-2
     cosine = 1.0 - 0.5 * z + z * z * p
+    return shifted, cosine, sine
+
+
+def _polynomial(angle: Any) -> Any:
+    shifted, cosine, sine = turned(angle)
     return _of_quadrant(shifted, cosine, sine)
 
 
