@@ -194,7 +194,7 @@ def test_another_process_finds_the_law_and_an_edit_is_seen(tmp_path: Path) -> No
 
 def test_files_cut_short_are_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GYROCTL_CACHE", str(tmp_path))
-    monkeypatch.setattr(machine_code.config, "CACHE_DIR", "")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
 
     def compiled() -> Any:
         from gyroctl.harness import law_entry
@@ -212,7 +212,7 @@ def test_files_cut_short_are_compiled_again(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_oldest_versions_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(machine_code.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     names = [f"file.one_{i:016x}-{i:016x}.py311" for i in range(machine_code.VERSIONS + 2)]
     for age, name in enumerate(reversed(names)):
         for path in (tmp_path / f"{name}.nbi", tmp_path / f"{name}.1.nbc"):
