@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import os
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -190,6 +192,36 @@ def test_another_process_finds_the_law_and_an_edit_is_seen(tmp_path: Path) -> No
         command = [sys.executable, "-c", PROBE, str(tmp_path / home)]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
         assert done.stdout.split() == [str(anew), str(gain * 3.0)]
+
+
+CALLER = """
+from gyroctl.plant.compiled import entry_point, inlined
+from callee_of_one import FACTOR
+
+
+@inlined
+def scaled(x):
+    return FACTOR * x
+
+
+@entry_point
+def twice(x):
+    return 2.0 * scaled(x)
+"""
+
+
+def test_what_an_entry_point_calls_is_compiled_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The text of the function itself and its place stay as they are."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
+    (tmp_path / "caller_of_one.py").write_text(CALLER)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for factor in (3.0, 5.0, 3.0):
+        module = ModuleType("callee_of_one")
+        module.__dict__["FACTOR"] = factor
+        monkeypatch.setitem(sys.modules, "callee_of_one", module)
+        monkeypatch.delitem(sys.modules, "caller_of_one", raising=False)
+        assert importlib.import_module("caller_of_one").twice(7.0) == 14.0 * factor
+    assert len([*(tmp_path / "kept").glob("caller_of_one.twice-*.nbi")]) == 2
 
 
 def test_files_cut_short_are_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
