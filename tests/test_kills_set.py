@@ -17,6 +17,7 @@ ROOMS = {
     "comparison",
     "harness",
     "hydrodynamics",
+    "kept",
     "laws",
     "margins",
     "order",

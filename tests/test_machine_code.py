@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import importlib.util
 import os
 import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import pytest
@@ -142,7 +144,7 @@ def test_sources_within_the_package_count_with_all_that_they_lead_to(monkeypatch
 PLAIN = """
 from typing import NamedTuple
 
-from gain_of_a_law import GAIN
+GAIN = 0.0
 
 
 class State(NamedTuple):
@@ -164,37 +166,71 @@ import sys
 sys.path.insert(0, sys.argv[1])
 import numpy as np
 from numba.core.ccallback import CFunc
-from a_plain_law import Plain
+import a_plain_law
 from gyroctl.harness import law_entry
+from gyroctl.harness.loop import compiled_calls
 
 anew = []
 plainly = CFunc._compile_uncached
 CFunc._compile_uncached = lambda self: (anew.append(self), plainly(self))[1]
-law = law_entry.compile_law(Plain())
-u, s = np.zeros(2), law.s.copy()
-from gyroctl.harness.loop import compiled_calls
-compiled_calls(law.entry, law.p, s, np.full(7, 4.0), u, 1)
-print(len(anew), float(u[1]))
+for gain in map(float, sys.argv[2:]):
+    a_plain_law.GAIN = gain
+    law_entry._compiled_entry.cache_clear()
+    law = law_entry.compile_law(a_plain_law.Plain())
+    u, s = np.zeros(2), law.s.copy()
+    compiled_calls(law.entry, law.p, s, np.full(7, 4.0), u, 1)
+    print(len(anew), float(u[1]))
 """
 
 
-def test_another_process_finds_the_law_and_an_edit_is_seen(tmp_path: Path) -> None:
-    """The first process compiles, the second does not; a number changed in another file gives the new answer."""
+def test_another_process_finds_the_law_and_another_number_is_seen(tmp_path: Path) -> None:
+    """The first process compiles and the second does not; where a number that the law reads is another, it does."""
+    (tmp_path / "a_plain_law.py").write_text(PLAIN)
     environment = {**os.environ, "GYROCTL_CACHE": str(tmp_path / "cache"), "PYTHONDONTWRITEBYTECODE": "1"}
     environment.pop("NUMBA_CACHE_DIR", None)
-    for home, gain in (("one", 1e-4), ("two", 2e-4)):
-        (tmp_path / home).mkdir()
-        (tmp_path / home / "a_plain_law.py").write_text(PLAIN)
-        (tmp_path / home / "gain_of_a_law.py").write_text(f"GAIN = {gain}")
-    for home, anew, gain in (("one", 1, 1e-4), ("two", 1, 2e-4), ("one", 0, 1e-4)):
-        command = [sys.executable, "-c", PROBE, str(tmp_path / home)]
+
+    def probe(*gains: float) -> list[str]:
+        command = [sys.executable, "-c", PROBE, str(tmp_path), *map(str, gains)]
         done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-        assert done.stdout.split() == [str(anew), str(gain * 3.0)]
+        return done.stdout.splitlines()
+
+    assert probe(1e-4) == [f"1 {1e-4 * 3.0}"]
+    assert probe(1e-4, 2e-4, 1e-4) == [f"0 {1e-4 * 3.0}", f"1 {2e-4 * 3.0}", f"1 {1e-4 * 3.0}"]
+
+
+CALLER = """
+from gyroctl.plant.compiled import entry_point, inlined
+from callee_of_one import FACTOR
+
+
+@inlined
+def scaled(x):
+    return FACTOR * x
+
+
+@entry_point
+def twice(x):
+    return 2.0 * scaled(x)
+"""
+
+
+def test_what_an_entry_point_calls_is_compiled_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The text of the function itself and its place stay as they are."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / "kept"))
+    (tmp_path / "caller_of_one.py").write_text(CALLER)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for factor in (3.0, 5.0, 3.0):
+        module = ModuleType("callee_of_one")
+        module.__dict__["FACTOR"] = factor
+        monkeypatch.setitem(sys.modules, "callee_of_one", module)
+        monkeypatch.delitem(sys.modules, "caller_of_one", raising=False)
+        assert importlib.import_module("caller_of_one").twice(7.0) == 14.0 * factor
+    assert len([*(tmp_path / "kept").glob("caller_of_one.twice-*.nbi")]) == 2
 
 
 def test_files_cut_short_are_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GYROCTL_CACHE", str(tmp_path))
-    monkeypatch.setattr(machine_code.config, "CACHE_DIR", "")
+    monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)
 
     def compiled() -> Any:
         from gyroctl.harness import law_entry
@@ -212,7 +248,7 @@ def test_files_cut_short_are_compiled_again(tmp_path: Path, monkeypatch: pytest.
 
 
 def test_oldest_versions_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(machine_code.config, "CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     names = [f"file.one_{i:016x}-{i:016x}.py311" for i in range(machine_code.VERSIONS + 2)]
     for age, name in enumerate(reversed(names)):
         for path in (tmp_path / f"{name}.nbi", tmp_path / f"{name}.1.nbc"):

@@ -30,6 +30,9 @@ from gyroctl.plant.machine_code import kept_callback
 
 _SIGNATURE = void(float64, float64[::1], float64[::1], float64[::1], float64[::1])
 
+WITHIN = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Compiled for the entry alone: to be called from Python as well takes longer to compile than many a law."""
+
 _ATTEMPT = """
 def attempt(t, y, p, s, u):
     command, new = step({law}, t, {measurement}, {state})
@@ -135,10 +138,10 @@ def _compiled_entry(law: Shape, state: Shape) -> Any:
     except Untold:  # it reads something that may be another thing tomorrow
         content = ""
     # as Python would: a division by zero and an index beyond a table are errors
-    step = njit(error_model="python", boundscheck=True)(_named(law[0].step, content))
+    step = njit(error_model="python", boundscheck=True, **WITHIN)(_named(law[0].step, content))
     scope = {**types, "step": step, "FAILED": math.nan, "SIZE": size, "__name__": __name__}
     exec(compile(text + _ENTRY, f"<entry of {law[0].__name__}>", "exec"), scope)
-    scope["attempt"] = njit(_named(scope["attempt"], content))
+    scope["attempt"] = njit(**WITHIN)(_named(scope["attempt"], content))
     entry = _named(scope["entry"], content)
     return kept_callback(entry, _SIGNATURE, content) if content else cfunc(_SIGNATURE)(entry)
 

@@ -133,7 +133,7 @@ def _stepped(law: Any, t: float, y: Any, state: Any) -> Any:
 
 @lru_cache(maxsize=256)
 def _compiled_step(kind: Any) -> Any:
-    return njit(**INLINED)(kind.step)
+    return njit(**INLINED, no_cpython_wrapper=True, no_cfunc_wrapper=True)(kind.step)  # called within others alone
 
 
 overload(lent, strict=False, jit_options=INLINED)(lambda array: lambda array: _lent(array))

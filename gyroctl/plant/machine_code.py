@@ -8,6 +8,7 @@ signature, processor and its own version. A function whose file is gone, or was 
 from __future__ import annotations
 
 import glob
+import os
 import pickle
 import re
 from collections.abc import Callable
@@ -15,7 +16,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from numba.core import config, sigutils
+from numba.core import sigutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
 from numba.core.ccallback import CFunc
 
@@ -35,7 +36,8 @@ UNREADABLE = (OSError, EOFError, pickle.UnpicklingError, AttributeError, ImportE
 
 def folder() -> Path:
     """$NUMBA_CACHE_DIR, or a part of this package's cache."""
-    return Path(config.CACHE_DIR) if config.CACHE_DIR else cache_folder() / FOLDER
+    wanted = os.environ.get("NUMBA_CACHE_DIR")
+    return Path(wanted) if wanted else cache_folder() / FOLDER
 
 
 def kept(name: str) -> bool:
