@@ -77,10 +77,11 @@ def alone(name: str, waves: Sequence[gy.WaveRealisation]) -> float:
 
 def together(name: str, waves: Sequence[gy.WaveRealisation]) -> float:
     """Time of the same loops in lanes. [s]"""
-    from gyroctl.harness.together import run_together
+    from gyroctl.harness.together import Loop, run_together
 
-    plant, law, settings = gy.zhang2017(), gy.law(name), gy.Settings()
-    return spent(lambda: run_together(plant, law, waves, settings))
+    law, settings = gy.law(name), gy.Settings()
+    loops = [Loop(law, each, settings) for each in waves]
+    return spent(lambda: run_together(gy.zhang2017(), loops))
 
 
 def realisations() -> list[gy.WaveRealisation]:
@@ -195,7 +196,7 @@ def main() -> None:
     works |= {f"{name} alone": lambda name=name: alone(name, waves) for name in LAWS}
     works |= {f"{name} in lanes": lambda name=name: together(name, waves) for name in LAWS}
     for name in LAWS:
-        alone(name, waves[:1]), together(name, waves[:2])  # compile
+        alone(name, waves[:1]), together(name, waves[:4])  # compile
     for how in kinds.values():
         ensemble(1, **how)
     before: dict[str, float] = {}
