@@ -15,9 +15,11 @@ from typing import Any
 import pytest
 
 import gyroctl as gy
+from gyroctl.cli.first_time import say_first_time
 from gyroctl.harness import loop
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.plant import kernel, machine_code
+from gyroctl.plant.compiled import entry_point
 from gyroctl.plant.ingredients import Untold, ingredients
 from gyroctl.plant.machine_code import folder, kept
 
@@ -226,6 +228,36 @@ def test_what_an_entry_point_calls_is_compiled_anew(tmp_path: Path, monkeypatch:
         monkeypatch.delitem(sys.modules, "caller_of_one", raising=False)
         assert importlib.import_module("caller_of_one").twice(7.0) == 14.0 * factor
     assert len([*(tmp_path / "kept").glob("caller_of_one.twice-*.nbi")]) == 2
+
+
+def test_signatures_compiled_at_the_same_time_keep_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As two processes do that both found nothing: one index is lost, and the code under the other one is its own."""
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+
+    def halved(x: Any) -> Any:
+        return x / 2
+
+    entry_point(halved)(3.0)
+    (index,) = tmp_path.glob("*.nbi")
+    first = index.read_bytes()
+    index.unlink()
+    entry_point(halved)(3j)
+    for content in (first, index.read_bytes()):
+        index.write_bytes(content)
+        assert entry_point(halved)(5.0) == 2.5
+        assert entry_point(halved)(5j) == 2.5j
+
+
+@pytest.mark.parametrize(("kept_before", "said"), [("", True), ("loop.other", True), ("loop._closed_loop_0", False)])
+def test_first_time_is_said(
+    kept_before: str, said: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    (tmp_path / f"{kept_before}.nbi").write_text("")
+    say_first_time("plant and law", 4)
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err == ("Compiling plant and law for this machine, once: about 4 s\n" if said else "")
 
 
 def test_files_cut_short_are_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -15,7 +15,7 @@ import gyroctl as gy
 from gyroctl.orbits.continuation import continue_orbit
 from gyroctl.plant.equations import OMEGA_RATE, PSI
 from gyroctl.robustness.headroom import headroom, ramp
-from gyroctl.robustness.regime import Regime, judge, settle, simulate
+from gyroctl.robustness.regime import Regime, judge, remembered, settle, simulate, steady
 from gyroctl.robustness.shocks import basin_stability, disturbances, largest_shocks, smallest_shocks
 from gyroctl.statistics import wilson
 from gyroctl.studies.margins import find_orbit, lock_map_report, margin_report, request
@@ -46,6 +46,17 @@ def test_compiled_and_plain_law_are_judged_alike(device: gy.Plant, regime: Regim
     compiled = simulate(regime, start, 20.0)
     python = simulate(regime, start, 20.0, law=gy.law("constant", cc=0.052, cg=3.5e-4))
     np.testing.assert_array_equal(compiled.record, python.record)
+
+
+def test_remembered_signals_are_those_of_the_wave_at_any_length(regime: Regime) -> None:
+    asked: list[int] = []
+    wave = steady(regime)
+    again = remembered(lambda time: (asked.append(time.size), wave(time))[1])
+    for count in (30, 70, 30, 70):
+        time = 0.05 * np.arange(count)
+        for found, meant in zip(again(time), wave(time), strict=True):
+            np.testing.assert_array_equal(found, meant)
+    assert asked == [30, 70]
 
 
 def test_no_disturbance_is_no_loss_and_a_standing_flywheel_is(regime: Regime) -> None:

@@ -8,6 +8,7 @@ signature, processor and its own version. A function whose file is gone, or was 
 from __future__ import annotations
 
 import glob
+import hashlib
 import os
 import pickle
 import re
@@ -17,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from numba.core import sigutils
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache, _CacheLocator
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, NullCache, _CacheLocator
 from numba.core.ccallback import CFunc
 
 from gyroctl.cache import cache_folder
@@ -69,8 +70,25 @@ class _Entry(CompileResultCacheImpl):  # type: ignore[misc]
     _locator_classes = [_Locator]  # noqa: RUF012 - as numba has it
 
 
+class _Index(IndexDataCacheFile):  # type: ignore[misc]
+    """Which file holds the code of which signature, each under a name of its own.
+
+    numba numbers them by what its index knows: two processes that compile two signatures at the same time would take
+    the same number, and each of them the other's code.
+    """
+
+    def save(self, key: Any, data: Any) -> None:
+        name = f"{Path(self._index_name).stem}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
+        self._save_data(name, data)
+        self._save_index({**self._load_index(), key: name})
+
+
 class _Files(FunctionCache):  # type: ignore[misc]
     _impl_class = _Entry
+
+    def __init__(self, function: Any) -> None:
+        super().__init__(function)
+        self._cache_file = _Index(self.cache_path, self._impl.filename_base, self._impl.locator.stamp)
 
 
 class _Kept(NullCache):  # type: ignore[misc]

@@ -216,9 +216,22 @@ def steady(regime: Regime) -> Excite:
     return excite
 
 
+def remembered(excite: Excite) -> Excite:
+    """Return the same signals, worked out once for each number of instants: disturbed runs ask for the same ones."""
+    known: dict[int, tuple[NDArray[np.float64], NDArray[np.float64]]] = {}
+
+    def again(time: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        if time.size not in known:
+            known[time.size] = excite(time)
+        return known[time.size]
+
+    return again
+
+
 def judge(regime: Regime, starts: NDArray[np.float64], periods: float = 100.0) -> Outcome:
     """Say for each start (m, n) whether lock holds and whether it returns within `periods` waves."""
-    verdicts = [verdict(regime, simulate(regime, start, periods)) for start in starts]
+    excite = remembered(steady(regime))
+    verdicts = [verdict(regime, simulate(regime, start, periods, excite)) for start in starts]
     return Outcome(np.array([v[0] for v in verdicts], bool), np.array([v[1] for v in verdicts], bool))
 
 

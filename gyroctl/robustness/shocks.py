@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.robustness.regime import Regime, judge, simulate, verdict
+from gyroctl.robustness.regime import Excite, Regime, judge, remembered, simulate, steady, verdict
 from gyroctl.statistics import Share, wilson
 
 LADDER = 20
@@ -67,8 +67,9 @@ def smallest_shocks(regime: Regime, periods: float = 100.0) -> tuple[Shock, ...]
     periods : float
         Waves after which a run is judged.
     """
+    excite = remembered(steady(regime))
     return tuple(
-        _smallest(regime, state, sign, largest, periods)
+        _smallest(regime, state, sign, largest, periods, excite)
         for state, largest in largest_shocks(regime).items()
         for sign in (1, -1)
     )
@@ -116,7 +117,7 @@ def disturbances(regime: Regime, size: float, samples: int, seed: int) -> NDArra
     return starts
 
 
-def _smallest(regime: Regime, state: str, sign: int, largest: float, periods: float) -> Shock:
+def _smallest(regime: Regime, state: str, sign: int, largest: float, periods: float, excite: Excite) -> Shock:
     row = regime.plant.labels.index(state)
 
     def holds(size: float) -> bool:
@@ -124,7 +125,7 @@ def _smallest(regime: Regime, state: str, sign: int, largest: float, periods: fl
         start[row] += sign * size
         if regime.plant.parameters.connection == "rigid" and state == "psi_rate":
             start[7] = regime.plant.parameters.N * start[6]
-        return verdict(regime, simulate(regime, start, periods))[0]
+        return verdict(regime, simulate(regime, start, periods, excite))[0]
 
     below = 0.0
     for size in np.geomspace(SMALLEST, 1.0, LADDER) * largest:
