@@ -15,7 +15,7 @@ from gyroctl.plant.compiled import aligned, inlined
 from gyroctl.plant.equations import Coefficients
 from gyroctl.plant.lagrange import TAPS, weights_at
 from gyroctl.plant.pack_step import move, step
-from gyroctl.plant.packs import LANES, packs
+from gyroctl.plant.packs import LANES, check_room, packs
 from gyroctl.plant.packs import room as stacked
 
 Floats = NDArray[np.float64]
@@ -47,6 +47,7 @@ def lane_room(rows: int) -> Floats:
 @inlined
 def lane_state(room: Floats, rows: int) -> LaneState:
     """LANES runs at rest in the room of `lane_room`, which the caller is to hold."""
+    check_room(rows)
     L = LANES
     y, room = room[: rows * L], room[rows * L :]
     moments, taps, room = room[: 6 * L], room[6 * L : 22 * L], room[22 * L :]

@@ -55,7 +55,7 @@ def run_packs(
     Parameters
     ----------
     y : (rows * LANES,) array
-        State and ledger, those of the end afterwards.
+        State and ledger, at most ROOM rows; those of the end afterwards.
     k : Coefficients
         The device, without terms beyond the linear model.
     cc, cg : (LANES,) arrays

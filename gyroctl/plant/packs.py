@@ -18,7 +18,7 @@ from numba.core.typing.templates import AbstractTemplate, infer_global
 from numba.extending import intrinsic, lower_builtin, make_attribute_wrapper, models, overload, register_model
 from numpy.typing import NDArray
 
-from gyroctl.plant.compiled import INLINED
+from gyroctl.plant.compiled import INLINED, inlined
 
 LANES = 16
 """Runs side by side in the compiled ensemble: two vectors of eight, whose instructions fill each other's waits."""
@@ -61,6 +61,13 @@ def settle(written: Any) -> None:
 
     The order in which a text names independent results is lost on the compiler, which computes late what is used late.
     """
+
+
+@inlined
+def check_room(rows: int) -> None:
+    """Refuse more rows than a text has room for."""
+    if rows > ROOM:
+        raise ValueError("a pack of runs has room for 64 rows of state and ledger")
 
 
 def prefetch(array: Any, i: int) -> None:

@@ -23,7 +23,7 @@ from gyroctl.plant.beyond import base_rows
 from gyroctl.plant.compiled import aligned
 from gyroctl.plant.kernel import RECORDED, rows, run_lanes, slip_rate, steps_for
 from gyroctl.plant.pack_run import run_packs
-from gyroctl.plant.packs import LANES
+from gyroctl.plant.packs import LANES, ROOM
 from gyroctl.simulation.balance import spent
 from gyroctl.simulation.lock import loss_time
 from gyroctl.simulation.progress import Progress
@@ -235,7 +235,8 @@ class _Every(NamedTuple):
         except IndexError:
             alone = LANES if self.response is None else 0
             record = aligned(len(RECORDED) * (self.intervals + 1) * LANES).reshape(len(RECORDED), -1, LANES)
-            waves = n * channels * LANES if self.plant.coefficients.beyond is not None else 0
+            k = self.plant.coefficients
+            waves = n * channels * LANES if k.beyond is not None or rows(k) > ROOM else 0
             room = _Room(record, aligned(waves), np.empty((alone, 2, n)))
         yield room
         self.rooms.append(room)
@@ -258,7 +259,7 @@ class _Every(NamedTuple):
         of_lane = [unique.index(seeds[lane]) for lane in lane_of]
         if plant.slips:  # each run takes steps of its own
             self._one_by_one(y, steps, controls, seeds, record, marked)
-        elif k.beyond is None:
+        elif k.beyond is None and rows(k) <= ROOM:
             dt = self.synthesis.grid.dt
             signals = self.synthesis.moments_batch(unique, self.blend, room.moments[: len(unique)])
             of = np.array(of_lane, np.int64)
