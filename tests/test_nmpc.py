@@ -324,9 +324,9 @@ def test_between_plans_the_last_one_is_followed(plant):
         before = law.memory(state)
         (cc, _), state = law.step(0.1 * sample, y, state)
         after = law.memory(state)
-        followed = bool(np.array_equal(after.plan[:-1], before.plan[1:]))
-        assert followed is bool(after.counts[SAMPLE] % 4 != 0)
-        assert cc == after.plan[0]
+        followed = bool(np.array_equal(after.work.plan[:-1], before.work.plan[1:]))
+        assert followed is bool(after.work.counts[SAMPLE] % 4 != 0)
+        assert cc == after.work.plan[0]
 
 
 @pytest.mark.parametrize("solver", ["riccati", "osqp", "descent"])

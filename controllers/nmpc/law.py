@@ -35,14 +35,13 @@ from gyroctl.controllers.nmpc.sample import (
     LATES,
     Constants,
     Memory,
+    Numbers,
     acted,
     fell_back,
     first_memory,
-    foreseen,
     observed,
     posed,
     powered,
-    saw,
 )
 from gyroctl.controllers.nmpc.settings import SETTINGS, Aims, Effort, Information, Preview, check
 from gyroctl.controllers.nmpc.stopwatch import BINS, clock_address, quantile
@@ -50,9 +49,10 @@ from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
-from gyroctl.plant.equations import OMEGA
-from gyroctl.waves.estimation import MomentEstimator
+from gyroctl.plant.equations import OMEGA, OMEGA_RATE
+from gyroctl.waves.estimation import MomentEstimator, predict
 from gyroctl.waves.estimation.learning import learn
+from gyroctl.waves.estimation.predictor import take
 
 BEFORE = (0.052, 3.5e-4)
 """Command before the first sample. [Nms]"""
@@ -165,7 +165,7 @@ class Nmpc:
 
     def counters(self, state: NmpcState) -> dict[str, int]:
         """Counts of a run from its last state."""
-        counts = self.memory(state).counts
+        counts = self.memory(state).work.counts
         names = {"deadline_misses": LATES, "fallbacks": FALLBACKS, "failed_plans": FAILURES, "kept_plans": KEPT}
         return {name: int(counts[place]) for name, place in names.items()}
 
@@ -179,25 +179,27 @@ class Nmpc:
         if self._whole:
             call(self._machine.address, t, np.array(y), self._row, row, u)
             return (float(u[0]), float(u[1])), NmpcState(row, state.fallback)
-        c, w, fallback = self._constants, built(self._first, row), state.fallback
-        observed(c, w, np.array(y))
+        c, memory, fallback = self._constants, built(self._first, row), state.fallback
+        law, w, estimate, forecast = c.law, memory.work, memory.estimate, memory.forecast
+        observed(c.estimator, estimate, law, w, np.array(y))
+        speed = estimate.x_hat[OMEGA_RATE]
         if self._foresight.probe is not None:
-            self._foresight.foresee(t, self._foresight.probe, w.forecast, w.ahead)
-            between(w.forecast.now, w.ahead, w.moments)
+            self._foresight.foresee(t, self._foresight.probe, forecast, memory.ahead)
         else:
-            if saw(c, w):
-                learn(c.predictor.learner, w.forecast.memory)
-            foreseen(c, w)
-        powered(c, w)
-        more, status = posed(c, w), GOOD
+            if take(c.predictor, forecast, estimate.me_hat[0], estimate.me_hat[1]):
+                learn(c.predictor.learner, forecast.memory)
+            predict(c.predictor, forecast, memory.ahead)
+        between(forecast.now, memory.ahead, memory.moments)
+        powered(law, w, speed)
+        more, status = posed(law, w, estimate.x_hat), GOOD
         if more >= 0:
-            given = w.start, w.moments, w.now, w.weights, c.h, c.k, w.trial, w.other, w.result
-            self._planner(*given, c.iterations, more)
+            given = w.start, memory.moments, w.now, w.weights, law.h, law.k, w.trial, w.other, w.result
+            self._planner(*given, law.iterations, more)
             if not math.isfinite(w.result[0]):
                 status = FAILED
             elif self.clock() - begin > self.deadline:
                 status = LATE
-        if acted(c, w, status, u):
+        if acted(law, w, speed, status, u):
             command, fallback = self.fallback.step(t, y, fallback)
             fell_back(w, float(command[0]), float(command[1]), u)
         return (float(u[0]), float(u[1])), NmpcState(row, fallback)
@@ -230,11 +232,17 @@ class Nmpc:
     @cached_property
     def _constants(self) -> Constants:
         """What a sample goes by; the addresses are known to `_row` alone."""
-        a, effort, pair = self.aims, self.effort, self.fallback
-        cost = weights(self.plant, a.motion, a.limit1, a.limit3, a.lock, a.floor, a.travel, a.terminal)
         return Constants(
             estimator=MomentEstimator.design(self.plant, period=self.period),
             predictor=self._foresight.predictor,
+            law=self._numbers,
+        )
+
+    @cached_property
+    def _numbers(self) -> Numbers:
+        a, effort, pair = self.aims, self.effort, self.fallback
+        cost = weights(self.plant, a.motion, a.limit1, a.limit3, a.lock, a.floor, a.travel, a.terminal)
+        return Numbers(
             command=PowerCommand(*(float(value) for value in self.command)),
             rows=np.array([row for row in range(len(self.plant.rolling.labels)) if row != OMEGA], np.int64),
             h=np.array([self.period / STEPS]),
@@ -275,7 +283,8 @@ class Nmpc:
     @cached_property
     def _row(self) -> NDArray[np.float64]:
         addresses = tuple(part.address for part in self._parts)
-        return row_of(self._constants._replace(addresses=(*addresses, clock_address())))
+        law = self._numbers._replace(addresses=(*addresses, clock_address()))
+        return row_of(self._constants._replace(law=law))
 
     @cached_property
     def _planner(self) -> Callable[..., None]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, wraps
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -43,6 +43,22 @@ def stamped(sources: Sequence[str]) -> Callable[[F], F]:
         return entry_point(function)
 
     return compiled
+
+
+def part(function: F) -> F:
+    """Compile `function` with each compiled caller, and on its own for Python.
+
+    What is long to compile and belongs to one entry point: as an entry point itself it would be compiled and kept by
+    itself, and then once more with its caller. A stamp is not needed, that of the caller counts.
+    """
+    alone = entry_point(function)
+
+    @wraps(function)
+    def called(*given: Any) -> Any:
+        return alone(*given)
+
+    overload(called, jit_options={"error_model": "numpy"}, strict=False)(lambda *given: function)
+    return cast(F, called)
 
 
 def source_stamp(modules: Sequence[str]) -> str:
