@@ -46,7 +46,7 @@ GRADIENTS = 3
 MODEL = {"condensed": (step_of, tangent_of), "riccati": (step_of, tangent_of), "descent": (step_of, pullback_of)}
 """Functions of the model that a solver takes."""
 
-step_at, pullback_at, tangent_at = function_at(6), function_at(8), function_at(6)
+step_at, pullback_at, tangent_at = function_at(6), function_at(8), function_at(4)
 
 PLAN = types.void(types.intp, types.intp, *[ROW] * 9, types.int64, types.int64)
 """Of ``plan(step, slope, start, moments, now, weights, h, k, cc, other, result, iterations, more)``."""

@@ -147,7 +147,10 @@ def powered(c: Numbers, w: Work, speed: float) -> None:
 
 @inlined
 def posed(c: Numbers, w: Work, x: Any) -> int:
-    """Pose the problem of the moment in the state `x`; return the iterations from elsewhere, or -1 where the plan is followed."""
+    """Pose the problem of the moment in the state `x`.
+
+    Return the iterations that a plan from elsewhere gets, or -1 where the last plan is followed.
+    """
     for i in range(c.rows.size):
         w.start[i] = x[c.rows[i]]
     w.now[0], w.now[1], w.now[2], w.now[3] = w.numbers[POWER], w.numbers[CC], c.cc_max, c.period

@@ -18,7 +18,8 @@ def _view(typing_context: Any, row: Any, begin: Any, shape: Any) -> Any:
         source = context.make_array(signature.args[0])(context, builder, arguments[0])
         made = context.make_array(kind)(context, builder)
         size = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
-        lengths, strides, last = cgutils.unpack_tuple(builder, arguments[2], shape.count), [], size
+        lengths, last = cgutils.unpack_tuple(builder, arguments[2], shape.count), size
+        strides: list[Any] = []
         for length in reversed(lengths):
             strides.insert(0, last)
             last = builder.mul(last, length)
