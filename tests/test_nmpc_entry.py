@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -181,3 +182,9 @@ def test_quantiles_are_those_of_the_times() -> None:
 def test_samples_are_timed(device: gy.Plant) -> None:
     _, timing = run(device, Nmpc())
     assert 0.01 < timing.median < timing.p99 < 1000.0
+
+
+@pytest.mark.parametrize("law", [Nmpc(), Nmpc(deadline=1.0), gy.law("nmpc", solver="descent")])
+def test_preparations_travel_to_processes_and_bring_nothing_back(law: Any) -> None:
+    parts = pickle.loads(pickle.dumps(law.preparations()))
+    assert len(parts) == 5 and all(part() is None for part in parts)

@@ -152,8 +152,10 @@ class Nmpc:
         if not alone._whole:
             return (alone._compile_step,)
         orders = orders_of(self.plant)
-        parts = (partial(compiled_planner, solver), *(partial(part, orders) for part in MODEL[solver]))
-        return (*parts, partial(learn_of, alone._texts), partial(sample_of, alone._texts))
+        parts: list[tuple[Callable[[Any], Any], Any]] = [(compiled_planner, solver)]
+        parts += [(part, orders) for part in MODEL[solver]]
+        parts += [(learn_of, alone._texts), (sample_of, alone._texts)]
+        return tuple(partial(prepare, function, given) for function, given in parts)
 
     def _compile_step(self) -> None:
         """Every part that a sample needs, by a sample of it."""
@@ -177,11 +179,11 @@ class Nmpc:
         """Estimate, look ahead, command the power, plan, act."""
         begin, row, u = self.clock(), state.row.copy(), np.empty(2)
         if self._whole:
-            call(self._machine.address, t, np.array(y), self._row, row, u)
+            call(self._machine.address, t, np.array(y, np.float64), self._row, row, u)
             return (float(u[0]), float(u[1])), NmpcState(row, state.fallback)
         c, memory, fallback = self._constants, built(self._first, row), state.fallback
         law, w, estimate, forecast = c.law, memory.work, memory.estimate, memory.forecast
-        observed(c.estimator, estimate, law, w, np.array(y))
+        observed(c.estimator, estimate, law, w, np.array(y, np.float64))
         speed = estimate.x_hat[OMEGA_RATE]
         if self._foresight.probe is not None:
             self._foresight.foresee(t, self._foresight.probe, forecast, memory.ahead)
@@ -232,11 +234,7 @@ class Nmpc:
     @cached_property
     def _constants(self) -> Constants:
         """What a sample goes by; the addresses are known to `_row` alone."""
-        return Constants(
-            estimator=MomentEstimator.design(self.plant, period=self.period),
-            predictor=self._foresight.predictor,
-            law=self._numbers,
-        )
+        return Constants(estimator=self._estimator, predictor=self._foresight.predictor, law=self._numbers)
 
     @cached_property
     def _numbers(self) -> Numbers:
@@ -291,10 +289,18 @@ class Nmpc:
         return planner_of(orders_of(self.plant), self.effort.solver)
 
     @cached_property
+    def _estimator(self) -> MomentEstimator:
+        return MomentEstimator.design(self.plant, period=self.period)
+
+    @cached_property
     def _foresight(self) -> Foresight:
         lead = {"sensors": None, "forecast": self.probe.lead, "oracle": math.inf}[self.information]
-        estimator = MomentEstimator.design(self.plant, period=self.period)
-        return Foresight.design(self.plant, estimator, self.horizon, lead, self.probe.noise, self.seen)
+        return Foresight.design(self.plant, self._estimator, self.horizon, lead, self.probe.noise, self.seen)
+
+
+def prepare(function: Callable[[Any], Any], given: Any) -> None:
+    """Let a part be compiled, and return nothing: machine code does not travel between processes."""
+    function(given)
 
 
 @entry_point

@@ -40,7 +40,7 @@ FRESH = {"condensed": 100.0, "riccati": 100.0, "osqp": 100.0, "descent": 1e-3}
 ELSEWHERE = {"condensed": 1.0, "riccati": 1.0, "osqp": 1.0, "descent": 1e-4}
 """The same for a plan that is begun elsewhere: with large steps it has soon left where it began."""
 
-GRADIENTS = 3
+GRADIENTS = 5
 """Steps of `descent` that a plan begun elsewhere gets for each iteration by programs."""
 
 MODEL = {"condensed": (step_of, tangent_of), "riccati": (step_of, tangent_of), "descent": (step_of, pullback_of)}

@@ -104,7 +104,7 @@ def terminal_cost(x: Any, w: Weights, slope: Any) -> Any:
 def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
     """Compile prediction and adjoint; the stamp makes the cache forget code whose parts have changed."""
 
-    @part
+    @part()
     def predict(step: Any, problem: Problem, cc: Any, states: Any) -> float:
         """Predict the `states` (n STEPS + 1, m) of the plan `cc` (n,) [Nms] and return its cost [J].
 
@@ -124,7 +124,7 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
         total: float = cost + terminal_cost(states[STEPS * cc.size], problem.weights, ignored)
         return total
 
-    @part
+    @part()
     def gradient(pullback: Any, problem: Problem, cc: Any, states: Any, slope: Any) -> None:
         """Write the gradient of the cost by the plan into `slope` (n,), by the adjoint of the predicted `states`."""
         assert stamp

@@ -23,7 +23,7 @@ from gyroctl.controllers.nmpc.casadi_to_numba import BESIDE, row_of
 from gyroctl.controllers.nmpc.prediction import STEPS, tangent_room
 from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, terminal_cost
 from gyroctl.controllers.nmpc.solvers import SOURCES
-from gyroctl.plant.compiled import inlined, part, put, put_table, source_stamp
+from gyroctl.plant.compiled import inlined, part, put, put_table, source_stamp, zero_table, zeros
 
 FloatArray = NDArray[np.float64]
 
@@ -62,13 +62,12 @@ class Step(NamedTuple):
 @inlined
 def empty_subproblem(n: int, m: int) -> Subproblem:
     """Room for a horizon of `n` intervals of a model with `m` states."""
-    new = np.zeros
-    return Subproblem(
-        new((n, m, m)), new((n, m)), new((n, 3)), new(3), new(3), new(3), new(m), new(n), new(1), new(1), new(1)
-    )
+    new = zeros
+    tables = np.zeros((n, m, m)), zero_table(n, m), zero_table(n, 3)
+    return Subproblem(*tables, new(3), new(3), new(3), new(m), new(n), new(1), new(1), new(1))
 
 
-@part
+@part(SOURCES)
 def _settle(qp: Any, problem: Any) -> None:
     """Write what does not depend on the states: limits, weights, bounds."""
     weights = problem.weights
@@ -112,7 +111,7 @@ def transposed_product(left: Any, right: Any, out: Any) -> None:
 def _linearise(stamp: str) -> Callable[..., bool]:
     """Compile the linearisation; the stamp makes the cache forget code whose parts have changed."""
 
-    @part
+    @part()
     def linearise(tangent: Any, problem: Any, cc: Any, states: Any, qp: Any) -> bool:
         """Linearise the horizon about the plan `cc` (n,) [Nms] into `qp`; return whether every number is finite.
 
@@ -154,14 +153,14 @@ def _linearise(stamp: str) -> Callable[..., bool]:
 linearise = _linearise(source_stamp(SOURCES))
 
 
-@part
+@part(SOURCES)
 def bounds(qp: Any, low: Any, high: Any) -> None:
     """Write the least and largest change of each interval."""
     for i in range(qp.plan.size):
         low[i], high[i] = -qp.plan[i], qp.cc_max[0] - qp.plan[i]
 
 
-@part
+@part(SOURCES)
 def evaluate(qp: Any, proximal: float, d: Any, states: Any, slopes: Any) -> float:
     """Cost of a change `d`, with its states (n, m) and the slopes of the penalties by the outputs (n, 3) written."""
     n, m = qp.b.shape
@@ -184,7 +183,7 @@ def evaluate(qp: Any, proximal: float, d: Any, states: Any, slopes: Any) -> floa
     return cost
 
 
-@part
+@part(SOURCES)
 def slope(qp: Any, proximal: float, d: Any, slopes: Any, out: Any) -> None:
     """Write the gradient by `d` (n,), from the slopes that `evaluate` left."""
     n, m = qp.b.shape
