@@ -21,6 +21,7 @@ import gyroctl as gy
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, predict, weights
+from gyroctl.controllers.nmpc.solvers import condensed
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
 from gyroctl.controllers.nmpc.solvers.descent import descend
 from gyroctl.controllers.nmpc.solvers.osqp_solver import OsqpSolver
@@ -65,6 +66,17 @@ def by_riccati(n: int, iterations: int) -> Improve:
     return improve
 
 
+def by_condensing(n: int, iterations: int) -> Improve:
+    """Real-time iterations with the dense program in the couplings alone."""
+    room = rti.empty_condensed(n, STATES.size)
+
+    def improve(problem: Problem, cc: np.ndarray, memory: float) -> tuple[float, bool]:
+        found = rti.iterate_condensed(STEP, TANGENT, problem, cc, memory or 100.0, iterations, NEWTON, TOLERANCE, room)
+        return found.proximal, found.status == SOLVED
+
+    return improve
+
+
 def by_osqp(n: int, iterations: int) -> Improve:
     """Real-time iterations, each subproblem by OSQP."""
     room, solver = rti.empty_room(n, STATES.size), OsqpSolver(n, STATES.size)
@@ -76,7 +88,7 @@ def by_osqp(n: int, iterations: int) -> Improve:
     return improve
 
 
-SOLVERS = {"descent": by_descent, "riccati": by_riccati, "osqp": by_osqp}
+SOLVERS = {"descent": by_descent, "condensed": by_condensing, "riccati": by_riccati, "osqp": by_osqp}
 
 
 @cache
@@ -126,7 +138,8 @@ def programs(n: int, kept: list[tuple[Problem, np.ndarray, float]]) -> list[dict
     m = STATES.size
     states, qp, room = np.empty((STEPS * n + 1, m)), empty_subproblem(n, m), empty_riccati_room(n, m)
     solvers = {f"osqp {t:g}": OsqpSolver(n, m, tolerance=t) for t in (1e-3, 1e-4, 1e-6)}
-    names = ["linearise", "riccati", *solvers]
+    dense = condensed.empty_condensed_room(n, m)
+    names = ["linearise", "condensed", "riccati", *solvers]
     spent: dict[str, list[float]] = {name: [] for name in names}
     far: dict[str, list[float]] = {name: [] for name in names}
     work: dict[str, list[int]] = {name: [] for name in names}
@@ -141,7 +154,9 @@ def programs(n: int, kept: list[tuple[Problem, np.ndarray, float]]) -> list[dict
         for name in names[1:]:
             d[:] = 0.0
             begin = time.thread_time()
-            if name == "riccati":
+            if name == "condensed":
+                found = condensed.solve(qp, proximal, d, 1e-9, 200, dense)
+            elif name == "riccati":
                 found = solve(qp, proximal, d, 1e-9, 200, room)
             else:
                 found = solvers[name].solve(qp, proximal, d)
@@ -195,11 +210,13 @@ def main() -> None:
     for n, name, iterations in (
         (40, "descent", 10),
         (40, "descent", 30),
+        (40, "condensed", 1),
         (40, "riccati", 1),
         (40, "riccati", 3),
         (40, "osqp", 1),
         (80, "descent", 10),
         (80, "descent", 30),
+        (80, "condensed", 1),
         (80, "riccati", 1),
         (80, "riccati", 3),
         (80, "osqp", 1),

@@ -140,25 +140,34 @@ def test_model_converges_with_second_order(plant):
 
 
 def test_adjoint_is_the_transposed_tangent_and_both_are_exact(plant):
+    """Over the two steps of an interval, of which the tangent takes four side by side."""
     step, pullback, tangent = tools(plant)
     rng, k, h = np.random.default_rng(2), prediction.constants(plant), np.array([0.05])
     for _ in range(5):
         x = np.array([0.1, 0.05, 0.3, 0.1, 0.1, 3.0, 68.0, *np.zeros(6)]) * (1 + 0.2 * rng.standard_normal(13))
         u, m, w = np.array([rng.uniform(0, 0.3), 8.0]), 100 * rng.standard_normal(4), rng.standard_normal(13)
-        columns, by_x, by_u = np.zeros((14, 16)), np.zeros(13), np.zeros(2)
-        columns[:, :14] = np.eye(14)
-        tangent(x, u, m, h, k, columns.ravel())
-        pullback(x, u, m, h, k, w, by_x, by_u)
-        J = columns[:13, :14]
-        np.testing.assert_array_equal(columns[13], np.eye(14, 16)[13])  # the coupling's own derivative stays
-        np.testing.assert_allclose(w @ J, [*by_x, by_u[0]], rtol=1e-11, atol=1e-11)
+        columns, by_x, by_u = np.zeros((4, 14, 16)), np.zeros(13), np.zeros(2)
+        columns[:, :, :14] = np.eye(14)
+        after = np.zeros(13)
+        step(x, u, m, h, k, after)  # the second steps of the intervals go on from there
+        points = [np.concatenate([x, u, m]), np.concatenate([after, u, m])] * 4
+        room = np.concatenate([np.stack(points, axis=1).ravel(), np.empty(prediction.tangent_room(13))])
+        call(tangent, h, k, room, columns.ravel())
+        pullback(after, u, m, h, k, w, by_x, by_u)
+        between, by_power = by_x.copy(), by_u[0]
+        pullback(x, u, m, h, k, between, by_x, by_u)
+        for J in columns:
+            np.testing.assert_array_equal(J[13], np.eye(14, 16)[13])  # the coupling's own derivative stays
+            np.testing.assert_allclose(w @ J[:13, :14], [*by_x, by_u[0] + by_power], rtol=1e-11, atol=1e-11)
+        J = columns[0, :13, :14]
         for i in range(14):  # central differences confirm the exact derivative to their own accuracy
             e = 1e-5 * max(1.0, abs(float([*x, *u][i])))
             ahead, behind = np.zeros(13), np.zeros(13)
             for sign, out in ((1, ahead), (-1, behind)):
                 z = np.array([*x, *u])
                 z[i] += sign * e
-                step(z[:13].copy(), z[13:].copy(), m, h, k, out)
+                step(z[:13].copy(), z[13:].copy(), m, h, k, after)
+                step(after, z[13:].copy(), m, h, k, out)
             np.testing.assert_allclose((ahead - behind) / (2 * e), J[:, i], rtol=1e-5, atol=1e-6 * np.abs(J).max())
 
 
@@ -324,9 +333,9 @@ def test_between_plans_the_last_one_is_followed(plant):
         before = law.memory(state)
         (cc, _), state = law.step(0.1 * sample, y, state)
         after = law.memory(state)
-        followed = bool(np.array_equal(after.plan[:-1], before.plan[1:]))
-        assert followed is bool(after.counts[SAMPLE] % 4 != 0)
-        assert cc == after.plan[0]
+        followed = bool(np.array_equal(after.work.plan[:-1], before.work.plan[1:]))
+        assert followed is bool(after.work.counts[SAMPLE] % 4 != 0)
+        assert cc == after.work.plan[0]
 
 
 @pytest.mark.parametrize("solver", ["riccati", "osqp", "descent"])

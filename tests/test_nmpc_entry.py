@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import pickle
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
+from numba import njit
 
 import gyroctl as gy
 from gyroctl.controllers.nmpc import Nmpc, flat, stopwatch
 from gyroctl.controllers.nmpc.law import call
 from gyroctl.controllers.nmpc.sample import CC, FAILURES, FALLBACKS, SAMPLE
+from gyroctl.controllers.nmpc.views import view
 from gyroctl.harness.law_entry import compile_law, last_state
 from gyroctl.harness.protocol import Measurement
 from gyroctl.harness.run import Settings, lead_in, run_law
@@ -70,9 +73,9 @@ def test_a_step_is_a_sample_of_the_machine_and_leaves_its_state_alone() -> None:
         assert command == tuple(u) and np.array_equal(state.row, before)
         state = later
     one, two = law.memory(state), law.memory(last_state(law, s))
-    np.testing.assert_array_equal(one.plan, two.plan)
+    np.testing.assert_array_equal(one.work.plan, two.work.plan)
     np.testing.assert_array_equal(one.forecast.memory.whitener, two.forecast.memory.whitener)
-    assert one.counts[SAMPLE] == 200 and one.numbers[CC] == u[0]
+    assert one.work.counts[SAMPLE] == 200 and one.work.numbers[CC] == u[0]
 
 
 def test_run_goes_on_from_a_kept_state() -> None:
@@ -97,11 +100,11 @@ def test_a_lost_measurement_is_forgotten() -> None:
         for sample in range(3):
             _, state = one.step(0.1 * sample, SEEN, state)
         _, state = one.step(0.3, lost, state)
-        assert one.memory(state).counts[FAILURES] == 1 and one.memory(state).counts[FALLBACKS] == 0
+        assert one.memory(state).work.counts[FAILURES] == 1 and one.memory(state).work.counts[FALLBACKS] == 0
         command, state = one.step(0.4, SEEN, state)
         fresh = one.memory(one.step(0.0, SEEN, one.init())[1])
         np.testing.assert_array_equal(one.memory(state).estimate.x_hat, fresh.estimate.x_hat)
-        assert np.isfinite(command).all() and one.memory(state).counts[FAILURES] == 1
+        assert np.isfinite(command).all() and one.memory(state).work.counts[FAILURES] == 1
 
 
 class Inner(NamedTuple):
@@ -142,10 +145,20 @@ def test_text_builds_what_python_builds() -> None:
     larger = VALUE._replace(inner=VALUE.inner._replace(table=np.arange(20.0).reshape(4, 5)))
     for value in (VALUE, larger):
         whole, numbers = flat.parts_of(flat.row_of(value))
-        found = eval(text, {**kinds, "whole": whole, "numbers": numbers})
+        found = eval(text, {**kinds, "whole": whole, "numbers": numbers, "view": viewed})
         assert found.pair == value.pair and found.inner.count == 7 and found.number == 1.5
         np.testing.assert_array_equal(found.inner.table, value.inner.table)
         np.testing.assert_array_equal(found.places, value.places)
+
+
+def viewed(row: Any, begin: int, shape: tuple[int, ...]) -> Any:
+    """What `views.view` compiles to."""
+    found = view_of[len(shape)](row, begin, shape)
+    assert found.flags.c_contiguous and np.shares_memory(found, row)
+    return found
+
+
+view_of = {1: njit(lambda row, at, shape: view(row, at, shape)), 2: njit(lambda row, at, shape: view(row, at, shape))}
 
 
 @pytest.mark.parametrize("value", [("text",), (True,), (np.array([1], np.int32),)])
@@ -169,3 +182,9 @@ def test_quantiles_are_those_of_the_times() -> None:
 def test_samples_are_timed(device: gy.Plant) -> None:
     _, timing = run(device, Nmpc())
     assert 0.01 < timing.median < timing.p99 < 1000.0
+
+
+@pytest.mark.parametrize("law", [Nmpc(), Nmpc(deadline=1.0), gy.law("nmpc", solver="descent")])
+def test_preparations_travel_to_processes_and_bring_nothing_back(law: Any) -> None:
+    parts = pickle.loads(pickle.dumps(law.preparations()))
+    assert len(parts) == 5 and all(part() is None for part in parts)

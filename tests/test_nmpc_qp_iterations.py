@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nmpc_subproblems import CC_MAX, PULLBACK, STEP, TANGENT, M, N, horizon
+from nmpc_subproblems import CC_MAX, DEVICE, PULLBACK, STEP, TANGENT, M, N, horizon
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.prediction import STEPS
+from gyroctl.controllers.nmpc.planner import NEWTON, TOLERANCE, planner_of
+from gyroctl.controllers.nmpc.prediction import STEPS, orders_of
 from gyroctl.controllers.nmpc.problem import Problem, gradient, predict
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
 from gyroctl.controllers.nmpc.solvers.osqp_solver import OsqpSolver
@@ -110,3 +111,24 @@ def test_a_state_that_is_no_number_leaves_the_plan() -> None:
         ),
     ):
         assert found.status == NOT_FINITE and np.array_equal(plan, kept)
+
+
+def test_plan_from_elsewhere_is_taken_where_it_costs_less() -> None:
+    """From several starts: the cost that is told is that of the plan, and the less of the two."""
+    problem, plan = horizon()
+    planner = planner_of(orders_of(DEVICE), "condensed")
+    now = np.array([problem.power, problem.before, problem.cc_max, problem.period])
+    flat = problem.start, problem.moments, now, np.array(problem.weights), problem.h, problem.k
+    states, room, taken = np.empty((STEPS * N + 1, M)), rti.empty_condensed(N, M), 0
+    for begin in (np.zeros(N), np.full(N, 0.5 * CC_MAX), np.roll(plan, 3), np.roll(plan, -9)):
+        costs = []
+        for more in (0, 2):
+            cc, result = plan.copy(), np.array([0.0, 100.0])
+            planner(*flat, cc, begin.copy(), result, 1, more)
+            assert predict(STEP, problem, cc, states) == result[0]
+            costs.append(result[0])
+        alone = begin.copy()
+        found = rti.iterate_condensed(STEP, TANGENT, problem, alone, 1.0, 2, NEWTON, TOLERANCE, room)
+        assert costs[1] == min(costs[0], found.after)
+        taken += costs[1] < costs[0]
+    assert 0 < taken < 4

@@ -41,7 +41,7 @@ OPERATIONS = {
 
 
 BESIDE = 8
-"""Columns that are worked out side by side: their number is rounded up to a multiple of it."""
+"""Points and columns that are worked out side by side: the number of columns is rounded up to a multiple of it."""
 
 HEAD = """import math
 
@@ -81,29 +81,40 @@ def compiled(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> Any:
 
 
 def compiled_columns(
-    name: str, inputs: Sequence[Any], middle: Sequence[Any], between: Sequence[Any], column: Any, after: Any, count: int
+    name: str,
+    inputs: Sequence[Any],
+    common: Sequence[Any],
+    middle: Sequence[Any],
+    between: Sequence[Any],
+    column: Any,
+    after: Any,
+    chained: int,
 ) -> Any:
-    """Compile what is done to each of `count` columns of a matrix, with numbers that are worked out once for all.
+    """Compile what is done to the columns of matrices, with numbers that are worked out for BESIDE points at once.
 
     Parameters
     ----------
     name, inputs
         As in `compiled`.
+    common : sequence of casadi.SX
+        Further inputs, the same for all points.
     middle : sequence of casadi.SX
         Vectors of expressions of the inputs.
     between : sequence of casadi.SX
         Vectors of symbols that stand for them in `after`.
     column, after : casadi.SX
         Vector of symbols (m,), and what becomes of its first entries (a,), a <= m.
-    count : int
-        Columns.
+    chained : int
+        Points that change the same matrix, one after the other.
 
     Returns
     -------
     numba cfunc
-        ``f(*inputs, columns)``; `columns` is an array (m, `row_of(count)`), flat, changed in place.
+        ``f(*common, room, columns)``, flat arrays. The `room` begins with the inputs, one after the other, entry j of
+        all of them at ``BESIDE j + point``, and takes as many numbers for each of the middle; `columns` is an array
+        (BESIDE / chained, m, `row_of(m)`), changed in place.
     """
-    return kept_function(name, columns_source(name, inputs, middle, between, column, after, row_of(count)))
+    return kept_function(name, columns_source(name, inputs, common, middle, between, column, after, chained))
 
 
 @inlined
@@ -123,20 +134,42 @@ def source(name: str, inputs: Sequence[Any], outputs: Sequence[Any]) -> str:
 
 
 def columns_source(
-    name: str, inputs: Sequence[Any], middle: Sequence[Any], between: Sequence[Any], column: Any, after: Any, row: int
+    name: str,
+    inputs: Sequence[Any],
+    common: Sequence[Any],
+    middle: Sequence[Any],
+    between: Sequence[Any],
+    column: Any,
+    after: Any,
+    chained: int,
 ) -> str:
-    """Return the text of a module that defines the function, see `compiled_columns`; `row` is the length of a row."""
+    """Return the text of a module that defines the function, see `compiled_columns`.
+
+    Inputs and middle share one array: of several, the compiler would have to ask at run time whether they overlap, and
+    gives so short a loop up.
+    """
     import casadi
 
-    first = casadi.Function(name, list(inputs), casadi.cse([casadi.vertcat(*middle)]))
+    own = casadi.vertcat(*inputs)
+    first = casadi.Function(name, [own, *common], casadi.cse([casadi.vertcat(*middle)]))
     second = casadi.Function(name, [casadi.vertcat(*between), column], [casadi.densify(after)])
-    arguments = [f"i{i}" for i in range(len(inputs))] + ["columns"]
-    lines = _lines(first, "    ", lambda i, j: f"i{i}[{j}]", lambda i, j: f"s{j}", "w")
-    lines.append(f"    for l in range({row}):")
+    arguments = [*(f"i{i}" for i in range(1, 1 + len(common))), "room", "columns"]
+    row, size, begin = row_of(column.numel()), column.numel(), own.numel()
+
+    def given(i: int, j: int) -> str:
+        return f"c{i}_{j}" if i else f"room[{BESIDE * j} + l]"
+
+    lines = [f"    c{i + 1}_{j} = i{i + 1}[{j}]" for i, one in enumerate(common) for j in range(one.numel())]
+    lines.append(f"    for l in range({BESIDE}):")
+    lines += _lines(first, "        ", given, lambda i, j: f"room[{BESIDE * (begin + j)} + l]", "w")
+    lines.append(f"    for q in range({BESIDE}):")
+    lines += [f"        s{j} = room[{BESIDE * (begin + j)} + q]" for j in range(first.numel_out(0))]
+    lines.append(f"        at = q // {chained} * {row * size}")
+    lines.append(f"        for l in range(at, at + {row}):")
     lines += _lines(
-        second, "        ", lambda i, j: f"columns[{row * j} + l]" if i else f"s{j}", lambda i, j: f"a{j}", "v"
+        second, "            ", lambda i, j: f"columns[{row * j} + l]" if i else f"s{j}", lambda i, j: f"a{j}", "v"
     )
-    lines += [f"        columns[{row * j} + l] = a{j}" for j in range(after.numel())]  # once all of them are read
+    lines += [f"            columns[{row * j} + l] = a{j}" for j in range(after.numel())]  # once all of them are read
     return _head(name, arguments) + "\n".join(lines) + "\n"
 
 

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 
 from numba import types
 
-from gyroctl.controllers.nmpc import by_address, flat, foresight, power_command, sample, stopwatch
+from gyroctl.controllers.nmpc import by_address, flat, foresight, power_command, sample, stopwatch, views
 from gyroctl.controllers.nmpc.by_address import ROW, function_of
 from gyroctl.controllers.nmpc.kept_code import kept_function
 from gyroctl.controllers.nmpc.planner import PLAN
 from gyroctl.controllers.nmpc.sample import Constants, Memory
-from gyroctl.plant import measurement
+from gyroctl.plant import equations, measurement
 from gyroctl.plant.compiled import source_stamp
 from gyroctl.waves.estimation import learning, observer, predictor
 
@@ -27,7 +27,7 @@ entry_at = function_of(types.void(types.float64, ROW, ROW, ROW, ROW))
 SOURCES = (
     *observer.SOURCES,
     *predictor.SOURCES,
-    *(part.__file__ for part in (by_address, flat, foresight, power_command, sample, stopwatch, measurement)),
+    *(part.__file__ for part in (by_address, flat, foresight, power_command, sample, stopwatch, views, measurement)),
     __file__,
 )
 
@@ -35,6 +35,8 @@ OPENING = """from math import isfinite
 
 import numpy as np
 from numba import cfunc, float64, void
+
+from gyroctl.controllers.nmpc.views import view
 {imports}
 
 STAMP = {stamp!r}
@@ -42,31 +44,35 @@ STAMP = {stamp!r}
 
 @cfunc(void({types}), cache=True, error_model='numpy')
 def {name}({arguments}):
-    whole, numbers = p[1 : 1 + int(p[0])].view(np.int64), p[1 + int(p[0]) :]
-    counts, values = s[1 : 1 + int(s[0])].view(np.int64), s[1 + int(s[0]) :]
+    many, some = int(p[0]), int(s[0])
+    whole, numbers = p[1 : 1 + many].view(np.int64), view(p, 1 + many, (p.size - 1 - many,))
+    counts, values = s[1 : 1 + some].view(np.int64), view(s, 1 + some, (s.size - 1 - some,))
 """
 
 SAMPLE = """
-    c = {constants}
-    w = {memory}
-    plan, step, slope, learn, clock = c.addresses
+    estimate, forecast, w, law = {estimate}, {forecast}, {work}, {law}
+    plan, step, slope, learn, clock = law.addresses
     room = np.zeros(2, np.int64)
     begin = seconds(clock, room)
-    observed(c, w, y)
-    if saw(c, w):
+    observed({estimator}, estimate, law, w, y)
+    speed = estimate.x_hat[OMEGA_RATE]
+    ahead, moments, predictor = {ahead}, {moments}, {predictor}
+    if take(predictor, forecast, estimate.me_hat[0], estimate.me_hat[1]):
         learn_at(learn)(p, s)
-    foreseen(c, w)
-    powered(c, w)
-    more, status = posed(c, w), GOOD
+    predict(predictor, forecast, ahead)
+    between(forecast.now, ahead, moments)
+    powered(law, w, speed)
+    more, status = posed(law, w, estimate.x_hat), GOOD
     if more >= 0:
         plan_at(plan)(
-            step, slope, w.start, w.moments, w.now, w.weights, c.h, c.k, w.trial, w.other, w.result, c.iterations, more
+            step, slope, w.start, moments, w.now, w.weights, law.h, law.k, w.trial, w.other, w.result,
+            law.iterations, more,
         )
         if not isfinite(w.result[0]):
             status = FAILED
-    if acted(c, w, status, u):
-        fell_back(w, c.fallback[0], c.fallback[1], u)
-    note(seconds(clock, room) - begin, w.spent)
+    if acted(law, w, speed, status, u):
+        fell_back(w, law.fallback[0], law.fallback[1], u)
+    note(seconds(clock, room) - begin, {spent})
 """
 
 LEARN = """
@@ -92,9 +98,10 @@ def texts_of(constants: Constants, memory: Memory) -> Texts:
 
 def sample_of(texts: Texts) -> Any:
     """Compile ``entry(t, y, p, s, u)``; it is kept on disk and serves all laws whose constants are nested alike."""
-    text = SAMPLE.format(constants=flat.joined(texts.constants), memory=flat.joined(texts.memory))
-    names = ("observed", "saw", "foreseen", "powered", "posed", "acted", "fell_back", "GOOD", "FAILED")
-    return _kept("entry", text, _imports(texts.types) + _lines(sample, names) + ENTRY_IMPORTS, True)
+    groups = {**texts.constants._asdict(), **texts.memory._asdict()}
+    text = SAMPLE.format(**{name: flat.joined(group) for name, group in groups.items()})
+    kinds = {name: kind for name, kind in texts.types.items() if kind not in (Constants, Memory)}
+    return _kept("entry", text, [*_imports(kinds), *PARTS], True)
 
 
 def learn_of(texts: Texts) -> Any:
@@ -105,11 +112,14 @@ def learn_of(texts: Texts) -> Any:
     return _kept("learn_flat", text, [*_imports(kinds), f"from {learning.__name__} import learn"], False)
 
 
-ENTRY_IMPORTS = [f"from {stopwatch.__name__} import note, seconds", f"from {__name__} import learn_at, plan_at"]
-
-
-def _lines(module: Any, names: Any) -> list[str]:
-    return [f"from {module.__name__} import {', '.join(names)}"]
+PARTS = [
+    f"from {__name__} import learn_at, plan_at",
+    f"from {foresight.__name__} import between",
+    f"from {sample.__name__} import FAILED, GOOD, acted, fell_back, observed, posed, powered",
+    f"from {stopwatch.__name__} import note, seconds",
+    f"from {equations.__name__} import OMEGA_RATE",
+    f"from {predictor.__name__} import predict, take",
+]
 
 
 def _imports(kinds: dict[str, Any]) -> list[str]:

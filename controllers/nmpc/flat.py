@@ -67,15 +67,14 @@ def built(like: Any, row: Row) -> Any:
 def text_of(like: Any, whole: str, numbers: str, types: dict[str, Any]) -> Any:
     """Python text that builds a value nested as `like` from arrays of these names; its types come into `types`.
 
-    Returned is a nest of texts: those of the leaves, in tuples as `like` has them; `joined` makes one text of it.
+    Returned is a nest of texts: those of the leaves, in tuples as `like` has them; `joined` makes one text of it. It
+    names the function `views.view`.
     """
 
     def array(at: int, like: Any) -> str:
         source = numbers if like.dtype == np.float64 else whole
-        size = " * ".join(f"{whole}[{at + 1 + i}]" for i in range(like.ndim))
-        flat = f"{source}[{whole}[{at}] : {whole}[{at}] + {size}]"
-        shape = ", ".join(f"{whole}[{at + 1 + i}]" for i in range(like.ndim))
-        return flat if like.ndim == 1 else f"{flat}.reshape(({shape}))"
+        shape = "".join(f"{whole}[{at + 1 + i}], " for i in range(like.ndim))
+        return f"view({source}, {whole}[{at}], ({shape}))"
 
     def group(kind: Any, parts: list[Any]) -> Any:
         if kind is not tuple:

@@ -35,14 +35,13 @@ from gyroctl.controllers.nmpc.sample import (
     LATES,
     Constants,
     Memory,
+    Numbers,
     acted,
     fell_back,
     first_memory,
-    foreseen,
     observed,
     posed,
     powered,
-    saw,
 )
 from gyroctl.controllers.nmpc.settings import SETTINGS, Aims, Effort, Information, Preview, check
 from gyroctl.controllers.nmpc.stopwatch import BINS, clock_address, quantile
@@ -50,9 +49,10 @@ from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
-from gyroctl.plant.equations import OMEGA
-from gyroctl.waves.estimation import MomentEstimator
+from gyroctl.plant.equations import OMEGA, OMEGA_RATE
+from gyroctl.waves.estimation import MomentEstimator, predict
 from gyroctl.waves.estimation.learning import learn
+from gyroctl.waves.estimation.predictor import take
 
 BEFORE = (0.052, 3.5e-4)
 """Command before the first sample. [Nms]"""
@@ -152,8 +152,10 @@ class Nmpc:
         if not alone._whole:
             return (alone._compile_step,)
         orders = orders_of(self.plant)
-        parts = (partial(compiled_planner, solver), *(partial(part, orders) for part in MODEL[solver]))
-        return (*parts, partial(learn_of, alone._texts), partial(sample_of, alone._texts))
+        parts: list[tuple[Callable[[Any], Any], Any]] = [(compiled_planner, solver)]
+        parts += [(part, orders) for part in MODEL[solver]]
+        parts += [(learn_of, alone._texts), (sample_of, alone._texts)]
+        return tuple(partial(prepare, function, given) for function, given in parts)
 
     def _compile_step(self) -> None:
         """Every part that a sample needs, by a sample of it."""
@@ -165,7 +167,7 @@ class Nmpc:
 
     def counters(self, state: NmpcState) -> dict[str, int]:
         """Counts of a run from its last state."""
-        counts = self.memory(state).counts
+        counts = self.memory(state).work.counts
         names = {"deadline_misses": LATES, "fallbacks": FALLBACKS, "failed_plans": FAILURES, "kept_plans": KEPT}
         return {name: int(counts[place]) for name, place in names.items()}
 
@@ -177,27 +179,29 @@ class Nmpc:
         """Estimate, look ahead, command the power, plan, act."""
         begin, row, u = self.clock(), state.row.copy(), np.empty(2)
         if self._whole:
-            call(self._machine.address, t, np.array(y), self._row, row, u)
+            call(self._machine.address, t, np.array(y, np.float64), self._row, row, u)
             return (float(u[0]), float(u[1])), NmpcState(row, state.fallback)
-        c, w, fallback = self._constants, built(self._first, row), state.fallback
-        observed(c, w, np.array(y))
+        c, memory, fallback = self._constants, built(self._first, row), state.fallback
+        law, w, estimate, forecast = c.law, memory.work, memory.estimate, memory.forecast
+        observed(c.estimator, estimate, law, w, np.array(y, np.float64))
+        speed = estimate.x_hat[OMEGA_RATE]
         if self._foresight.probe is not None:
-            self._foresight.foresee(t, self._foresight.probe, w.forecast, w.ahead)
-            between(w.forecast.now, w.ahead, w.moments)
+            self._foresight.foresee(t, self._foresight.probe, forecast, memory.ahead)
         else:
-            if saw(c, w):
-                learn(c.predictor.learner, w.forecast.memory)
-            foreseen(c, w)
-        powered(c, w)
-        more, status = posed(c, w), GOOD
+            if take(c.predictor, forecast, estimate.me_hat[0], estimate.me_hat[1]):
+                learn(c.predictor.learner, forecast.memory)
+            predict(c.predictor, forecast, memory.ahead)
+        between(forecast.now, memory.ahead, memory.moments)
+        powered(law, w, speed)
+        more, status = posed(law, w, estimate.x_hat), GOOD
         if more >= 0:
-            given = w.start, w.moments, w.now, w.weights, c.h, c.k, w.trial, w.other, w.result
-            self._planner(*given, c.iterations, more)
+            given = w.start, memory.moments, w.now, w.weights, law.h, law.k, w.trial, w.other, w.result
+            self._planner(*given, law.iterations, more)
             if not math.isfinite(w.result[0]):
                 status = FAILED
             elif self.clock() - begin > self.deadline:
                 status = LATE
-        if acted(c, w, status, u):
+        if acted(law, w, speed, status, u):
             command, fallback = self.fallback.step(t, y, fallback)
             fell_back(w, float(command[0]), float(command[1]), u)
         return (float(u[0]), float(u[1])), NmpcState(row, fallback)
@@ -230,11 +234,13 @@ class Nmpc:
     @cached_property
     def _constants(self) -> Constants:
         """What a sample goes by; the addresses are known to `_row` alone."""
+        return Constants(estimator=self._estimator, predictor=self._foresight.predictor, law=self._numbers)
+
+    @cached_property
+    def _numbers(self) -> Numbers:
         a, effort, pair = self.aims, self.effort, self.fallback
         cost = weights(self.plant, a.motion, a.limit1, a.limit3, a.lock, a.floor, a.travel, a.terminal)
-        return Constants(
-            estimator=MomentEstimator.design(self.plant, period=self.period),
-            predictor=self._foresight.predictor,
+        return Numbers(
             command=PowerCommand(*(float(value) for value in self.command)),
             rows=np.array([row for row in range(len(self.plant.rolling.labels)) if row != OMEGA], np.int64),
             h=np.array([self.period / STEPS]),
@@ -275,17 +281,26 @@ class Nmpc:
     @cached_property
     def _row(self) -> NDArray[np.float64]:
         addresses = tuple(part.address for part in self._parts)
-        return row_of(self._constants._replace(addresses=(*addresses, clock_address())))
+        law = self._numbers._replace(addresses=(*addresses, clock_address()))
+        return row_of(self._constants._replace(law=law))
 
     @cached_property
     def _planner(self) -> Callable[..., None]:
         return planner_of(orders_of(self.plant), self.effort.solver)
 
     @cached_property
+    def _estimator(self) -> MomentEstimator:
+        return MomentEstimator.design(self.plant, period=self.period)
+
+    @cached_property
     def _foresight(self) -> Foresight:
         lead = {"sensors": None, "forecast": self.probe.lead, "oracle": math.inf}[self.information]
-        estimator = MomentEstimator.design(self.plant, period=self.period)
-        return Foresight.design(self.plant, estimator, self.horizon, lead, self.probe.noise, self.seen)
+        return Foresight.design(self.plant, self._estimator, self.horizon, lead, self.probe.noise, self.seen)
+
+
+def prepare(function: Callable[[Any], Any], given: Any) -> None:
+    """Let a part be compiled, and return nothing: machine code does not travel between processes."""
+    function(given)
 
 
 @entry_point

@@ -40,13 +40,13 @@ FRESH = {"condensed": 100.0, "riccati": 100.0, "osqp": 100.0, "descent": 1e-3}
 ELSEWHERE = {"condensed": 1.0, "riccati": 1.0, "osqp": 1.0, "descent": 1e-4}
 """The same for a plan that is begun elsewhere: with large steps it has soon left where it began."""
 
-GRADIENTS = 3
+GRADIENTS = 5
 """Steps of `descent` that a plan begun elsewhere gets for each iteration by programs."""
 
 MODEL = {"condensed": (step_of, tangent_of), "riccati": (step_of, tangent_of), "descent": (step_of, pullback_of)}
 """Functions of the model that a solver takes."""
 
-step_at, pullback_at, tangent_at = function_at(6), function_at(8), function_at(6)
+step_at, pullback_at, tangent_at = function_at(6), function_at(8), function_at(4)
 
 PLAN = types.void(types.intp, types.intp, *[ROW] * 9, types.int64, types.int64)
 """Of ``plan(step, slope, start, moments, now, weights, h, k, cc, other, result, iterations, more)``."""

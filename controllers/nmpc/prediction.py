@@ -20,8 +20,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.casadi_to_numba import compiled, compiled_columns
+from gyroctl.controllers.nmpc.casadi_to_numba import BESIDE, compiled, compiled_columns
 from gyroctl.plant import Plant
+from gyroctl.plant.compiled import inlined
 from gyroctl.plant.equations import LEDGER, OMEGA, Coefficients, derivative
 
 GAMMA = 1.0 - math.sqrt(0.5)
@@ -156,14 +157,22 @@ def pullback_of(orders: Orders) -> Any:
 
 @lru_cache(maxsize=4)
 def tangent_of(orders: Orders) -> Any:
-    """Compile ``tangent(x, u, moments, h, k, columns)``: carry derivatives of the state through a step, exactly.
+    """Compile ``tangent(h, k, room, columns)``: carry derivatives through BESIDE steps, exactly.
 
-    `columns` is an array (n + 1, `row_of(n + 1)`), flat: in each column the derivative of the state, and below it that
-    of the coupling, by whatever the column stands for.
+    `room`, `tangent_room` long, begins with `x`, `u` and `moments` of the steps side by side, see `compiled_columns`.
+    `columns` is an array (BESIDE / STEPS, n + 1, `row_of(n + 1)`), flat: for each interval, in each column the
+    derivative of the state, and below it that of the coupling, by whatever the column stands for.
     """
     found = model(orders)
-    size, chain = found.x.numel() + 1, found.chain
-    return compiled_columns("tangent", found.given, chain.stages, chain.matrices, chain.so_far, chain.after, size)
+    chain = found.chain
+    own, common = found.given[:3], found.given[3:]
+    return compiled_columns("tangent", own, common, *chain, STEPS)
+
+
+@inlined
+def tangent_room(m: int) -> int:
+    """Numbers that the `tangent` of `m` states may need: its inputs, and its four stages if they were full."""
+    return (m + 6 + 4 * m * (m + 1)) * BESIDE
 
 
 def orders_of(plant: Plant) -> Orders:

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc import prediction
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.plant import Plant
-from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
+from gyroctl.plant.compiled import inlined, part, put, source_stamp
 
 PHI1, PHI3, RING_ANGLE, V1, V3, RING, FLYWHEEL = range(7)  # rows of the prediction model's state
 
@@ -104,7 +104,7 @@ def terminal_cost(x: Any, w: Weights, slope: Any) -> Any:
 def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
     """Compile prediction and adjoint; the stamp makes the cache forget code whose parts have changed."""
 
-    @entry_point
+    @part()
     def predict(step: Any, problem: Problem, cc: Any, states: Any) -> float:
         """Predict the `states` (n STEPS + 1, m) of the plan `cc` (n,) [Nms] and return its cost [J].
 
@@ -124,7 +124,7 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
         total: float = cost + terminal_cost(states[STEPS * cc.size], problem.weights, ignored)
         return total
 
-    @entry_point
+    @part()
     def gradient(pullback: Any, problem: Problem, cc: Any, states: Any, slope: Any) -> None:
         """Write the gradient of the cost by the plan into `slope` (n,), by the adjoint of the predicted `states`."""
         assert stamp

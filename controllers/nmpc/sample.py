@@ -11,13 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.foresight import between
 from gyroctl.controllers.nmpc.power_command import PowerCommand, commanded
 from gyroctl.controllers.nmpc.problem import Weights
 from gyroctl.plant.compiled import inlined, put
-from gyroctl.plant.equations import OMEGA_RATE, PSI
-from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, predict, update
-from gyroctl.waves.estimation.predictor import take
+from gyroctl.plant.equations import PSI
+from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, update
 
 FloatArray = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -40,11 +38,9 @@ SAMPLE, AGE, LATES, FAILURES, KEPT, FALLBACKS = range(6)
 """Counts: samples so far, samples since the last good plan, and what went otherwise than planned."""
 
 
-class Constants(NamedTuple):
-    """What the law goes by."""
+class Numbers(NamedTuple):
+    """What the law goes by beside estimator and forecast."""
 
-    estimator: MomentEstimator
-    predictor: Predictor
     command: PowerCommand
     rows: Counts  # of the plant's state that the model has
     h: FloatArray  # (1,) model step [s]
@@ -64,63 +60,68 @@ class Constants(NamedTuple):
     addresses: tuple[int, int, int, int, int]  # plan, two functions of the model, learn, clock; see `entry`
 
 
-class Memory(NamedTuple):
-    """What the law carries from sample to sample, and the room that it works in."""
+class Constants(NamedTuple):
+    """What a sample goes by."""
 
-    estimate: EstimatorState
-    forecast: PredictorState
+    estimator: MomentEstimator
+    predictor: Predictor
+    law: Numbers
+
+
+class Work(NamedTuple):
+    """Plan and counts, and the room that they are worked on in."""
+
     plan: FloatArray  # (n,) couplings from the last sample on [Nms]
     numbers: FloatArray  # SOLVER .. CG
     angles: FloatArray  # (PAST,) of the ring at the last samples, oldest first [rad]
     counts: Counts  # SAMPLE .. FALLBACKS
     trial: FloatArray  # (n,) the plan that is worked on [Nms]
     other: FloatArray  # (n,) one that is begun elsewhere [Nms]
-    ahead: FloatArray  # (2, n) moments at the end of each interval [Nm]
-    moments: FloatArray  # (2 (2 n + 1),) at each model step [Nm]
     start: FloatArray  # state that a plan begins in
     now: FloatArray  # power [W], last coupling, its limit [Nms], control interval [s]
     weights: FloatArray  # fields of `Weights`
     result: FloatArray  # cost [J], what the solver remembers
+
+
+class Memory(NamedTuple):
+    """What the law carries from sample to sample; each stage is given the groups that it needs."""
+
+    estimate: EstimatorState
+    forecast: PredictorState
+    work: Work
+    ahead: FloatArray  # (2, n) moments at the end of each interval [Nm]
+    moments: FloatArray  # (2 (2 n + 1),) at each model step [Nm]
     spent: Counts  # samples by the time they took, see `stopwatch`
 
 
 def first_memory(c: Constants, pair: tuple[float, float], intervals: int, bins: int) -> Memory:
     """Memory before the first sample, of a law whose last command was a pair [Nms]."""
-    n, new = intervals, np.zeros
-    return Memory(
-        c.estimator.init(),
-        c.predictor.init(),
-        np.full(n, pair[0]),
-        np.array([c.fresh, c.command.power, c.command.power, *pair]),
-        new(PAST),
-        new(6, np.int64),
-        new(n),
-        new(n),
-        new((2, n)),
-        new(2 * (2 * n + 1)),
-        new(c.rows.size),
-        new(4),
-        new(c.weights.size),
-        new(2),
-        new(bins, np.int64),
-    )
+    n, new, law = intervals, np.zeros, c.law
+    numbers = np.array([law.fresh, law.command.power, law.command.power, *pair])
+    counts, weights = new(6, np.int64), new(law.weights.size)
+    problem = new(n), new(n), new(law.rows.size), new(4), weights, new(2)
+    work = Work(np.full(n, pair[0]), numbers, new(PAST), counts, *problem)
+    ahead, moments = new((2, n)), new(2 * (2 * n + 1))
+    return Memory(c.estimator.init(), c.predictor.init(), work, ahead, moments, new(bins, np.int64))
 
 
 @inlined
-def observed(c: Constants, w: Memory, y: Any) -> None:
-    """Estimate the state."""
+def observed(estimator: MomentEstimator, state: EstimatorState, law: Numbers, w: Work, y: Any) -> None:
+    """Estimate the state; begin anew where it is not of numbers."""
     w.counts[SAMPLE] += 1
-    update(c.estimator, w.estimate, y, w.numbers[CC], w.numbers[CG])
-    total = 0.0
-    for i in range(w.estimate.x_hat.size):
-        total += w.estimate.x_hat[i]
-    if not np.isfinite(total):
-        begin_anew(c.estimator, w.estimate)
-        update(c.estimator, w.estimate, y, w.numbers[CC], w.numbers[CG])
-    now, angles = w.estimate.x_hat[PSI], w.angles
+    for attempt in range(2):  # one place that is compiled
+        update(estimator, state, y, w.numbers[CC], w.numbers[CG])
+        total = 0.0
+        for i in range(state.x_hat.size):
+            total += state.x_hat[i]
+        if np.isfinite(total):
+            break
+        if attempt == 0:
+            begin_anew(estimator, state)
+    now, angles = state.x_hat[PSI], w.angles
     if w.counts[SAMPLE] == 1:  # before the first sample
         for i in range(PAST):
-            angles[i] = now + c.reserve * c.period * (i + 1 - PAST)
+            angles[i] = now + law.reserve * law.period * (i + 1 - PAST)
         return
     for i in range(PAST - 1):
         angles[i] = angles[i + 1]
@@ -138,30 +139,20 @@ def begin_anew(estimator: MomentEstimator, state: EstimatorState) -> None:
 
 
 @inlined
-def saw(c: Constants, w: Memory) -> bool:
-    """Take the moments of now; return whether the sea is to be learnt anew."""
-    return bool(take(c.predictor, w.forecast, w.estimate.me_hat[0], w.estimate.me_hat[1]))
-
-
-@inlined
-def foreseen(c: Constants, w: Memory) -> None:
-    """Predict the moments over the horizon."""
-    predict(c.predictor, w.forecast, w.ahead)
-    between(w.forecast.now, w.ahead, w.moments)
-
-
-@inlined
-def powered(c: Constants, w: Memory) -> None:
-    """Set the power by the flywheel's speed."""
-    speed, since = w.estimate.x_hat[OMEGA_RATE], w.counts[SAMPLE] * c.period
+def powered(c: Numbers, w: Work, speed: float) -> None:
+    """Set the power by the flywheel's speed [rad/s]."""
+    since = w.counts[SAMPLE] * c.period
     w.numbers[POWER], w.numbers[MEAN] = commanded(c.command, speed, w.numbers[MEAN], c.period, since, c.cg_max)
 
 
 @inlined
-def posed(c: Constants, w: Memory) -> int:
-    """Pose the problem of the moment; return the iterations from elsewhere, or -1 where the plan is followed."""
+def posed(c: Numbers, w: Work, x: Any) -> int:
+    """Pose the problem of the moment in the state `x`.
+
+    Return the iterations that a plan from elsewhere gets, or -1 where the last plan is followed.
+    """
     for i in range(c.rows.size):
-        w.start[i] = w.estimate.x_hat[c.rows[i]]
+        w.start[i] = x[c.rows[i]]
     w.now[0], w.now[1], w.now[2], w.now[3] = w.numbers[POWER], w.numbers[CC], c.cc_max, c.period
     put(c.weights, w.weights)
     w.weights[REACH] = w.angles[0] + c.reserve * ((PAST - 1) * c.period + c.horizon)
@@ -189,9 +180,9 @@ def elsewhere(kind: int, cc_max: float, plan: Any, other: Any) -> None:
 
 
 @inlined
-def acted(c: Constants, w: Memory, status: int, u: Any) -> bool:
+def acted(c: Numbers, w: Work, speed: float, status: int, u: Any) -> bool:
     """Apply the plan, or what stands in for it; return whether the fallback law has to act."""
-    speed, numbers, counts = w.estimate.x_hat[OMEGA_RATE], w.numbers, w.counts
+    numbers, counts = w.numbers, w.counts
     before = numbers[CC]
     cg = min(numbers[POWER] / max(speed * speed, 1.0), c.cg_max)
     if status == GOOD:
@@ -216,7 +207,7 @@ def acted(c: Constants, w: Memory, status: int, u: Any) -> bool:
 
 
 @inlined
-def fell_back(w: Memory, cc: float, cg: float, u: Any) -> None:
+def fell_back(w: Work, cc: float, cg: float, u: Any) -> None:
     """Act as the fallback law says. [Nms]"""
     w.numbers[CC], w.numbers[CG] = cc, cg
     u[0], u[1] = cc, cg

@@ -25,7 +25,7 @@ class Effort(NamedTuple):
     iterations: int = 1  # of the solver, per plan
     replan: int = 1  # samples from one plan to the next; the last one is followed in between
     every: int = 3  # every so many plans another one is begun elsewhere
-    retries: int = 3  # iterations that it gets; none is begun with 0
+    retries: int = 2  # iterations that it gets; none is begun with 0
 
 
 class Preview(NamedTuple):

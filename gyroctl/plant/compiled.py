@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, wraps
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -71,12 +71,45 @@ def source_stamp(modules: Sequence[str]) -> str:
     return digest.hexdigest()
 
 
+def part(sources: Sequence[str] = ()) -> Callable[[F], F]:
+    """Make a decorator for what is compiled with each compiled caller, and on its own for Python.
+
+    For what is long to compile and belongs to one entry point: as an entry point itself it would be compiled and kept
+    by itself, and then once more with its caller, whose stamp counts. `sources` is for its use from Python, as in
+    `stamped`; a closure of a stamp needs none.
+    """
+
+    def parted(function: F) -> F:
+        alone = stamped(sources)(function) if sources else entry_point(function)
+
+        @wraps(function)
+        def called(*given: Any) -> Any:
+            return alone(*given)
+
+        overload(called, jit_options={"error_model": "numpy"}, strict=False)(lambda *given: function)
+        return cast(F, called)
+
+    return parted
+
+
 @inlined
 def aligned(size: int) -> Any:
     """Room for so many numbers that begins where a cache line does: eight of them side by side then lie in one."""
     room = np.empty(size + 7)
     skip = (-(room.ctypes.data >> 3)) & 7
     return room[skip : skip + size]
+
+
+@part((__file__,))
+def zeros(size: int) -> Any:
+    """Room for so many numbers, of one text: `np.zeros` is compiled at every place anew."""
+    return np.zeros(size)
+
+
+@part((__file__,))
+def zero_table(rows: int, columns: int) -> Any:
+    """Room for a table, see `zeros`."""
+    return np.zeros((rows, columns))
 
 
 @inlined

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc.solvers import SOURCES, subproblem
 from gyroctl.controllers.nmpc.solvers.bent_path import ROUNDING, SHORTEST, SUFFICIENT, hold, steepness
 from gyroctl.controllers.nmpc.solvers.subproblem import OUTPUTS, Step
-from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
+from gyroctl.plant.compiled import inlined, part, put, source_stamp, zero_table, zeros
 from gyroctl.plant.fused import EIGHT, add_eights
 from gyroctl.plant.row_sums import add_rows
 
@@ -51,16 +51,16 @@ class CondensedRoom(NamedTuple):
 @inlined
 def empty_condensed_room(n: int, m: int) -> CondensedRoom:
     """Room for a horizon of `n` intervals of a model with `m` states."""
-    new, k = np.zeros, 3 * n
-    couplings = new(n), new(n), new(n), new(n), new(n)
-    outputs = new(k), new(k), new(k), new((n, k)), new(n)
+    new, k = zeros, 3 * n
     blocks, fours = (n + EIGHT - 1) // EIGHT, (m + 3) // 4 * 4
-    states = new(m * fours), new((blocks, fours * EIGHT)), new((blocks, fours * EIGHT))
-    system = new((k, n)), new(k), new((n, n)), new(n)
+    couplings = new(n), new(n), new(n), new(n), new(n)
+    outputs = new(k), new(k), new(k), zero_table(n, k), new(n)
+    states = new(m * fours), zero_table(blocks, fours * EIGHT), zero_table(blocks, fours * EIGHT)
+    system = zero_table(k, n), new(k), zero_table(n, n), new(n)
     return CondensedRoom(*couplings, *outputs, *states, *system, np.zeros(n, np.int64), np.zeros(n, np.bool_))
 
 
-@entry_point
+@part(SOURCES)
 def condense(qp: Any, room: Any) -> None:
     """Eliminate the states: write the replies of the outputs, and the slope of the terminal cost, by each coupling."""
     n, m = qp.b.shape
@@ -92,7 +92,7 @@ def condense(qp: Any, room: Any) -> None:
         room.terminal[j] = total
 
 
-@entry_point
+@part(SOURCES)
 def condensed_cost(qp: Any, proximal: float, d: Any, slopes: Any, room: Any) -> float:
     """Cost of a change `d`, with the slopes of the penalties by the outputs written."""
     n, values = d.size, room.values
@@ -113,7 +113,7 @@ def condensed_cost(qp: Any, proximal: float, d: Any, slopes: Any, room: Any) -> 
     return cost
 
 
-@entry_point
+@part(SOURCES)
 def condensed_slope(qp: Any, proximal: float, d: Any, room: Any) -> None:
     """Write the gradient by `d`, from the slopes that `condensed_cost` left."""
     n, twice, out = d.size, 2.0 * qp.travel[0], room.slope
@@ -129,7 +129,7 @@ def condensed_slope(qp: Any, proximal: float, d: Any, room: Any) -> None:
                 out[j] += room.slopes[k] * room.reply[j, k]
 
 
-@entry_point
+@part(SOURCES)
 def newton_direction(qp: Any, proximal: float, room: Any) -> bool:
     """Write `room.direction` of the couplings that are not held; return whether the program is convex."""
     n, U, right, free, factors = room.held.size, room.hessian, room.right, room.free, room.factors
@@ -188,7 +188,7 @@ def newton_direction(qp: Any, proximal: float, room: Any) -> bool:
 def _solve(stamp: str) -> Callable[..., Step]:
     """Compile the solver; the stamp is as in `subproblem`."""
 
-    @entry_point
+    @part()
     def solve(qp: Any, proximal: float, d: Any, tolerance: float, limit: int, room: Any) -> Step:
         """Solve a subproblem that `linearise` has filled; the arguments are those of `riccati.solve`."""
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares

@@ -27,7 +27,7 @@ from gyroctl.controllers.nmpc.solvers.subproblem import (
     empty_subproblem,
     linearise,
 )
-from gyroctl.plant.compiled import entry_point, inlined, put, put_table, source_stamp
+from gyroctl.plant.compiled import inlined, part, put, put_table, source_stamp, zero_table, zeros
 
 PROXIMAL_MIN, PROXIMAL_MAX = 1.0, 1e5  # [J/(Nms)^2]
 GOOD, POOR = 0.75, 0.25  # ratio of true to promised decrease above and below which the proximal weight changes
@@ -66,12 +66,12 @@ def empty_room(n: int, m: int) -> Room:
 @inlined
 def empty_condensed(n: int, m: int) -> Room:
     """Room for `iterate_condensed`."""
-    states, ahead = np.zeros((STEPS * n + 1, m)), np.zeros((STEPS * n + 1, m))
-    return Room(empty_subproblem(n, m), empty_condensed_room(n, m), states, ahead, np.zeros(n), np.zeros(n))
+    states, ahead = zero_table(STEPS * n + 1, m), zero_table(STEPS * n + 1, m)
+    return Room(empty_subproblem(n, m), empty_condensed_room(n, m), states, ahead, zeros(n), zeros(n))
 
 
 def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
-    @entry_point
+    @part()
     def advance(
         step: Any, problem: Any, cc: Any, d: Any, cost: float, promised: float, proximal: float, room: Any
     ) -> tuple[float, float]:
@@ -107,7 +107,7 @@ advance = _advance(source_stamp(SOURCES))
 
 
 def _iterate(stamp: str, briefly: bool, condensed: bool) -> Callable[..., Improvement]:
-    @entry_point
+    @part()
     def iterate(
         step: Any,
         tangent: Any,

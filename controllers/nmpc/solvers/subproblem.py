@@ -19,11 +19,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.casadi_to_numba import row_of
-from gyroctl.controllers.nmpc.prediction import STEPS
+from gyroctl.controllers.nmpc.casadi_to_numba import BESIDE, row_of
+from gyroctl.controllers.nmpc.prediction import STEPS, tangent_room
 from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, terminal_cost
 from gyroctl.controllers.nmpc.solvers import SOURCES
-from gyroctl.plant.compiled import entry_point, inlined, put, put_table, source_stamp
+from gyroctl.plant.compiled import inlined, part, put, put_table, source_stamp, zero_table, zeros
 
 FloatArray = NDArray[np.float64]
 
@@ -62,13 +62,12 @@ class Step(NamedTuple):
 @inlined
 def empty_subproblem(n: int, m: int) -> Subproblem:
     """Room for a horizon of `n` intervals of a model with `m` states."""
-    new = np.zeros
-    return Subproblem(
-        new((n, m, m)), new((n, m)), new((n, 3)), new(3), new(3), new(3), new(m), new(n), new(1), new(1), new(1)
-    )
+    new = zeros
+    tables = np.zeros((n, m, m)), zero_table(n, m), zero_table(n, 3)
+    return Subproblem(*tables, new(3), new(3), new(3), new(m), new(n), new(1), new(1), new(1))
 
 
-@entry_point
+@part(SOURCES)
 def _settle(qp: Any, problem: Any) -> None:
     """Write what does not depend on the states: limits, weights, bounds."""
     weights = problem.weights
@@ -112,7 +111,7 @@ def transposed_product(left: Any, right: Any, out: Any) -> None:
 def _linearise(stamp: str) -> Callable[..., bool]:
     """Compile the linearisation; the stamp makes the cache forget code whose parts have changed."""
 
-    @entry_point
+    @part()
     def linearise(tangent: Any, problem: Any, cc: Any, states: Any, qp: Any) -> bool:
         """Linearise the horizon about the plan `cc` (n,) [Nms] into `qp`; return whether every number is finite.
 
@@ -120,22 +119,30 @@ def _linearise(stamp: str) -> Callable[..., bool]:
         """
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         n, m = cc.size, problem.start.size
-        row = row_of(m + 1)
-        u, columns = np.array([0.0, problem.power]), np.empty((m + 1, row))
-        flat = columns.reshape((m + 1) * row)
+        size, row = m + 1, row_of(m + 1)
+        room, columns = np.empty(tangent_room(m)), np.empty((BESIDE // STEPS, size, row))
+        flat = columns.reshape(BESIDE // STEPS * size * row)
         _settle(qp, problem)
-        for i in range(n):
-            a, b = qp.A[i], qp.b[i]
-            u[0] = qp.plan[i] = cc[i]
-            columns[:, :] = 0.0
-            for j in range(m + 1):
-                columns[j, j] = 1.0
-            for q in range(STEPS * i, STEPS * (i + 1)):
-                tangent(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, flat)
-            put_table(columns[:, :m], a)
-            put(columns[:, m], b)
-            for r in range(3):
-                qp.outputs[i, r] = states[STEPS * (i + 1), OUTPUTS[r]]
+        for first in range(0, STEPS * n, BESIDE):
+            for l in range(BESIDE):
+                q = min(first + l, STEPS * n - 1)  # beyond the end the last step once more
+                for j in range(m):
+                    room[BESIDE * j + l] = states[q, j]
+                room[BESIDE * m + l], room[BESIDE * (m + 1) + l] = cc[q // STEPS], problem.power
+                for j in range(4):
+                    room[BESIDE * (m + 2 + j) + l] = problem.moments[2 * q + j]
+            columns[:, :, :] = 0.0
+            for block in range(BESIDE // STEPS):
+                for j in range(size):
+                    columns[block, j, j] = 1.0
+            tangent(problem.h, problem.k, room, flat)
+            for block in range(min(BESIDE // STEPS, n - first // STEPS)):
+                i = first // STEPS + block
+                qp.plan[i] = cc[i]
+                put_table(columns[block, :, :m], qp.A[i])
+                put(columns[block, :, m], qp.b[i])
+                for r in range(3):
+                    qp.outputs[i, r] = states[STEPS * (i + 1), OUTPUTS[r]]
         qp.terminal[:] = 0.0
         value = terminal_cost(states[STEPS * n], problem.weights, qp.terminal)
         return bool(np.isfinite(value + np.sum(qp.A) + np.sum(qp.b)))
@@ -146,14 +153,14 @@ def _linearise(stamp: str) -> Callable[..., bool]:
 linearise = _linearise(source_stamp(SOURCES))
 
 
-@entry_point
+@part(SOURCES)
 def bounds(qp: Any, low: Any, high: Any) -> None:
     """Write the least and largest change of each interval."""
     for i in range(qp.plan.size):
         low[i], high[i] = -qp.plan[i], qp.cc_max[0] - qp.plan[i]
 
 
-@entry_point
+@part(SOURCES)
 def evaluate(qp: Any, proximal: float, d: Any, states: Any, slopes: Any) -> float:
     """Cost of a change `d`, with its states (n, m) and the slopes of the penalties by the outputs (n, 3) written."""
     n, m = qp.b.shape
@@ -176,7 +183,7 @@ def evaluate(qp: Any, proximal: float, d: Any, states: Any, slopes: Any) -> floa
     return cost
 
 
-@entry_point
+@part(SOURCES)
 def slope(qp: Any, proximal: float, d: Any, slopes: Any, out: Any) -> None:
     """Write the gradient by `d` (n,), from the slopes that `evaluate` left."""
     n, m = qp.b.shape

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.plant import kernel
 from gyroctl.plant.beyond import coupling_torque, signal_rows
-from gyroctl.plant.compiled import inlined, stamped
+from gyroctl.plant.compiled import inlined, part, stamped
 from gyroctl.plant.equations import (
     OMEGA_RATE,
     PHI1,
@@ -223,7 +223,7 @@ def update(estimator: MomentEstimator, state: EstimatorState, y: NDArray[np.floa
     state.me_hat[0], state.me_hat[1] = wave[0], wave[2]
 
 
-@stamped(SOURCES)
+@part(SOURCES)
 def predict_state(estimator: MomentEstimator, state: EstimatorState, cc: float, cg: float) -> None:
     """Run plant and moments over one period with held controls."""
     k, x_hat, wave, work = estimator.k, state.x_hat, state.wave, state.work
@@ -275,7 +275,7 @@ def secant(more: Any, cc: float, slip: float) -> float:
     return float(coupling_torque(more, cc, some)) / some
 
 
-@stamped(SOURCES)
+@part(SOURCES)
 def predict_ring(estimator: MomentEstimator, state: EstimatorState, cc: float, cg: float) -> None:
     """Carry the variance of psi, psi', omega' over one period."""
     k, P, h = estimator.k, state.ring, estimator.period
@@ -304,7 +304,7 @@ def predict_ring(estimator: MomentEstimator, state: EstimatorState, cc: float, c
         P[i, i] += estimator.ring_drift[i]
 
 
-@stamped(SOURCES)
+@part(SOURCES)
 def correct_ring(estimator: MomentEstimator, state: EstimatorState) -> None:
     """Correct psi, psi', omega' by their measurements, one after the other: their noises are independent."""
     x, P, e, gain = state.x_hat, state.ring, state.innovation, state.work[3]
@@ -326,7 +326,7 @@ def correct_ring(estimator: MomentEstimator, state: EstimatorState) -> None:
     x[OMEGA_RATE] += move2
 
 
-@stamped(SOURCES)
+@part(SOURCES)
 def correct_float(estimator: MomentEstimator, state: EstimatorState) -> None:
     """Correct float and moments by the constant gain."""
     x, wave, e, gain, moved = state.x_hat, state.wave, state.innovation, estimator.gain, state.work[3]
