@@ -32,7 +32,8 @@ PARTS = {
     "growth": Part(against=False),
     "lanes": Part(against=True),
     "tuning": Part(against=True),
-    "nmpc": Part(against=True),
+    "nmpc": Part(against=False),
+    "nmpc_cores": Part(against=True),
     "nmpc_qp": Part(against=False, more=("--seeds", "3", "--duration", "300")),
     "commands": Part(against=True),
 }
@@ -49,8 +50,42 @@ class Figure(NamedTuple):
     unit: str = ""
 
 
+LOOPS = "the older checkout alone against in lanes"
+
+
+def command(name: str) -> Callable[[Mapping[str, Any]], float]:
+    """Wall time of a command. [s]"""
+    return lambda found: found["commands"][name]["wall_s"]
+
+
 FIGURES = (
-    Figure("tuning of load_angle against the older tree", "tuning", lambda found: found["times_as_fast"], 2.5, True),
+    Figure(
+        "ensemble with ledger, times the older",
+        "lanes",
+        lambda f: f["against the older ensemble, with ledger"],
+        1.8,
+        True,
+    ),
+    Figure(
+        "ensemble without, times the older with it",
+        "lanes",
+        lambda f: f["against the older ensemble, without ledger"],
+        2.4,
+        True,
+    ),
+    Figure("loops of load_angle in lanes, times the older", "lanes", lambda f: f[f"load_angle: {LOOPS}"], 3.0, True),
+    Figure("loops of coupling in lanes, times the older", "lanes", lambda f: f[f"coupling: {LOOPS}"], 2.0, True),
+    Figure("tuning of load_angle, times the older", "tuning", lambda f: f["times_as_fast"], 2.5, True),
+    Figure("a sample of nmpc, horizon 4 s, median", "nmpc", lambda f: f["horizon_4_s"]["median_ms"], 0.35, unit="ms"),
+    Figure("a sample of nmpc, horizon 4 s, 99 %", "nmpc", lambda f: f["horizon_4_s"]["p99_ms"], 1.5, unit="ms"),
+    Figure("64 loops of nmpc on all cores, times the older", "nmpc_cores", lambda f: f["times_as_fast"], 2.5, True),
+    Figure("first gyroctl compare", "commands", command("compare, cold"), 75.0, unit="s"),
+    Figure("first gyroctl simulate --law load_angle, 300 s", "commands", command("simulate, cold"), 8.0, unit="s"),
+    Figure("what the planner needs compiled, one core", "commands", command("planner, cold"), 20.0, unit="s"),
+    Figure("gyroctl margins --law load_angle", "commands", command("margins"), 45.0, unit="s"),
+    Figure("gyroctl lockmap", "commands", command("lockmap"), 15.0, unit="s"),
+    Figure("gyroctl reproduce all", "commands", command("reproduce"), 100.0, unit="s"),
+    Figure("gyroctl bound --seeds 1", "commands", command("bound"), 45.0, unit="s"),
 )
 
 

@@ -40,12 +40,14 @@ class Command(NamedTuple):
 
 GYROCTL = ("-m", "gyroctl")
 SIMULATE = (*GYROCTL, "simulate", "--law", "load_angle", "--duration", "300", "--out", "run.nc")
+PLANNER = "import gyroctl as gy; [part() for part in gy.law('nmpc').preparations()]"
 COMMANDS = {
     "import": Command(("-c", "import gyroctl.cli.app"), None),
     "help": Command((*GYROCTL, "--help"), None),
     "simulate": Command(SIMULATE, None),
     "simulate, cold": Command(SIMULATE, 8.0, True),
     "compare, cold": Command((*GYROCTL, "compare", "--out", "compare"), 75.0, True),
+    "planner, cold": Command(("-c", PLANNER), 20.0, True),
     "margins": Command((*GYROCTL, "margins", "--law", "load_angle", "--out", "margins"), 45.0),
     "lockmap": Command((*GYROCTL, "lockmap", "--out", "lockmap"), 15.0),
     "reproduce": Command((*GYROCTL, "reproduce", "all", "--out", "paper"), 100.0),
