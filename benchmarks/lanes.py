@@ -4,8 +4,9 @@
     python benchmarks/lanes.py --against TREE     # beside them the ensemble and the loops of an older checkout
 
 It prints a table and writes it beside itself as ``lanes.json``. Times are of the processor, the least of several goes
-in turn. The ensemble is also told as a share of what the processor could multiply and add at most, which is measured in
-the same run; operations are counted by running the text of a step on numbers that remember what made them.
+in turn; errors of the sensors are drawn in the first one and kept, as in a search that tries laws on the same waves.
+The ensemble is also told as a share of what the processor could multiply and add at most, which is measured in the same
+run; operations are counted by running the text of a step on numbers that remember what made them.
 """
 
 from __future__ import annotations

@@ -6,7 +6,6 @@ import math
 from collections import defaultdict
 from collections.abc import Hashable, Iterator, Sequence
 from dataclasses import replace
-from functools import lru_cache
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -18,7 +17,6 @@ from gyroctl.harness.lane_loop import LaneActuators, LaneKernel, LaneSensors, co
 from gyroctl.harness.law_entry import CompiledLaw, compile_law, last_state, why_it_stopped
 from gyroctl.harness.protocol import Counting, Law, LawError, Machined, Motoring
 from gyroctl.harness.run import LawTiming, Settings, beginning, checked_run, run_law, timing_of
-from gyroctl.harness.sensing import SensorArrays, Sensors
 from gyroctl.harness.sight import informed
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import rows
@@ -170,7 +168,7 @@ def _in_lanes(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
     p, s = (np.stack([getattr(one.machine, part) for one in told]) for part in ("p", "s"))
     commands, controls = np.zeros((runs, samples, 2)), np.zeros((runs, samples, 2))
     saturations, failed, seen = np.zeros(runs, np.int64), np.empty(runs, np.int64), np.zeros((runs, len(CHANNELS)))
-    sensors = LaneSensors(*_stacked([_drawn(loop.settings.sensors, samples, loop.waves.seed) for loop in loops]))
+    sensors = LaneSensors(*_stacked([loop.settings.sensors.arrays(samples, loop.waves.seed) for loop in loops]))
     actuators = LaneActuators(*_stacked([_actuators(one) for one in told]))
     compiled_lane_loop(
         told[0].machine.entry,
@@ -203,12 +201,6 @@ def _in_lanes(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
 def _stacked(parts: Sequence[Sequence[Any]]) -> list[Any]:
     """Arrays of several runs, field by field."""
     return [np.stack([np.asarray(part) for part in field]) for field in zip(*parts, strict=True)]
-
-
-@lru_cache(maxsize=LANES)
-def _drawn(sensors: Sensors, samples: int, seed: int) -> SensorArrays:
-    """Errors of the sensors, kept for the runs of other laws on the same realisation."""
-    return sensors.arrays(samples, seed)
 
 
 def _actuators(one: _Told) -> ActuatorArrays:

@@ -188,9 +188,9 @@ def radiation(x: Any, dx: Any, L: int, l: int, first: int, p: Any, q: Any, rate:
 
     In controllable canonical form every state is the rate of the one before.
     """
-    moment, top = p[len(p) - 1] * x[first * L + l], rate
+    moment, top = 0.0 * rate, rate
     n = len(q)
-    for i in range(1, len(p)):
+    for i in range(len(p)):
         moment = moment + p[len(p) - 1 - i] * x[(first + i) * L + l]
     for i in range(n):
         top = top - q[n - 1 - i] * x[(first + i) * L + l]
