@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.plant import compiled, row_sums
-from gyroctl.plant.compiled import part, stamped
+from gyroctl.plant.compiled import stamped
 from gyroctl.plant.row_sums import add_rows
 from gyroctl.waves import spectrum
 from gyroctl.waves.estimation import sea_shape
@@ -104,7 +104,7 @@ class Fit(NamedTuple):
     system: Array  # (3, 4), the linear equations of the three numbers
 
 
-@part(SOURCES)
+@stamped(SOURCES)
 def factorise(learner: Learner, state: LearnerState, doubt: float) -> None:
     """Covariances at the present spectrum, the factor of those looked at and its inverse.
 
@@ -142,7 +142,7 @@ def factorise(learner: Learner, state: LearnerState, doubt: float) -> None:
             V[r, c] /= U[r, r]
 
 
-@part(SOURCES)
+@stamped(SOURCES)
 def correlate(learner: Learner, state: LearnerState, history: NDArray[np.float64], at: int) -> None:
     """Take the newest moments, row `at` of the round buffer, into the products over the lag."""
     keep, share, length = learner.fade, 1.0 - learner.fade, history.shape[0]
@@ -174,7 +174,7 @@ def learn(learner: Learner, state: LearnerState) -> None:
     factorise(learner, state, 0.0)
 
 
-@part(SOURCES)
+@stamped(SOURCES)
 def whiten(learner: Learner, state: LearnerState, fit: Fit) -> None:
     """G^-1 a_b and e_b."""
     A, V, X = learner.steering, state.whitener, fit.solved
@@ -191,7 +191,7 @@ def whiten(learner: Learner, state: LearnerState, fit: Fit) -> None:
         add_rows(column, Z, k, size, X[k], 0, twice)
 
 
-@part(SOURCES)
+@stamped(SOURCES)
 def compare(learner: Learner, state: LearnerState, fit: Fit) -> None:
     """q_b, from the covariances as seen."""
     X, ages, q = fit.solved, learner.ages, fit.q
@@ -211,7 +211,7 @@ def compare(learner: Learner, state: LearnerState, fit: Fit) -> None:
             q[b] += X[r, b] * y[b] + X[r, bins + b] * y[bins + b]
 
 
-@part(SOURCES)
+@stamped(SOURCES)
 def fit_shape(learner: Learner, state: LearnerState, fit: Fit) -> None:
     """One Fisher-scoring step of level, peak and sharpness."""
     S, slopes, M, H = state.spectrum, fit.slopes, fit.system, fit.overlap
@@ -259,7 +259,7 @@ def fit_shape(learner: Learner, state: LearnerState, fit: Fit) -> None:
         shape[k] = min(max(shape[k], LOWEST[k]), HIGHEST[k])
 
 
-@part(SOURCES)
+@stamped(SOURCES)
 def fit_bins(learner: Learner, state: LearnerState, fit: Fit) -> None:
     """Expectation-maximisation of every bin, drawn to the JONSWAP sea."""
     S, slopes = state.spectrum, fit.slopes
