@@ -12,11 +12,18 @@ TUNED = "controllers/nmpc/tuned/nmpc.json"
 
 
 def speed() -> str:
-    """Time of a run."""
-    found = read("benchmarks/speed.json")
+    """Time of a run, beside others'."""
+    found, others = read("benchmarks/speed.json"), read("benchmarks/integrators.json")["peers"]
     one, many = found["single run, dt .01 [s]"], found["1000 runs of 2000 s at dt .01 on all cores, wall [s]"]
+    times = {row["name"]: row["times_of_one_run"] for row in others}
+    best = min(value for name, value in times.items() if not name.startswith("gyroctl"))
+    numpy = times["SciPy DOP853, right-hand side in NumPy"]
+    planner = read("benchmarks/nmpc.json")["horizon_4_s"]["median_ms"]
     return (
-        f"A run of 2000 s takes {1000 * one:.0f} ms, a thousand of them {many:.1f} s ({found['machine']}).\n\n"
+        f"A run of 2000 s takes {1000 * one:.0f} ms, a thousand of them {many:.1f} s ({found['machine']}). Of other "
+        f"integrators as accurate on the same plant and waves the quickest takes {number(best, 2)} times as long as one "
+        f"run, SciPy's DOP853 {number(numpy, 2)} times. A sample of the planning law takes {number(planner, 2)} ms: "
+        f"[benchmarks](docs/benchmarks.md).\n\n"
         f"{of_file('benchmarks/speed.json', 'python benchmarks/speed.py')}"
     )
 

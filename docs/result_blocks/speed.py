@@ -33,6 +33,46 @@ def integrators() -> str:
     return f"{table(heads, lines)}\n\n{made}"
 
 
+def asked() -> str:
+    """Every figure that is asked for, and whether it is met."""
+    found = read("benchmarks/all.json")
+    lines = [
+        [
+            one["figure"],
+            f"{number(one['value'], 3)} {one['unit']}".strip(),
+            f"{one['asked']} {one['bar']:g}",
+            "met" if one["met"] else "**not met**",
+        ]
+        for one in found["figures"]
+    ]
+    lanes = read("benchmarks/lanes.json")
+    shares = [lanes[f"share of the most, {kind}"] for kind in ("with ledger", "without ledger")]
+    rate = lanes["ensemble of 256 runs, waves included, dt .01, with ledger [simulated s / s]"]
+    told = (
+        f"The ensemble makes {rate / 1000:.0f} thousand simulated seconds per second on one core, "
+        f"{100 * shares[0]:.0f} % of the peak ({100 * shares[1]:.0f} % without the ledger)."
+    )
+    made = of_file("benchmarks/all.json", "python benchmarks/all.py --against OLDER_TREE", found["machine"])
+    return f"{table(('figure', 'measured', 'asked', ''), lines)}\n\n{told}\n\n{made}"
+
+
+def cores() -> str:
+    """Closed loops of the planning law on all cores, and what they are worth beside those before."""
+    found = read("benchmarks/nmpc_cores.json")
+    rows = (("mean power [W]", "mean_power"), ("CV of the power", "power_cv"), ("locked", "locked"))
+    lines = []
+    for title, name in rows:
+        mean, low, high = found[f"{name}_more"]
+        change = f"{number(mean, 2)} ({number(low, 2)} to {number(high, 2)})"
+        lines.append([title, number(found[f"older_{name}"], 4), number(found[name], 4), change])
+    heads = (f"{found['runs']} runs of {found['length_s']:g} s", "before", "now", "paired difference")
+    told = f"On all cores {number(found['simulated_s_per_s'], 3)} simulated seconds per second, {number(found['times_as_fast'], 3)} times as fast as before."
+    made = of_file(
+        "benchmarks/nmpc_cores.json", "python benchmarks/nmpc_cores.py --against OLDER_TREE", found["machine"]
+    )
+    return f"{told}\n\n{table(heads, lines)}\n\n{made}"
+
+
 def growth() -> str:
     """What made the picture."""
     found = read("benchmarks/growth.json")
@@ -77,4 +117,4 @@ def draw_growth() -> Figure:
     return figure
 
 
-BLOCKS: Mapping[str, Callable[[], str]] = {"integrators": integrators, "growth": growth}
+BLOCKS: Mapping[str, Callable[[], str]] = {"integrators": integrators, "growth": growth, "asked": asked, "cores": cores}
