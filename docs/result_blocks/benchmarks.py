@@ -21,8 +21,8 @@ def speed() -> str:
     planner = read("benchmarks/nmpc.json")["horizon_4_s"]["median_ms"]
     return (
         f"A run of 2000 s takes {1000 * one:.0f} ms, a thousand of them {many:.1f} s ({found['machine']}). Of other "
-        f"integrators as accurate on the same plant and waves the quickest takes {number(best, 2)} times as long as one "
-        f"run, SciPy's DOP853 {number(numpy, 2)} times. A sample of the planning law takes {number(planner, 2)} ms: "
+        f"integrators as accurate on the same plant and waves the quickest takes {number(best, 2)} times as long "
+        f"as one run, SciPy's DOP853 {number(numpy, 2)} times. A sample of the planning law takes {number(planner, 2)} ms: "
         f"[benchmarks](docs/benchmarks.md).\n\n"
         f"{of_file('benchmarks/speed.json', 'python benchmarks/speed.py')}"
     )

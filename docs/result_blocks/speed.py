@@ -66,7 +66,10 @@ def cores() -> str:
         change = f"{number(mean, 2)} ({number(low, 2)} to {number(high, 2)})"
         lines.append([title, number(found[f"older_{name}"], 4), number(found[name], 4), change])
     heads = (f"{found['runs']} runs of {found['length_s']:g} s", "before", "now", "paired difference")
-    told = f"On all cores {number(found['simulated_s_per_s'], 3)} simulated seconds per second, {number(found['times_as_fast'], 3)} times as fast as before."
+    told = (
+        f"On all cores {number(found['simulated_s_per_s'], 3)} simulated seconds per second, "
+        f"{number(found['times_as_fast'], 3)} times as fast as before."
+    )
     made = of_file(
         "benchmarks/nmpc_cores.json", "python benchmarks/nmpc_cores.py --against OLDER_TREE", found["machine"]
     )
