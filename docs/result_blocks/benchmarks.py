@@ -22,8 +22,8 @@ def speed() -> str:
     return (
         f"A run of 2000 s takes {1000 * one:.0f} ms, a thousand of them {many:.1f} s ({found['machine']}). Of other "
         f"integrators as accurate on the same plant and waves the quickest takes {number(best, 2)} times as long "
-        f"as one run, SciPy's DOP853 {number(numpy, 2)} times. A sample of the planning law takes {number(planner, 2)} ms: "
-        f"[benchmarks](docs/benchmarks.md).\n\n"
+        f"as one run, SciPy's DOP853 {number(numpy, 2)} times. A sample of the planning law takes "
+        f"{number(planner, 2)} ms: [benchmarks](docs/benchmarks.md).\n\n"
         f"{of_file('benchmarks/speed.json', 'python benchmarks/speed.py')}"
     )
 
