@@ -27,7 +27,7 @@ from gyroctl.controllers.nmpc.solvers.real_time_iterations import (
     iterate_briefly,
     iterate_condensed,
 )
-from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp
+from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp, within
 
 FIELDS = len(Weights._fields)
 
@@ -47,6 +47,8 @@ MODEL = {"condensed": (step_of, tangent_of), "riccati": (step_of, tangent_of), "
 """Functions of the model that a solver takes."""
 
 step_at, pullback_at, tangent_at = function_at(6), function_at(8), function_at(4)
+
+condensed_iterations, swept_iterations = within(iterate_condensed), within(iterate_briefly)
 
 PLAN = types.void(types.intp, types.intp, *[ROW] * 9, types.int64, types.int64)
 """Of ``plan(step, slope, start, moments, now, weights, h, k, cc, other, result, iterations, more)``."""
@@ -86,9 +88,9 @@ def _by_programs(stamp: str, condensed: bool) -> Any:
             if begun == 1:
                 tried, count, memory = other, more, fresh
             if condensed:
-                found = iterate_condensed(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
+                found = condensed_iterations(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
             else:
-                found = iterate_briefly(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
+                found = swept_iterations(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
             if begun == 0:
                 result[0], result[1] = found.after, found.proximal
             elif found.after < result[0]:

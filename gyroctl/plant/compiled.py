@@ -100,6 +100,11 @@ def aligned(size: int) -> Any:
     return room[skip : skip + size]
 
 
+def within(function: Any) -> Any:
+    """Make of a `part` what is taken into the text of its caller: for what is called at one place, sooner compiled."""
+    return njit(inline="always", error_model="numpy")(function.__wrapped__)
+
+
 @part((__file__,))
 def zeros(size: int) -> Any:
     """Room for so many numbers, of one text: `np.zeros` is compiled at every place anew."""

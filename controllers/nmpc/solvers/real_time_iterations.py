@@ -27,7 +27,7 @@ from gyroctl.controllers.nmpc.solvers.subproblem import (
     empty_subproblem,
     linearise,
 )
-from gyroctl.plant.compiled import inlined, part, put, put_table, source_stamp, zero_table, zeros
+from gyroctl.plant.compiled import inlined, part, put, put_table, source_stamp, within, zero_table, zeros
 
 PROXIMAL_MIN, PROXIMAL_MAX = 1.0, 1e5  # [J/(Nms)^2]
 GOOD, POOR = 0.75, 0.25  # ratio of true to promised decrease above and below which the proximal weight changes
@@ -106,6 +106,9 @@ SOURCES = solvers.SOURCES
 advance = _advance(source_stamp(SOURCES))
 
 
+condensed_within, linearised = within(solve_condensed), within(linearise)
+
+
 def _iterate(stamp: str, briefly: bool, condensed: bool) -> Callable[..., Improvement]:
     @part()
     def iterate(
@@ -131,12 +134,12 @@ def _iterate(stamp: str, briefly: bool, condensed: bool) -> Callable[..., Improv
         first = predict(step, problem, cc, room.states)
         cost, promised, status, total = first, 0.0, SOLVED, 0
         for _ in range(iterations):
-            if not linearise(tangent, problem, cc, room.states, room.qp):
+            if not linearised(tangent, problem, cc, room.states, room.qp):
                 status = NOT_FINITE
                 break
             room.d[:] = 0.0
             if condensed:
-                found = solve_condensed(room.qp, proximal, room.d, tolerance, newton, room.inner)
+                found = condensed_within(room.qp, proximal, room.d, tolerance, newton, room.inner)
             elif briefly:
                 found = solve_briefly(room.qp, proximal, room.d, tolerance, min(newton, PATIENCE), room.inner)
             else:
