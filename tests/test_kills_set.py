@@ -18,7 +18,6 @@ ROOMS = {
     "harness",
     "hydrodynamics",
     "kept",
-    "kept",
     "laws",
     "margins",
     "order",

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import pytest
 
 import gyroctl as gy
+from gyroctl.harness import lane_loop
 from gyroctl.harness.protocol import LawError
 from gyroctl.harness.run import lead_in, run_law
 from gyroctl.harness.together import WORTH, Loop, Outcome, in_groups, pieces, run_together
@@ -201,3 +205,32 @@ def test_counters_are_those_of_each_run(device: gy.Plant) -> None:
     for each, outcome in zip(waves, together(device, law, waves, settings), strict=True):
         assert not isinstance(outcome, LawError)
         assert outcome[1].counters == run_law(device, law, each, settings)[1].counters
+
+
+def test_nothing_is_lent_that_the_loop_made_itself() -> None:
+    """What is lent is not counted: an array made in the same function would be given back before it is used."""
+    tree = ast.parse(inspect.getsource(lane_loop))
+    (made,) = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) and node.name == "lane_loop")
+    given, lent = {argument.arg for argument in made.args.args}, set()
+    given -= {node.id for node in ast.walk(made) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
+    for call in ast.walk(made):
+        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id.startswith("lent"):
+            (what,) = call.args
+            while isinstance(what, ast.Attribute):
+                what = what.value
+            assert isinstance(what, ast.Name)
+            lent.add(what.id)
+    assert lent and lent <= given, lent - given
+
+
+@pytest.mark.parametrize("name", ["constant", "nmpc"])
+def test_fillings_on_two_threads_have_the_bits_of_each_run_alone(device: gy.Plant, name: str) -> None:
+    law, waves = gy.law(name), realisations(device, 2 * WORTH, 60.0)
+    loops = [Loop(law, each, SETTINGS) for each in waves]
+    alone = [run_law(device, law, each, SETTINGS)[0] for each in waves]
+    with ThreadPoolExecutor(2) as pool:
+        for _ in range(3):
+            halves = pool.map(lambda part: run_together(device, loops[part]), pieces(len(loops), 2))
+            for outcome, one in zip((run for half in halves for run in half), alone, strict=True):
+                assert not isinstance(outcome, LawError)
+                same(outcome[0], one)

@@ -22,7 +22,7 @@ from gyroctl.plant import lane_steps, pack_step
 from gyroctl.plant.compiled import entry_point, inlined, lent, put, source_stamp
 from gyroctl.plant.equations import Coefficients
 from gyroctl.plant.kernel import slip_rate, steps_for
-from gyroctl.plant.lane_steps import lane_room, lane_state, moments_at, set_out, step_lanes
+from gyroctl.plant.lane_steps import lane_state, moments_at, set_out, step_lanes
 from gyroctl.plant.packs import LANES
 
 
@@ -93,6 +93,8 @@ def _lane_loop(stamp: str) -> Callable[..., None]:
         saturations: Any,
         seen: Any,
         failed: Any,
+        room: Any,
+        own: Any,
     ) -> None:
         """Run the loops of up to LANES runs; everything of a run as in `loop.closed_loop`, one row for each.
 
@@ -116,9 +118,11 @@ def _lane_loop(stamp: str) -> Callable[..., None]:
             Measurements of the last sample of each law.
         failed : (runs,) array
             Filled with the sample at which each law failed, or -1: its lane rests from there on.
+        room, own : arrays
+            Working space: `lane_steps.lane_room`, and (2, LANES, 2) zeros. They come from the caller, who holds them:
+            what is lent here is not counted, and room of this function's own would be given back at once.
         """
         assert stamp
-        room, own = lane_room(record.shape[2]), np.zeros((2, LANES, 2))
         advance_all(
             entry,
             lent(p),

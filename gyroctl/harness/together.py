@@ -20,6 +20,7 @@ from gyroctl.harness.run import LawTiming, Settings, beginning, checked_run, run
 from gyroctl.harness.sight import informed
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import rows
+from gyroctl.plant.lane_steps import lane_room
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.plant.packs import LANES
 from gyroctl.simulation.metrics import Record
@@ -186,6 +187,8 @@ def _in_lanes(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
         saturations,
         seen,
         failed,
+        lane_room(rows(plant.coefficients)),
+        np.zeros((2, LANES, 2)),
     )
     found: list[Outcome] = []
     for run, (one, timing) in enumerate(zip(told, _timings(told, s), strict=True)):

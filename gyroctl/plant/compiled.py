@@ -137,6 +137,7 @@ def lent(array: Any) -> Any:
 
     Every view of an array counts up and down, and an inner loop of many views does little else. Whoever calls this
     holds the array for as long as what is lent is used: a compiled function's arguments are held by its caller.
+    An array that was made in the same function is not: it is given back after the last line that names it.
     """
     return array
 
