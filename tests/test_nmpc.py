@@ -60,20 +60,21 @@ def test_translated_function_is_casadis(plant):
         casadi.sin(x[0]) / (1 + y[0] ** 2),
         casadi.fmax(x[1], y[1]) - casadi.if_else(x[2] > 0, x[2] * y[0], -3.0),
         casadi.sqrt(casadi.fabs(x[2])) + casadi.exp(-x[1]) * casadi.cos(y[1]) + 2 * x[0] ** 3,
+        (y[1] - x[0] * x[1]) * (x[2] * y[0] - x[1]),  # products that are taken into a difference, on either side
     )
     compiled = translation.compiled("sample", [x, y], [value, casadi.jacobian(value, x)])
     reference = casadi.Function("f", [x, y], [value, casadi.densify(casadi.jacobian(value, x))])
     rng = np.random.default_rng(0)
     for sample in range(50):
         a, b = rng.standard_normal(3), rng.standard_normal(2)
-        first, second = np.zeros(3), np.zeros(9)
+        first, second = np.zeros(4), np.zeros(12)
         if sample % 2:
             call_by_address(compiled.address, a, b, first, second)
         else:
             call(compiled, a, b, first, second)  # compiled; called directly it would run as Python
         expected = reference(a, b)
-        np.testing.assert_allclose(first, np.asarray(expected[0]).ravel(), rtol=1e-14)
-        np.testing.assert_allclose(second, np.asarray(expected[1]).ravel("F"), rtol=1e-14, atol=1e-15)
+        np.testing.assert_allclose(first, np.asarray(expected[0]).ravel(), rtol=1e-14, atol=1e-14)
+        np.testing.assert_allclose(second, np.asarray(expected[1]).ravel("F"), rtol=1e-14, atol=1e-14)
 
 
 def test_unknown_operation_is_refused():
