@@ -42,7 +42,8 @@ class Hpipm:
         self.A = casadi.DM(pattern, np.ones(pattern.nnz()))
         self.H = casadi.DM(casadi.Sparsity.diag(size), np.zeros(size))
         options: dict[str, Any] = {"N": n, "nx": [m] * (n + 1), "nu": [1 + SLACKS] * n + [0], "ng": [SLACKS] * n + [0]}
-        options |= {"error_on_fail": False, "print_time": False, "hpipm.mode": "speed", "hpipm.iter_max": 100}
+        options |= {"error_on_fail": False, "print_time": False, "hpipm.mode": "robust", "hpipm.iter_max": 100}
+        options |= {f"hpipm.res_{of}_max": at for of, at in zip("gbdm", (1e-6, 1e-8, 1e-8, 1e-7), strict=True)}
         self.solver = casadi.conic("s", "hpipm", {"h": self.H.sparsity(), "a": pattern}, options)
         self.spent = 0.0
 
@@ -107,7 +108,12 @@ class Fatrop:
         options = {"structure_detection": "auto"}
         options |= {"error_on_fail": False, "print_time": False}
         one = [True] * m + [False] * (1 + SLACKS)
-        options |= {"equality": [True] * m + one + one * (n - 1), "fatrop.print_level": 0, "fatrop.mu_init": 1e-2}
+        options |= {
+            "equality": [True] * m + one + one * (n - 1),
+            "fatrop.print_level": 0,
+            "fatrop.mu_init": 1e-2,
+            "fatrop.tol": 1e-6,
+        }
         problem = {"x": z, "f": cost, "g": casadi.vertcat(*rows), "p": given}
         self.solver = casadi.nlpsol("s", "fatrop", problem, options)
         self.spent = 0.0
