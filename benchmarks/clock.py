@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import os
 import platform
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 from gyroctl.provenance import made
@@ -27,3 +31,12 @@ def least(
 def here() -> dict[str, Any]:
     """What made a table, and on which machine."""
     return {**made(), "machine": f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores"}
+
+
+def in_tree(script: str, root: Path) -> dict[str, Any]:
+    """What a script of this folder says with ``--one``, in a process of its own with the package of a tree."""
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    command = [sys.executable, str(Path(script).resolve()), "--one"]
+    told = subprocess.run(command, env=environment, cwd=root, check=True, capture_output=True, text=True).stdout
+    answer: dict[str, Any] = json.loads(told.splitlines()[-1])
+    return answer

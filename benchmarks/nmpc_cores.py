@@ -9,9 +9,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -41,15 +38,6 @@ def one() -> dict[str, Any]:
     return {"wall_s": spent, **{name: found[name].values[0].astype(float).tolist() for name in METRICS}}
 
 
-def in_tree(root: Path) -> dict[str, Any]:
-    """The same in a process of its own with the package of another tree."""
-    environment = {**os.environ, "PYTHONPATH": str(root)}
-    command = [sys.executable, str(Path(__file__).resolve()), "--one"]
-    told = subprocess.run(command, env=environment, cwd=root, check=True, capture_output=True, text=True).stdout
-    answer: dict[str, Any] = json.loads(told.splitlines()[-1])
-    return answer
-
-
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -59,16 +47,16 @@ def main() -> None:
     if asked.one:
         print(json.dumps(one()))
         return
-    from clock import here
+    from clock import here, in_tree
 
     from gyroctl.statistics.intervals import student
 
-    this = in_tree(ROOT)
+    this = in_tree(__file__, ROOT)
     content = {**here(), "runs": SEEDS, "length_s": LENGTH, "wall_s": this["wall_s"]}
     content |= {name: float(np.mean(this[name])) for name in METRICS}
     content["simulated_s_per_s"] = SEEDS * LENGTH / this["wall_s"]
     if asked.against:
-        older = in_tree(asked.against.resolve())
+        older = in_tree(__file__, asked.against.resolve())
         content |= {"older_wall_s": older["wall_s"], "times_as_fast": older["wall_s"] / this["wall_s"]}
         for name in METRICS:
             content[f"older_{name}"] = float(np.mean(older[name]))

@@ -10,9 +10,6 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import json
-import os
-import subprocess
-import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -39,15 +36,6 @@ def one() -> dict[str, Any]:
     return {"seconds": spent, "found": [entry["parameters"], entry["result"]]}
 
 
-def in_tree(root: Path) -> dict[str, Any]:
-    """The same in a process of its own with the package of another tree."""
-    environment = {**os.environ, "PYTHONPATH": str(root)}
-    command = [sys.executable, str(Path(__file__).resolve()), "--one"]
-    found = subprocess.run(command, env=environment, cwd=root, check=True, capture_output=True, text=True).stdout
-    answer: dict[str, Any] = json.loads(found.splitlines()[-1])
-    return answer
-
-
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__)
@@ -57,13 +45,13 @@ def main() -> None:
     if asked.one:
         print(json.dumps(one()))
         return
-    from clock import here
+    from clock import here, in_tree
 
     trees = {"this": ROOT} | ({"older": asked.against.resolve()} if asked.against else {})
     found: dict[str, list[dict[str, Any]]] = {name: [] for name in trees}
     for _ in range(GOES):
         for name, root in trees.items():
-            found[name].append(in_tree(root))
+            found[name].append(in_tree(__file__, root))
     content = {**here(), "budget_s": BUDGET, "seeds": SEEDS}
     content |= {f"{name}_s": min(go["seconds"] for go in goes) for name, goes in found.items()}
     if asked.against:
