@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import inspect
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, Literal, NamedTuple
 
@@ -16,6 +16,7 @@ from gyroctl.harness import lane_loop
 from gyroctl.harness.protocol import LawError
 from gyroctl.harness.run import lead_in, run_law
 from gyroctl.harness.together import WORTH, Loop, Outcome, in_groups, pieces, run_together
+from gyroctl.plant.lane_steps import lane_room, lane_state
 from gyroctl.simulation.metrics import Record
 
 SETTINGS = gy.Settings(blend=10.0)
@@ -207,20 +208,25 @@ def test_counters_are_those_of_each_run(device: gy.Plant) -> None:
         assert outcome[1].counters == run_law(device, law, each, settings)[1].counters
 
 
+def lending(tree: ast.AST) -> Iterator[tuple[str, set[str]]]:
+    """What each call of a function that lends is given, by its first name, and the arguments of the function around."""
+    for made in ast.walk(tree):
+        if not isinstance(made, ast.FunctionDef) or any(isinstance(line, ast.FunctionDef) for line in made.body):
+            continue
+        names = [node for node in ast.walk(made) if isinstance(node, ast.Name)]
+        given = {argument.arg for argument in made.args.args}
+        given -= {node.id for node in names if isinstance(node.ctx, ast.Store)}
+        for call in ast.walk(made):
+            if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id.startswith("lent"):
+                (what,) = call.args
+                yield ast.unparse(what).partition(".")[0], given
+
+
 def test_nothing_is_lent_that_the_loop_made_itself() -> None:
     """What is lent is not counted: an array made in the same function would be given back before it is used."""
-    tree = ast.parse(inspect.getsource(lane_loop))
-    (made,) = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) and node.name == "lane_loop")
-    given, lent = {argument.arg for argument in made.args.args}, set()
-    given -= {node.id for node in ast.walk(made) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
-    for call in ast.walk(made):
-        if isinstance(call, ast.Call) and isinstance(call.func, ast.Name) and call.func.id.startswith("lent"):
-            (what,) = call.args
-            while isinstance(what, ast.Attribute):
-                what = what.value
-            assert isinstance(what, ast.Name)
-            lent.add(what.id)
-    assert lent and lent <= given, lent - given
+    found = list(lending(ast.parse(inspect.getsource(lane_loop))))
+    assert len(found) > 20
+    assert all(what in given for what, given in found), found
 
 
 @pytest.mark.parametrize("name", ["constant", "nmpc"])
@@ -234,3 +240,15 @@ def test_fillings_on_two_threads_have_the_bits_of_each_run_alone(device: gy.Plan
             for outcome, one in zip((run for half in halves for run in half), alone, strict=True):
                 assert not isinstance(outcome, LawError)
                 same(outcome[0], one)
+
+
+def test_plants_beyond_the_room_of_a_pack_run_alone(device: gy.Plant, monkeypatch: pytest.MonkeyPatch) -> None:
+    loops = [Loop(gy.law("load_angle"), each, SETTINGS) for each in realisations(device, WORTH)]
+    lanes = run_together(device, loops)
+    monkeypatch.setattr("gyroctl.harness.together.ROOM", 18)
+    assert in_groups(device, loops) == [[run] for run in range(WORTH)]
+    for outcome, one in zip(run_together(device, loops), lanes, strict=True):
+        assert not isinstance(outcome, LawError) and not isinstance(one, LawError)
+        same(outcome[0], one[0])
+    with pytest.raises(ValueError, match="room for 64"):
+        lane_state(lane_room(65), 65)

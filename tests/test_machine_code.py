@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import numpy as np
 import pytest
 
 import gyroctl as gy
@@ -123,6 +124,36 @@ def test_all_that_a_law_leads_to_counts(write: Callable[..., Any], old: str, new
 def test_what_no_step_reads_does_not_count(write: Callable[..., Any], old: str, new: str) -> None:
     """A method that is never called; a parameter, which comes with the numbers of the law."""
     assert content(write()) == content(write((old, new)))
+
+
+def made(gain: Any, offset: Any, steep: bool = True) -> Callable[[float], float]:
+    def line(x: float, first: float = 1.0, second: float = 2.0) -> float:
+        return float(gain * x + offset + first * second if steep else gain)
+
+    return line
+
+
+def with_defaults(*values: float) -> Callable[[float], float]:
+    line = made(1.0, 2.0)
+    line.__defaults__ = values  # type: ignore[attr-defined]
+    return line
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (made(0.5, 2.0), made(2.0, 0.5)),
+        (made(True, False, True), made(True, False, False)),
+        (made(np.ones(2), np.zeros(2)), made(np.zeros(2), np.ones(2))),
+        (made((1.0, (2.0, 3.0)), 0.0), made((2.0, (1.0, 3.0)), 0.0)),
+        (made(made(1.0, 2.0), made(2.0, 1.0)), made(made(2.0, 1.0), made(1.0, 2.0))),
+        (with_defaults(1.0, 2.0), with_defaults(2.0, 1.0)),
+    ],
+    ids=["numbers", "flags", "tables", "tuples", "functions", "defaults"],
+)
+def test_what_changes_places_counts(one: Any, other: Any) -> None:
+    """The same things in other places are other code."""
+    assert ingredients(one) == ingredients(one) != ingredients(other)
 
 
 def test_same_text_in_another_folder_is_the_same(write: Callable[..., Any]) -> None:

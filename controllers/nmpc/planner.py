@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from numba import cfunc, types
+from numba import types
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from gyroctl.controllers.nmpc import by_address
@@ -28,6 +28,7 @@ from gyroctl.controllers.nmpc.solvers.real_time_iterations import (
     iterate_condensed,
 )
 from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp, within
+from gyroctl.plant.machine_code import kept_callback
 
 FIELDS = len(Weights._fields)
 
@@ -148,7 +149,7 @@ def compiled_planner(solver: str) -> Any:
     shifted stays in its own.
     """
     text = _by_descent(STAMP) if solver == "descent" else _by_programs(STAMP, solver == "condensed")
-    return cfunc(PLAN, cache=True, error_model="numpy")(text)
+    return kept_callback(text, PLAN, f"{solver} {STAMP}", error_model="numpy")
 
 
 @lru_cache(maxsize=8)

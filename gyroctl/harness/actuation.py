@@ -130,13 +130,13 @@ class Actuators:
 
 
 class ActuatorArrays(NamedTuple):
-    """Upper limit, resolution, rate, lag, lower limit, gain, each (2,); delay in samples."""
+    """Upper limit, resolution, rate, lag, lower limit, gain, each (2,); delay in samples. Of several runs stacked."""
 
     limit: NDArray[np.float64]
     quantum: NDArray[np.float64]
     rate: NDArray[np.float64]
     lag: NDArray[np.float64]
-    delay: int
+    delay: Any  # int, or (runs,)
     floor: NDArray[np.float64]
     gain: NDArray[np.float64]
 

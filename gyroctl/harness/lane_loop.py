@@ -35,36 +35,32 @@ class LaneKernel(NamedTuple):
     dt: NDArray[np.float64]  # (runs,) longest step [s]
 
 
-class LaneSensors(NamedTuple):
-    """Errors of the runs, see `SensorArrays`: error and missing (runs, n, 7), quantum and delay (runs, 7)."""
+class LaneRuns(NamedTuple):
+    """Up to LANES runs, one row for each; all arrays are the caller's."""
 
-    error: NDArray[np.float64]
-    missing: NDArray[np.bool_]
-    quantum: NDArray[np.float64]
-    delay: NDArray[np.int64]
-
-
-class LaneActuators(NamedTuple):
-    """Actuators of the runs, see `ActuatorArrays`: each (runs, 2), delay (runs,)."""
-
-    limit: NDArray[np.float64]
-    quantum: NDArray[np.float64]
-    rate: NDArray[np.float64]
-    lag: NDArray[np.float64]
-    delay: NDArray[np.int64]
-    floor: NDArray[np.float64]
-    gain: NDArray[np.float64]
+    p: NDArray[np.float64]  # (runs, ...) parameters of the laws
+    s: NDArray[np.float64]  # (runs, ...) their states
+    every: NDArray[np.int64]  # (runs,) samples between the calls of each law
+    record: NDArray[np.float64]  # (runs, n + 1, rows), its first samples hold the starts
+    commands: NDArray[np.float64]  # (runs, n, 2), filled [Nms]
+    controls: NDArray[np.float64]  # (runs, n, 2), filled [Nms]
+    held: NDArray[np.float64]  # (runs, 2) controls before the first sample, those of the end afterwards [Nms]
+    saturations: NDArray[np.int64]  # (runs,) counts commands beyond the limits
+    seen: NDArray[np.float64]  # (runs, 7) measurements of the last sample of each law
+    failed: NDArray[np.int64]  # (runs,) the sample at which a law failed and its lane rests, or -1
+    room: NDArray[np.float64]  # working space, `lane_steps.lane_room`
+    own: NDArray[np.float64]  # working space, (2, LANES, 2)
 
 
 @inlined
-def sensors_of(sensors: LaneSensors, run: int) -> SensorArrays:
-    """Those of one run."""
+def sensors_of(sensors: SensorArrays, run: int) -> SensorArrays:
+    """Sensors of one run, of those that are stacked."""
     return SensorArrays(sensors.error[run], sensors.missing[run], sensors.quantum[run], sensors.delay[run])
 
 
 @inlined
-def actuators_of(actuators: LaneActuators, run: int) -> ActuatorArrays:
-    """Those of one run."""
+def actuators_of(actuators: ActuatorArrays, run: int) -> ActuatorArrays:
+    """Actuators of one run, of those that are stacked."""
     return ActuatorArrays(
         actuators.limit[run],
         actuators.quantum[run],
@@ -78,95 +74,36 @@ def actuators_of(actuators: LaneActuators, run: int) -> ActuatorArrays:
 
 def _lane_loop(stamp: str) -> Callable[..., None]:
     def lane_loop(
-        entry: Any,
-        p: Any,
-        s: Any,
-        every: Any,
-        kernel: LaneKernel,
-        sensors: LaneSensors,
-        actuators: LaneActuators,
-        tick: float,
-        record: Any,
-        commands: Any,
-        controls: Any,
-        held: Any,
-        saturations: Any,
-        seen: Any,
-        failed: Any,
-        room: Any,
-        own: Any,
+        entry: Any, runs: LaneRuns, kernel: LaneKernel, sensors: SensorArrays, actuators: ActuatorArrays, tick: float
     ) -> None:
-        """Run the loops of up to LANES runs; everything of a run as in `loop.closed_loop`, one row for each.
+        """Run the loops; everything of a run as in `loop.closed_loop`.
 
         Parameters
         ----------
         entry, tick
             As there.
-        p, s : (runs, ...) arrays
-            Parameters and states of the laws.
-        every : (runs,) array
-            Samples between the calls of each law.
-        record : (runs, n + 1, rows) array
-            Its first samples hold the starts.
-        commands, controls : (runs, n, 2) arrays
-            Filled. [Nms]
-        held : (runs, 2) array
-            Controls before the first sample, those of the end afterwards. [Nms]
-        saturations : (runs,) array
-            Counts commands beyond the limits.
-        seen : (runs, 7) array
-            Measurements of the last sample of each law.
-        failed : (runs,) array
-            Filled with the sample at which each law failed, or -1: its lane rests from there on.
-        room, own : arrays
-            Working space: `lane_steps.lane_room`, and (2, LANES, 2) zeros. They come from the caller, who holds them:
-            what is lent here is not counted, and room of this function's own would be given back at once.
+        runs : LaneRuns
+            The runs, with their working space: what is lent here is not counted, and an array that was made in this
+            function would be given back while it is used.
+        kernel : LaneKernel
+            The plant.
+        sensors : SensorArrays
+            Stacked: error and missing (runs, n, 7), quantum and delay (runs, 7).
+        actuators : ActuatorArrays
+            Stacked: each (runs, 2), delay (runs,).
         """
         assert stamp
-        advance_all(
-            entry,
-            lent(p),
-            lent(s),
-            lent(every),
-            LaneKernel(kernel.k, lent(kernel.waves), kernel.waves_dt, lent(kernel.dt)),
-            LaneSensors(lent(sensors.error), lent(sensors.missing), lent(sensors.quantum), lent(sensors.delay)),
-            lent_actuators(actuators),
-            tick,
-            lent(record),
-            lent(commands),
-            lent(controls),
-            lent(held),
-            lent(saturations),
-            lent(seen),
-            lent(failed),
-            lent(room),
-            lent(own),
-        )
+        advance_all(entry, lent_runs(runs), lent_kernel(kernel), lent_sensors(sensors), lent_actuators(actuators), tick)
 
     return lane_loop
 
 
 @inlined
 def advance_all(
-    entry: Any,
-    p: Any,
-    s: Any,
-    every: Any,
-    kernel: LaneKernel,
-    sensors: LaneSensors,
-    actuators: LaneActuators,
-    tick: float,
-    record: Any,
-    commands: Any,
-    controls: Any,
-    held: Any,
-    saturations: Any,
-    seen: Any,
-    failed: Any,
-    room: Any,
-    own: Any,
+    entry: Any, runs: LaneRuns, kernel: LaneKernel, sensors: SensorArrays, actuators: ActuatorArrays, tick: float
 ) -> None:
-    """Run the loops: arrays as above, lent, with room for the lanes and `own` (2, LANES, 2) for the controls."""
+    """Run the loops, all arrays lent."""
+    p, s, every, record, commands, controls, held, saturations, seen, failed, room, own = runs
     rows, samples, k = record.shape[2], commands.shape[1], kernel.k
     lanes, u, aim = lane_state(room, rows), own[0], own[1]
     going = record.shape[0]
@@ -217,9 +154,29 @@ def advance_all(
 
 
 @inlined
-def lent_actuators(a: LaneActuators) -> LaneActuators:
+def lent_runs(a: LaneRuns) -> LaneRuns:
     """See `lent`."""
-    return LaneActuators(
+    laws = lent(a.p), lent(a.s), lent(a.every)
+    kept = lent(a.record), lent(a.commands), lent(a.controls), lent(a.held), lent(a.saturations)
+    return LaneRuns(*laws, *kept, lent(a.seen), lent(a.failed), lent(a.room), lent(a.own))
+
+
+@inlined
+def lent_kernel(a: LaneKernel) -> LaneKernel:
+    """See `lent`."""
+    return LaneKernel(a.k, lent(a.waves), a.waves_dt, lent(a.dt))
+
+
+@inlined
+def lent_sensors(a: SensorArrays) -> SensorArrays:
+    """See `lent`."""
+    return SensorArrays(lent(a.error), lent(a.missing), lent(a.quantum), lent(a.delay))
+
+
+@inlined
+def lent_actuators(a: ActuatorArrays) -> ActuatorArrays:
+    """See `lent`."""
+    return ActuatorArrays(
         lent(a.limit), lent(a.quantum), lent(a.rate), lent(a.lag), lent(a.delay), lent(a.floor), lent(a.gain)
     )
 

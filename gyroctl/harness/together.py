@@ -13,16 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.harness.actuation import ActuatorArrays
-from gyroctl.harness.lane_loop import LaneActuators, LaneKernel, LaneSensors, compiled_lane_loop
+from gyroctl.harness.lane_loop import LaneKernel, LaneRuns, compiled_lane_loop
 from gyroctl.harness.law_entry import CompiledLaw, compile_law, last_state, why_it_stopped
 from gyroctl.harness.protocol import Counting, Law, LawError, Machined, Motoring
 from gyroctl.harness.run import LawTiming, Settings, beginning, checked_run, run_law, timing_of
+from gyroctl.harness.sensing import SensorArrays
 from gyroctl.harness.sight import informed
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import rows
 from gyroctl.plant.lane_steps import lane_room
 from gyroctl.plant.measurement import CHANNELS
-from gyroctl.plant.packs import LANES
+from gyroctl.plant.packs import LANES, ROOM
 from gyroctl.simulation.metrics import Record
 from gyroctl.waves import WaveRealisation
 
@@ -49,12 +50,12 @@ Outcome = tuple[Record, LawTiming] | LawError
 
 
 class _Told(NamedTuple):
-    """A loop with its law as it is told the realisation, compiled, and the samples between two of its calls."""
+    """A loop with its law as it is told the realisation, its machine code, and what loops in lanes have in common."""
 
     loop: Loop
     law: Law
-    machine: CompiledLaw
-    every: int
+    machine: CompiledLaw | None
+    kind: Hashable  # None for a loop that runs alone
 
 
 def run_together(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
@@ -79,10 +80,11 @@ def run_together(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
     """
     if len(loops) < WORTH:
         return [_alone(plant, loop) for loop in loops]
+    told = [_told(plant, loop) for loop in loops]
     found: dict[int, Outcome] = {}
-    for group in in_groups(plant, loops):
-        some = [loops[i] for i in group]
-        outcomes = _in_lanes(plant, some) if len(group) >= WORTH else [_alone(plant, loop) for loop in some]
+    for group in _groups(told):
+        some = [told[i] for i in group]
+        outcomes = _in_lanes(plant, some) if len(group) >= WORTH else [_alone(plant, one.loop) for one in some]
         found |= dict(zip(group, outcomes, strict=True))
     return [found[i] for i in range(len(loops))]
 
@@ -92,18 +94,19 @@ def in_groups(plant: Plant, loops: Sequence[Loop]) -> list[list[int]]:
 
     Loops of one kind of compiled law share the lanes if their realisations have one grid and their actuators one period
     and no controls that move. Each that cannot share stands alone: laws of plain Python, plants beyond the linear
-    model, runs so long that a filling of the lanes would take more than `MEMORY`, and those of which there are fewer
-    than `WORTH`.
+    model or of more states than lanes have room for, runs so long that a filling of the lanes would take more than
+    `MEMORY`, and those of which there are fewer than `WORTH`.
     """
+    return _groups([_told(plant, loop) for loop in loops])
+
+
+def _groups(told: Sequence[_Told]) -> list[list[int]]:
     alike: defaultdict[Hashable, list[int]] = defaultdict(list)
-    for number, loop in enumerate(loops):
-        alike[_kind(plant, loop) or number].append(number)
+    for number, one in enumerate(told):
+        alike[number if one.kind is None else one.kind].append(number)
     groups = []
     for numbers in alike.values():
-        if len(numbers) < WORTH:
-            groups += [[number] for number in numbers]
-        else:
-            groups += [numbers[part] for part in pieces(len(numbers))]
+        groups += [numbers[part] for part in pieces(len(numbers))]
     return groups
 
 
@@ -127,17 +130,18 @@ def pieces(count: int, workers: int = 1) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(edges)]
 
 
-def _kind(plant: Plant, loop: Loop) -> Hashable:
-    """What loops in lanes have in common, None for one that runs alone."""
-    waves, actuators = loop.waves, loop.settings.actuators
+def _told(plant: Plant, loop: Loop) -> _Told:
+    waves, actuators, k = loop.waves, loop.settings.actuators, plant.coefficients
     samples = math.floor(waves.duration / actuators.period + 1e-9)
-    size = LANES * samples * (rows(plant.coefficients) + len(CHANNELS)) * 8
-    if plant.coefficients.beyond is not None or actuators.moves or size > MEMORY:
-        return None
-    machine = compile_law(informed(loop.law, waves)[0])
+    size = LANES * samples * (rows(k) + len(CHANNELS)) * 8
+    if k.beyond is not None or rows(k) > ROOM or actuators.moves or size > MEMORY:
+        return _Told(loop, loop.law, None, None)
+    own, _ = informed(loop.law, waves)
+    machine = compile_law(own)
     if machine is None:
-        return None
-    return id(machine.entry), machine.p.size, waves.dt, waves.moments.shape, actuators.period, samples
+        return _Told(loop, own, None, None)
+    kind = id(machine.entry), machine.p.size, waves.dt, waves.moments.shape, actuators.period, samples
+    return _Told(loop, own, machine, kind)
 
 
 def _alone(plant: Plant, loop: Loop) -> Outcome:
@@ -147,56 +151,43 @@ def _alone(plant: Plant, loop: Loop) -> Outcome:
         return error
 
 
-def _told(plant: Plant, loop: Loop) -> _Told:
-    own, _ = informed(loop.law, loop.waves)
-    machine = compile_law(own)
-    assert machine is not None
-    return _Told(loop, own, machine, checked_run(plant, own, loop.waves, loop.settings, loop.name))
-
-
-def _in_lanes(plant: Plant, loops: Sequence[Loop]) -> list[Outcome]:
+def _in_lanes(plant: Plant, told: Sequence[_Told]) -> list[Outcome]:
     """Run up to LANES loops of one kind."""
-    told = [_told(plant, loop) for loop in loops]
+    loops, machines = [one.loop for one in told], [one.machine for one in told if one.machine is not None]
     runs, waves, tick = len(loops), [loop.waves for loop in loops], loops[0].settings.actuators.period
     samples, n = math.floor(waves[0].duration / tick + 1e-9), len(plant.labels)
     record, held = np.zeros((runs, samples + 1, rows(plant.coefficients))), np.empty((runs, 2))
-    signals = np.zeros((LANES, waves[0].moments.size))
-    for run, loop in enumerate(loops):
+    signals, every = np.zeros((LANES, waves[0].moments.size)), np.empty(runs, np.int64)
+    for run, (loop, one) in enumerate(zip(loops, told, strict=True)):
+        every[run] = checked_run(plant, one.law, loop.waves, loop.settings, loop.name)
         record[run, 0, :n], held[run] = beginning(plant, loop.waves, loop.settings)
         signals[run] = loop.waves.moments.T.ravel()
-    kernel = LaneKernel(plant.coefficients, signals, waves[0].dt, np.array([loop.settings.dt for loop in loops]))
-    every = np.array([one.every for one in told])
-    p, s = (np.stack([getattr(one.machine, part) for one in told]) for part in ("p", "s"))
-    commands, controls = np.zeros((runs, samples, 2)), np.zeros((runs, samples, 2))
-    saturations, failed, seen = np.zeros(runs, np.int64), np.empty(runs, np.int64), np.zeros((runs, len(CHANNELS)))
-    sensors = LaneSensors(*_stacked([loop.settings.sensors.arrays(samples, loop.waves.seed) for loop in loops]))
-    actuators = LaneActuators(*_stacked([_actuators(one) for one in told]))
-    compiled_lane_loop(
-        told[0].machine.entry,
-        p,
-        s,
-        every,
-        kernel,
-        sensors,
-        actuators,
-        tick,
-        record,
-        commands,
-        controls,
-        held,
-        saturations,
-        seen,
-        failed,
-        lane_room(rows(plant.coefficients)),
-        np.zeros((2, LANES, 2)),
+    lanes = LaneRuns(
+        p=np.stack([machine.p for machine in machines]),
+        s=np.stack([machine.s for machine in machines]),
+        every=every,
+        record=record,
+        commands=np.zeros((runs, samples, 2)),
+        controls=np.zeros((runs, samples, 2)),
+        held=held,
+        saturations=np.zeros(runs, np.int64),
+        seen=np.zeros((runs, len(CHANNELS))),
+        failed=np.empty(runs, np.int64),
+        room=lane_room(rows(plant.coefficients)),
+        own=np.zeros((2, LANES, 2)),
     )
+    kernel = LaneKernel(plant.coefficients, signals, waves[0].dt, np.array([loop.settings.dt for loop in loops]))
+    sensors = SensorArrays(*_stacked([loop.settings.sensors.arrays(samples, loop.waves.seed) for loop in loops]))
+    actuators = ActuatorArrays(*_stacked([_actuators(one) for one in told]))
+    compiled_lane_loop(machines[0].entry, lanes, kernel, sensors, actuators, tick)
     found: list[Outcome] = []
-    for run, (one, timing) in enumerate(zip(told, _timings(told, s), strict=True)):
-        if failed[run] >= 0:
-            found.append(why_it_stopped(one.law, one.loop.name, failed[run] * tick, seen[run], s[run]))
+    for run, (one, timing) in enumerate(zip(told, _timings(told, lanes.s), strict=True)):
+        if lanes.failed[run] >= 0:
+            at = lanes.failed[run] * tick
+            found.append(why_it_stopped(one.law, one.loop.name, at, lanes.seen[run], lanes.s[run]))
             continue
-        lag = float(one.loop.settings.actuators.cc_lag)
-        own = Record(record[run], commands[run], controls[run], tick, int(saturations[run]), None, lag)
+        lag, saturated = float(one.loop.settings.actuators.cc_lag), int(lanes.saturations[run])
+        own = Record(record[run], lanes.commands[run], lanes.controls[run], tick, saturated, None, lag)
         found.append((own, timing))
     return found
 
@@ -217,5 +208,6 @@ def _timings(told: Sequence[_Told], states: NDArray[np.float64]) -> Iterator[Law
         counts, itself = isinstance(one.law, Counting), isinstance(one.law, Machined)
         last = last_state(one.law, state) if counts or itself else None
         if timing is None or itself:
+            assert one.machine is not None
             timing = timing_of(one.law, one.machine, last)
         yield replace(timing, counters=dict(one.law.counters(last))) if isinstance(one.law, Counting) else timing

@@ -79,7 +79,7 @@ class _Listing:
 
     def add(self, value: Any) -> None:
         if isinstance(value, PLAIN):
-            self.lines.add(f"{type(value).__name__} {value!r}")
+            self.lines.add(_word(value))
         elif id(value) not in self.seen:
             self.seen[id(value)] = value  # kept, or another object might get its address
             self._add(value)
@@ -103,10 +103,9 @@ class _Listing:
         elif isinstance(value, ModuleType):
             self._module(value, self.names)
         elif isinstance(value, np.ndarray) and value.dtype != object:
-            content = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
-            self.lines.add(f"array {value.dtype} {value.shape} {content}")
+            self.lines.add(_word(value))
         elif isinstance(value, tuple | frozenset):
-            self.lines.add(f"{type(value).__qualname__} {[_word(part) for part in value]}")
+            self.lines.add(_word(value) if isinstance(value, tuple) else f"set {sorted(map(_word, value))}")
             for part in value:
                 self.add(part)
         elif type(value).__name__ in ("_tuplegetter", "member_descriptor"):
@@ -116,7 +115,7 @@ class _Listing:
 
     def _function(self, function: FunctionType) -> None:
         self._text(function.__module__)
-        self.lines.add(f"function {function.__qualname__} {_bytes(function.__code__)}")
+        self.lines.add(f"function {_word(function)}")
         for value in (*(function.__defaults__ or ()), *(function.__kwdefaults__ or {}).values()):
             self.add(value)
         for cell in function.__closure__ or ():
@@ -162,8 +161,28 @@ def _name_of(value: Any) -> str:
     return str(getattr(value, "__qualname__", getattr(value, "__name__", repr(value))))
 
 
-def _word(value: Any) -> str:
-    return repr(value) if isinstance(value, PLAIN) else type(value).__name__
+def _word(value: Any, around: tuple[int, ...] = ()) -> str:
+    """What stands in one place: of two that change places, each must be told at its own."""
+    if isinstance(value, PLAIN):
+        return f"{type(value).__name__} {value!r}"
+    if id(value) in around or _foreign(value):
+        return _name_of(value)
+    around = (*around, id(value))
+    if isinstance(value, tuple):
+        return f"{type(value).__qualname__} {[_word(part, around) for part in value]}"
+    if isinstance(value, np.ndarray) and value.dtype != object:
+        content = hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
+        return f"array {value.dtype} {value.shape} {content}"
+    if isinstance(value, Dispatcher):
+        return _word(value.py_func, around)
+    if isinstance(value, FunctionType):
+        kept = [*(cell.cell_contents for cell in value.__closure__ or ()), *(value.__defaults__ or ())]
+        named = sorted((value.__kwdefaults__ or {}).items())
+        words = [_word(part, around) for part in (*kept, *(part for item in named for part in item))]
+        return f"{value.__module__}.{value.__qualname__} {_bytes(value.__code__)} {words}"
+    if isinstance(value, type | ModuleType):
+        return f"{getattr(value, '__module__', '')}.{_name_of(value)}"
+    return type(value).__name__
 
 
 def _codes(code: CodeType) -> Iterator[CodeType]:

@@ -127,9 +127,9 @@ def keep(compiled: Any, stamp: Callable[[], str]) -> Any:
     return compiled
 
 
-def kept_callback(function: Any, signature: Any, stamp: str) -> Any:
+def kept_callback(function: Any, signature: Any, stamp: str, **options: Any) -> Any:
     """Compile a function of one signature to a function pointer as `numba.cfunc` does, or find it under its stamp."""
-    callback = keep(CFunc(function, sigutils.normalize_signature(signature), locals={}, options={}), lambda: stamp)
+    callback = keep(CFunc(function, sigutils.normalize_signature(signature), locals={}, options=options), lambda: stamp)
     callback.compile()
     return callback
 

@@ -164,7 +164,7 @@ def phase_of_moment(
     `moment` (m,) [Nm], every `moment_dt` [s], is Me3, and wp the peak angular frequency [rad/s]. Kept for the other
     runs on the same waves.
     """
-    moment = np.ascontiguousarray(moment)
+    moment = np.ascontiguousarray(moment, np.float64)
     at = (moment_dt, wp, first, samples, dt)
     return _kept_phase(moment.tobytes(), *at) if moment.size <= KEPT_SIZE else _phase_at(moment, *at)
 
