@@ -27,8 +27,7 @@ from gyroctl.controllers.nmpc.solvers.real_time_iterations import (
     iterate_briefly,
     iterate_condensed,
 )
-from gyroctl.plant.compiled import entry_point, inlined, put, source_stamp, within
-from gyroctl.plant.machine_code import kept_callback
+from gyroctl.plant.compiled import callback, entry_point, inlined, put, source_stamp, within
 
 FIELDS = len(Weights._fields)
 
@@ -149,7 +148,7 @@ def compiled_planner(solver: str) -> Any:
     shifted stays in its own.
     """
     text = _by_descent(STAMP) if solver == "descent" else _by_programs(STAMP, solver == "condensed")
-    return kept_callback(text, PLAN, f"{solver} {STAMP}", error_model="numpy")
+    return callback(text, PLAN)
 
 
 @lru_cache(maxsize=8)

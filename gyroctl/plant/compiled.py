@@ -21,7 +21,7 @@ from numba.extending import intrinsic, overload, register_jitable
 
 from gyroctl.fingerprint import fingerprint
 from gyroctl.plant.ingredients import Untold, ingredients
-from gyroctl.plant.machine_code import keep
+from gyroctl.plant.machine_code import keep, kept_callback
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -41,15 +41,22 @@ def entry_point(function: F) -> F:
     told = [value for value in cells if isinstance(value, str | int | float)]
     if told:  # numba finds machine code by the function's name: closures of one text must not share that
         function.__qualname__ += "_" + hashlib.sha256(repr(told).encode()).hexdigest()[:16]
-    return cast(F, keep(njit(nogil=True, error_model="numpy")(function), lambda: _content(function)))
+    return cast(F, keep(njit(nogil=True, error_model="numpy")(function), lambda: content_of(function)))
 
 
-def _content(function: Any) -> str:
+def content_of(function: Any) -> str:
     """Hash of what is compiled into a function; of the whole package where that cannot be told."""
     try:
         return ingredients(function)
     except Untold:
         return fingerprint()
+
+
+def callback(function: Any, signature: Any) -> Any:
+    """Compile `function` for one signature to a function pointer, and keep the machine code as `entry_point` does."""
+    content = content_of(function)
+    function.__qualname__ += f"_{content[:16]}"  # see `entry_point`
+    return kept_callback(function, signature, content, error_model="numpy")
 
 
 def stamped(sources: Sequence[str]) -> Callable[[F], F]:
