@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 import resource
 import time
 from collections.abc import Callable
@@ -15,6 +14,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from clock import here, least
+from integrators import CC, CG, numpy_rhs
 from scipy.integrate import solve_ivp
 
 import gyroctl as gy
@@ -23,38 +24,17 @@ from gyroctl.harness.loop import compiled_calls
 from gyroctl.harness.run import lead_in, run_law
 from gyroctl.harness.start import locked_start
 from gyroctl.plant.kernel import hold_into, rows
-from gyroctl.plant.lagrange import LAGRANGE, TAPS
-from gyroctl.provenance import made
+from gyroctl.plant.lagrange import TAPS
 from gyroctl.simulation.ensemble import run_ensemble
 
-CC, CG = 0.052, 3.5e-4
 DURATION = 2000.0
 SLICE = 40.0  # of the DOP853 run; its cost per simulated second is even
 CHECK = 200.0  # length over which accuracy is compared
 
 
 def best(work: Callable[[], Any], times: int) -> float:
-    """Least processor time of several goes [s]: the machine is shared, a wall clock would time the neighbours."""
-    spent = []
-    for _ in range(times):
-        begin = time.process_time()
-        work()
-        spent.append(time.process_time() - begin)
-    return min(spent)
-
-
-def numpy_model(plant: gy.Plant, waves: gy.WaveRealisation) -> Callable[[float, np.ndarray], np.ndarray]:
-    """Right-hand side in NumPy: the public `Plant.derivative`, the moments interpolated as in the kernel."""
-    scale, nodes = np.array(LAGRANGE), np.arange(TAPS)
-
-    def rhs(t: float, x: np.ndarray) -> np.ndarray:
-        first = min(max(int(t / waves.dt) - 3, 0), waves.moments.shape[1] - TAPS)
-        offset = t / waves.dt - first - nodes
-        offset[offset == 0.0] = 1e-300
-        weights = scale * np.prod(offset) / offset
-        return plant.derivative(x, (CC, CG), waves.moments[:, first : first + TAPS] @ weights)
-
-    return rhs
+    """Least processor time of several goes. [s]"""
+    return least([work], times)[0]
 
 
 def main() -> None:
@@ -65,7 +45,7 @@ def main() -> None:
     start, _ = locked_start(plant, sea)
     k, n = plant.coefficients, len(plant.labels)
     flat = np.ascontiguousarray(waves.moments.T).ravel()
-    rhs = numpy_model(plant, waves)
+    rhs = numpy_rhs()
 
     def single(duration: float, dt: float) -> np.ndarray:
         y = np.zeros(rows(k))
@@ -133,8 +113,7 @@ def main() -> None:
     whole = {name: loop(gy.law(name)) / constant for name in ("load_angle", "coupling")}
 
     table = {
-        **made(),
-        "machine": f"{platform.processor() or platform.machine()}, {os.cpu_count()} cores",
+        **here(),
         "DOP853 rtol 1e-6, NumPy, one run of 2000 s [s]": reference,
         "single run, dt .01 [s]": alone,
         "single run against DOP853": reference / alone,

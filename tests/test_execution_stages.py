@@ -14,30 +14,35 @@ from gyroctl.comparison.compare import Realisations
 from gyroctl.comparison.items import Item, failed, work_items
 from gyroctl.harness.run import Settings
 
-SHORT = Settings(blend=20.0)
 
+@pytest.fixture
+def sent(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
+    """Law and seed of what would go to a process; nothing is compiled beforehand."""
+    noted: list[tuple[str, int]] = []
 
-def test_a_compiled_law_around_a_slow_one_is_slow(device: gy.Plant, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A supervisor is a NamedTuple whatever it wraps: what it wraps decides."""
-    sent: list[str] = []
-
-    def noted(item: Item, processes: Any) -> Future[Any]:
-        sent.append(item.name)
+    def note(item: Item, processes: Any) -> Future[Any]:
+        noted.append((item.name, item.seed))
         future: Future[Any] = Future()
         future.set_result([failed(item, "not run here")])
         return future
 
-    monkeypatch.setattr(execution, "_sent", noted)
+    monkeypatch.setattr(execution, "_sent", note)
     monkeypatch.setattr(execution, "_parts", lambda law: ())
-    laws = {
-        "plans": gy.law("supervisor", wraps={"law": "nmpc"}),
-        "rules": gy.law("supervisor", wraps={"law": "coupling"}),
-    }
-    settings = Settings(blend=20.0)
-    items = work_items(device, laws, Realisations(gy.SeaState(), (1, 2), 60.0), settings, 60.0)
+    return noted
+
+
+def run(device: gy.Plant, **laws: Any) -> set[str]:
+    """Run laws on two seeds and two workers; return those of which no run failed."""
+    items = work_items(device, laws, Realisations(gy.SeaState(), (1, 2), 60.0), Settings(blend=20.0), 60.0)
     outcomes = execution.execute(items, 2, None, True)
-    assert sent == ["plans", "plans"]
-    assert {name for (name, _), outcome in outcomes.items() if not outcome.failure} == {"rules"}
+    return {law for law in laws if not any(outcomes[law, seed].failure for seed in (1, 2))}
+
+
+def test_a_compiled_law_around_a_slow_one_is_slow(device: gy.Plant, sent: list[tuple[str, int]]) -> None:
+    """A supervisor is a NamedTuple whatever it wraps: what it wraps decides."""
+    plans, rules = (gy.law("supervisor", wraps={"law": name}) for name in ("nmpc", "coupling"))
+    assert run(device, plans=plans, rules=rules) == {"rules"}
+    assert sent == [("plans", 1), ("plans", 2)]
 
 
 def test_parts_to_be_compiled_travel_and_what_they_give_stays(device: gy.Plant) -> None:
@@ -49,30 +54,11 @@ def test_parts_to_be_compiled_travel_and_what_they_give_stays(device: gy.Plant) 
     assert made
 
 
-def test_planner_as_machine_code_runs_on_threads(device: gy.Plant, monkeypatch: pytest.MonkeyPatch) -> None:
-    def never(item: Item, processes: Any) -> Future[Any]:
-        raise AssertionError("sent to a process")
-
-    monkeypatch.setattr(execution, "_sent", never)
-    monkeypatch.setattr(execution, "_parts", lambda law: ())
-    items = work_items(device, {"plans": gy.law("nmpc")}, Realisations(gy.SeaState(), (1, 2), 60.0), SHORT, 60.0)
-    outcomes = execution.execute(items, 2, None, True)
-    assert {outcome.failure for outcome in outcomes.values()} == {""}
+def test_planner_as_machine_code_runs_on_threads(device: gy.Plant, sent: list[tuple[str, int]]) -> None:
+    assert run(device, plans=gy.law("nmpc")) == {"plans"}
+    assert not sent
 
 
-def test_planner_with_a_deadline_goes_to_processes(device: gy.Plant, monkeypatch: pytest.MonkeyPatch) -> None:
-    sent: list[int] = []
-
-    def noted(item: Item, processes: Any) -> Future[Any]:
-        sent.append(item.seed)
-        future: Future[Any] = Future()
-        future.set_result([failed(item, "not run here")])
-        return future
-
-    monkeypatch.setattr(execution, "_sent", noted)
-    monkeypatch.setattr(execution, "_parts", lambda law: ())
-    law = gy.law("nmpc", deadline=10.0)
-    execution.execute(
-        work_items(device, {"plans": law}, Realisations(gy.SeaState(), (1, 2), 60.0), SHORT, 60.0), 2, None, True
-    )
-    assert sent == [1, 2]
+def test_planner_with_a_deadline_goes_to_processes(device: gy.Plant, sent: list[tuple[str, int]]) -> None:
+    assert run(device, plans=gy.law("nmpc", deadline=10.0)) == set()
+    assert sent == [("plans", 1), ("plans", 2)]

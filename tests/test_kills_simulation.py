@@ -111,3 +111,12 @@ def test_phase_of_the_waves_begins_where_the_turns_are_counted() -> None:
         error = np.angle(phase.phasor * np.exp(-1j * (3.14 * at + 0.4)))
         np.testing.assert_allclose(error[inner], 0.0, atol=0.05)
         assert phase.slips(3.14 * at) == 0 and phase.turns(3.14 * at) == pytest.approx(1.0, abs=2e-3)
+
+
+def test_phase_of_the_waves_does_not_depend_on_the_type_of_their_numbers() -> None:
+    waves = np.round(1000.0 * np.cos(3.14 * np.arange(0.0, 100.0, 0.05)))
+    phases = [
+        phase_of_moment(waves.astype(kind), 0.05, 3.14, 10, 900, 0.1) for kind in (np.float64, np.float32, np.int64)
+    ]
+    for phase in phases[1:]:
+        np.testing.assert_array_equal(phase.phasor, phases[0].phasor)

@@ -1,4 +1,4 @@
-"""Nonlinear MPC: the translated model against casadi and the kernel, exact gradients, plans, fallbacks."""
+"""Nonlinear MPC: the model against the kernel, exact gradients, plans, fallbacks."""
 
 from __future__ import annotations
 
@@ -12,8 +12,6 @@ from numba import njit
 
 import gyroctl as gy
 from gyroctl.controllers.nmpc import Nmpc, prediction, problem
-from gyroctl.controllers.nmpc import casadi_to_numba as translation
-from gyroctl.controllers.nmpc.by_address import function_at
 from gyroctl.controllers.nmpc.foresight import between
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.controllers.nmpc.sample import SAMPLE
@@ -52,50 +50,9 @@ def tools(plant: gy.Plant):
     return prediction.step_of(orders), prediction.pullback_of(orders), prediction.tangent_of(orders)
 
 
-def test_translated_function_is_casadis(plant):
-    import casadi
-
-    x, y = casadi.SX.sym("x", 3), casadi.SX.sym("y", 2)
-    value = casadi.vertcat(
-        casadi.sin(x[0]) / (1 + y[0] ** 2),
-        casadi.fmax(x[1], y[1]) - casadi.if_else(x[2] > 0, x[2] * y[0], -3.0),
-        casadi.sqrt(casadi.fabs(x[2])) + casadi.exp(-x[1]) * casadi.cos(y[1]) + 2 * x[0] ** 3,
-        (y[1] - x[0] * x[1]) * (x[2] * y[0] - x[1]),  # products that are taken into a difference, on either side
-    )
-    compiled = translation.compiled("sample", [x, y], [value, casadi.jacobian(value, x)])
-    reference = casadi.Function("f", [x, y], [value, casadi.densify(casadi.jacobian(value, x))])
-    rng = np.random.default_rng(0)
-    for sample in range(50):
-        a, b = rng.standard_normal(3), rng.standard_normal(2)
-        first, second = np.zeros(4), np.zeros(12)
-        if sample % 2:
-            call_by_address(compiled.address, a, b, first, second)
-        else:
-            call(compiled, a, b, first, second)  # compiled; called directly it would run as Python
-        expected = reference(a, b)
-        np.testing.assert_allclose(first, np.asarray(expected[0]).ravel(), rtol=1e-14, atol=1e-14)
-        np.testing.assert_allclose(second, np.asarray(expected[1]).ravel("F"), rtol=1e-14, atol=1e-14)
-
-
-def test_unknown_operation_is_refused():
-    import casadi
-
-    x = casadi.SX.sym("x", 1)
-    with pytest.raises(NotImplementedError, match="OPERATIONS"):
-        translation.source("sample", [x], [casadi.atan2(x, 2.0)])
-
-
 @njit
 def call(function, a, b, first, second):
     function(a, b, first, second)
-
-
-of_four = function_at(4)
-
-
-@njit
-def call_by_address(address, a, b, first, second):
-    of_four(address)(a, b, first, second)
 
 
 @pytest.mark.parametrize("cc_max", [0.06, 0.12, 0.3])

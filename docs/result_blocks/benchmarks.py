@@ -37,8 +37,9 @@ def nmpc_time() -> str:
         title = name.removeprefix("horizon_").replace("_", " ")
         counts = [str(one[key]) for key in ("deadline_misses", "fallbacks", "failed_plans")]
         lines.append([title, f"{one['median_ms']:.2f} ms", f"{one['p99_ms']:.1f} ms", *counts, f"{one['samples']}"])
+    command = f"python benchmarks/nmpc.py --runs {len(found['runs'])}"
     heads = ("horizon", "median of a sample", "99 %", "late", "fallbacks", "failed plans", "samples")
-    return f"{table(heads, lines)}\n\n{of_file('benchmarks/nmpc.json', 'python benchmarks/nmpc.py', found['machine'])}"
+    return f"{table(heads, lines)}\n\n{of_file('benchmarks/nmpc.json', command, found['machine'])}"
 
 
 def nmpc_solvers() -> str:

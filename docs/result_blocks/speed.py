@@ -39,7 +39,7 @@ def asked() -> str:
     lines = [
         [
             one["figure"],
-            f"{number(one['value'], 3)} {one['unit']}".strip(),
+            f"{number(one['value'], 3)} {one['unit']}".strip() if one["value"] is not None else "not measured",
             f"{one['asked']} {one['bar']:g}",
             "met" if one["met"] else "**not met**",
         ]

@@ -100,8 +100,8 @@ class Sensors:
     def arrays(self, samples: int, seed: int) -> SensorArrays:
         """Errors of one realisation: the same for every law that is run on it, and not to be written to.
 
-        Those of the last realisations are kept, up to 40 MB: drawing them takes an eighth of the time of a law in
-        lanes, and a search runs one law after the other on the same ones.
+        Those of the last realisations are kept, up to 40 MB: drawing them is a part of the time of a law in lanes, and
+        a search runs one law after the other on the same ones.
         """
         return _kept(self, samples, seed) if samples <= LONGEST else drawn(self, samples, seed)
 
