@@ -48,8 +48,8 @@ def horizon(plant: gy.Plant) -> problem.Problem:
 
 
 def tools(plant: gy.Plant):
-    orders = prediction.orders_of(plant)
-    return prediction.step_of(orders), prediction.pullback_of(orders), prediction.tangent_of(orders)
+    kind = prediction.linear_kind(plant)
+    return prediction.step_of(kind), prediction.pullback_of(kind), prediction.tangent_of(kind)
 
 
 def test_translated_function_is_casadis(plant):
@@ -221,7 +221,7 @@ def test_moments_between_the_intervals():
     t = 0.1 * np.arange(41)
     rows_at = np.stack([np.sin(4.0 * t), np.cos(4.0 * t)], axis=1)
     fine = np.empty((81, 2))
-    between(rows_at[0].copy(), np.ascontiguousarray(rows_at[1:].T), fine.ravel())
+    between(rows_at[0].copy(), np.ascontiguousarray(rows_at[1:].T), 0.1, fine.ravel())
     exact = np.stack([np.sin(4.0 * 0.05 * np.arange(81)), np.cos(4.0 * 0.05 * np.arange(81))], axis=1)
     np.testing.assert_array_equal(fine[::2], rows_at)
     assert np.abs(fine - exact)[2:-2].max() < 2e-3

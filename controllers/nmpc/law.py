@@ -23,7 +23,7 @@ from gyroctl.controllers.nmpc.flat import NotFlat, built, row_of
 from gyroctl.controllers.nmpc.foresight import Foresight, Waves, between
 from gyroctl.controllers.nmpc.planner import FRESH, MODEL, compiled_planner, model_of, planner_of
 from gyroctl.controllers.nmpc.power_command import PowerCommand
-from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of
+from gyroctl.controllers.nmpc.prediction import STEPS, constants, kind_of, width_of
 from gyroctl.controllers.nmpc.problem import weights
 from gyroctl.controllers.nmpc.sample import (
     FAILED,
@@ -151,8 +151,8 @@ class Nmpc:
         solver, alone = self.effort.solver, replace(self, information="sensors", seen=None, deadline=math.inf)
         if not alone._whole:
             return (alone._compile_step,)
-        orders = orders_of(self.plant)
-        parts = (partial(compiled_planner, solver), *(partial(part, orders) for part in MODEL[solver]))
+        kind = kind_of(self.plant)
+        parts = (partial(compiled_planner, solver), *(partial(part, kind) for part in MODEL[solver]))
         return (*parts, partial(learn_of, alone._texts), partial(sample_of, alone._texts))
 
     def _compile_step(self) -> None:
@@ -183,7 +183,7 @@ class Nmpc:
         observed(c, w, np.array(y))
         if self._foresight.probe is not None:
             self._foresight.foresee(t, self._foresight.probe, w.forecast, w.ahead)
-            between(w.forecast.now, w.ahead, w.moments)
+            between(w.forecast.now, w.ahead, self.period, w.moments)
         else:
             if saw(c, w):
                 learn(c.predictor.learner, w.forecast.memory)
@@ -238,7 +238,7 @@ class Nmpc:
             command=PowerCommand(*(float(value) for value in self.command)),
             rows=np.array([row for row in range(len(self.plant.rolling.labels)) if row != OMEGA], np.int64),
             h=np.array([self.period / STEPS]),
-            k=constants(self.plant),
+            k=constants(self.plant, beyond=True),
             weights=np.array(cost._replace(turns=a.turns), np.float64),
             period=float(self.period),
             horizon=float(self.horizon),
@@ -256,7 +256,7 @@ class Nmpc:
 
     @cached_property
     def _first(self) -> Memory:
-        return first_memory(self._constants, BEFORE, self.intervals, BINS)
+        return first_memory(self._constants, BEFORE, self.intervals, width_of(kind_of(self.plant)), BINS)
 
     @cached_property
     def _texts(self) -> Texts:
@@ -266,7 +266,7 @@ class Nmpc:
     def _parts(self) -> tuple[Any, ...]:
         """Planner, functions of its model, and what learns the sea, compiled; kept, since their code goes with them."""
         solver = self.effort.solver
-        return compiled_planner(solver), *model_of(orders_of(self.plant), solver), learn_of(self._texts)
+        return compiled_planner(solver), *model_of(kind_of(self.plant), solver), learn_of(self._texts)
 
     @cached_property
     def _machine(self) -> Any:
@@ -279,7 +279,7 @@ class Nmpc:
 
     @cached_property
     def _planner(self) -> Callable[..., None]:
-        return planner_of(orders_of(self.plant), self.effort.solver)
+        return planner_of(kind_of(self.plant), self.effort.solver)
 
     @cached_property
     def _foresight(self) -> Foresight:

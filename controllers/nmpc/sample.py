@@ -76,7 +76,7 @@ class Memory(NamedTuple):
     trial: FloatArray  # (n,) the plan that is worked on [Nms]
     other: FloatArray  # (n,) one that is begun elsewhere [Nms]
     ahead: FloatArray  # (2, n) moments at the end of each interval [Nm]
-    moments: FloatArray  # (2 (2 n + 1),) at each model step [Nm]
+    moments: FloatArray  # (width (2 n + 1),) at each model step, see `prediction.width_of` [Nm, Nm/s]
     start: FloatArray  # state that a plan begins in
     now: FloatArray  # power [W], last coupling, its limit [Nms], control interval [s]
     weights: FloatArray  # fields of `Weights`
@@ -84,7 +84,7 @@ class Memory(NamedTuple):
     spent: Counts  # samples by the time they took, see `stopwatch`
 
 
-def first_memory(c: Constants, pair: tuple[float, float], intervals: int, bins: int) -> Memory:
+def first_memory(c: Constants, pair: tuple[float, float], intervals: int, width: int, bins: int) -> Memory:
     """Memory before the first sample, of a law whose last command was a pair [Nms]."""
     n, new = intervals, np.zeros
     return Memory(
@@ -97,7 +97,7 @@ def first_memory(c: Constants, pair: tuple[float, float], intervals: int, bins: 
         new(n),
         new(n),
         new((2, n)),
-        new(2 * (2 * n + 1)),
+        new(width * (2 * n + 1)),
         new(c.rows.size),
         new(4),
         new(c.weights.size),
@@ -147,7 +147,7 @@ def saw(c: Constants, w: Memory) -> bool:
 def foreseen(c: Constants, w: Memory) -> None:
     """Predict the moments over the horizon."""
     predict(c.predictor, w.forecast, w.ahead)
-    between(w.forecast.now, w.ahead, w.moments)
+    between(w.forecast.now, w.ahead, c.period, w.moments)
 
 
 @inlined

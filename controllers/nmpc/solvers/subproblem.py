@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.casadi_to_numba import row_of
 from gyroctl.controllers.nmpc.prediction import STEPS
-from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, terminal_cost
+from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, terminal_cost, width_in
 from gyroctl.controllers.nmpc.solvers import SOURCES
 from gyroctl.plant.compiled import entry_point, inlined, put, put_table, source_stamp
 
@@ -119,7 +119,7 @@ def _linearise(stamp: str) -> Callable[..., bool]:
         `states` are those that `problem.predict` wrote for the plan, `tangent` comes from `prediction.tangent_of`.
         """
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
-        n, m = cc.size, problem.start.size
+        n, m, width = cc.size, problem.start.size, width_in(problem, cc.size)
         row = row_of(m + 1)
         u, columns = np.array([0.0, problem.power]), np.empty((m + 1, row))
         flat = columns.reshape((m + 1) * row)
@@ -131,7 +131,7 @@ def _linearise(stamp: str) -> Callable[..., bool]:
             for j in range(m + 1):
                 columns[j, j] = 1.0
             for q in range(STEPS * i, STEPS * (i + 1)):
-                tangent(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, flat)
+                tangent(states[q], u, problem.moments[width * q : width * (q + 2)], problem.h, problem.k, flat)
             put_table(columns[:, :m], a)
             put(columns[:, m], b)
             for r in range(3):
