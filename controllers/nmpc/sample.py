@@ -15,7 +15,8 @@ from gyroctl.controllers.nmpc.foresight import between
 from gyroctl.controllers.nmpc.power_command import PowerCommand, commanded
 from gyroctl.controllers.nmpc.problem import Weights
 from gyroctl.plant.compiled import inlined, put
-from gyroctl.plant.equations import OMEGA_RATE, PSI
+from gyroctl.plant.equations import OMEGA_RATE, PHI1, PSI
+from gyroctl.plant.trigonometry import cos_sin
 from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, predict, update
 from gyroctl.waves.estimation.predictor import take
 
@@ -140,7 +141,8 @@ def begin_anew(estimator: MomentEstimator, state: EstimatorState) -> None:
 @inlined
 def saw(c: Constants, w: Memory) -> bool:
     """Take the moments of now; return whether the sea is to be learnt anew."""
-    return bool(take(c.predictor, w.forecast, w.estimate.me_hat[0], w.estimate.me_hat[1]))
+    _, place = cos_sin(w.estimate.x_hat[PHI1])
+    return bool(take(c.predictor, w.forecast, w.estimate.me_hat[0], w.estimate.me_hat[1], place))
 
 
 @inlined
