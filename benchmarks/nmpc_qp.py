@@ -20,7 +20,7 @@ from ocp_solvers import Fatrop, Hpipm
 
 import gyroctl as gy
 from gyroctl.controllers.nmpc.power_command import PowerCommand
-from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of, tangent_of
+from gyroctl.controllers.nmpc.prediction import STEPS, constants, linear_kind, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, predict, weights
 from gyroctl.controllers.nmpc.solvers import condensed
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
@@ -38,7 +38,7 @@ PERIOD, CC_MAX, START = 0.1, 0.12, 100.0
 SPEED_RATIO = 0.8
 STATES = np.array([0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13])
 DEVICE, SEA = gy.zhang2017(), gy.SeaState()
-STEP, PULLBACK, TANGENT = (of(orders_of(DEVICE)) for of in (step_of, pullback_of, tangent_of))
+STEP, PULLBACK, TANGENT = (of(linear_kind(DEVICE)) for of in (step_of, pullback_of, tangent_of))
 COST = weights(DEVICE, motion=2000.0, limit1=0.25, limit3=0.25, lock=50.0, floor=1.57, travel=0.0, terminal=0.3)
 NEWTON, TOLERANCE = 6, 1e-4  # most Newton steps per subproblem, and where it counts as solved [Nms]
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import gyroctl as gy
-from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of, pullback_of, step_of, tangent_of
+from gyroctl.controllers.nmpc.prediction import STEPS, constants, linear_kind, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, predict, weights
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
 from gyroctl.controllers.nmpc.solvers.subproblem import OUTPUTS, Subproblem, empty_subproblem, linearise
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 N = 40
 CC_MAX = 0.12
 DEVICE = gy.zhang2017()
-STEP, PULLBACK, TANGENT = (of(orders_of(DEVICE)) for of in (step_of, pullback_of, tangent_of))
+STEP, PULLBACK, TANGENT = (of(linear_kind(DEVICE)) for of in (step_of, pullback_of, tangent_of))
 M = 13
 
 

@@ -46,8 +46,8 @@ def horizon(plant: gy.Plant) -> problem.Problem:
 
 
 def tools(plant: gy.Plant):
-    orders = prediction.orders_of(plant)
-    return prediction.step_of(orders), prediction.pullback_of(orders), prediction.tangent_of(orders)
+    kind = prediction.linear_kind(plant)
+    return prediction.step_of(kind), prediction.pullback_of(kind), prediction.tangent_of(kind)
 
 
 @njit
@@ -109,7 +109,7 @@ def test_adjoint_is_the_transposed_tangent_and_both_are_exact(plant):
         after = np.zeros(13)
         step(x, u, m, h, k, after)  # the second steps of the intervals go on from there
         points = [np.concatenate([x, u, m]), np.concatenate([after, u, m])] * 4
-        room = np.concatenate([np.stack(points, axis=1).ravel(), np.empty(prediction.tangent_room(13))])
+        room = np.concatenate([np.stack(points, axis=1).ravel(), np.empty(prediction.tangent_room(13, 2))])
         call(tangent, h, k, room, columns.ravel())
         pullback(after, u, m, h, k, w, by_x, by_u)
         between, by_power = by_x.copy(), by_u[0]
@@ -188,7 +188,7 @@ def test_moments_between_the_intervals():
     t = 0.1 * np.arange(41)
     rows_at = np.stack([np.sin(4.0 * t), np.cos(4.0 * t)], axis=1)
     fine = np.empty((81, 2))
-    between(rows_at[0].copy(), np.ascontiguousarray(rows_at[1:].T), fine.ravel())
+    between(rows_at[0].copy(), np.ascontiguousarray(rows_at[1:].T), 0.1, fine.ravel())
     exact = np.stack([np.sin(4.0 * 0.05 * np.arange(81)), np.cos(4.0 * 0.05 * np.arange(81))], axis=1)
     np.testing.assert_array_equal(fine[::2], rows_at)
     assert np.abs(fine - exact)[2:-2].max() < 2e-3

@@ -57,10 +57,10 @@ SAMPLE = """
     observed({estimator}, estimate, law, w, y)
     speed = estimate.x_hat[OMEGA_RATE]
     ahead, moments, predictor = {ahead}, {moments}, {predictor}
-    if take(predictor, forecast, estimate.me_hat[0], estimate.me_hat[1]):
+    if take(predictor, forecast, estimate.me_hat[0], estimate.me_hat[1], placed(estimate)):
         learn_at(learn)(p, s)
     predict(predictor, forecast, ahead)
-    between(forecast.now, ahead, moments)
+    between(forecast.now, ahead, law.period, moments)
     powered(law, w, speed)
     more, status = posed(law, w, estimate.x_hat), GOOD
     if more >= 0:
@@ -115,7 +115,7 @@ def learn_of(texts: Texts) -> Any:
 PARTS = [
     f"from {__name__} import learn_at, plan_at",
     f"from {foresight.__name__} import between",
-    f"from {sample.__name__} import FAILED, GOOD, acted, fell_back, observed, posed, powered",
+    f"from {sample.__name__} import FAILED, GOOD, acted, fell_back, observed, placed, posed, powered",
     f"from {stopwatch.__name__} import note, seconds",
     f"from {equations.__name__} import OMEGA_RATE",
     f"from {predictor.__name__} import predict, take",

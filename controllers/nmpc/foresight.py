@@ -118,7 +118,7 @@ class Foresight(NamedTuple):
 
 
 @entry_point
-def between(now: NDArray[np.float64], ahead: NDArray[np.float64], out: NDArray[np.float64]) -> None:
+def between(now: NDArray[np.float64], ahead: NDArray[np.float64], period: float, out: NDArray[np.float64]) -> None:
     """Moments at twice as many instants as control intervals, by cubic interpolation.
 
     A straight line would be off by 3 % of the shortest waves' moments; four points are off by 0.2 %.
@@ -129,16 +129,26 @@ def between(now: NDArray[np.float64], ahead: NDArray[np.float64], out: NDArray[n
         Moments of now. [Nm]
     ahead : (2, n) array
         And at the end of each interval. [Nm]
-    out : (2 (2 n + 1),) array
-        Filled with Me1, Me3 at each half interval. [Nm]
+    period : float
+        Length of an interval. [s]
+    out : (2 (2 n + 1),) or (4 (2 n + 1),) array
+        Filled with Me1, Me3 [Nm] at each half interval, and with their rates [Nm/s] behind them where there is room.
     """
     n = ahead.shape[1] + 1
+    last = 2 * n - 2
+    w = out.size // (last + 1)
     for j in range(2):
         out[j] = now[j]
         for i in range(1, n):
-            out[4 * i + j] = ahead[j, i - 1]
+            out[2 * w * i + j] = ahead[j, i - 1]
         for i in range(n - 1):
-            middle = 0.5 * (out[4 * i + j] + out[4 * i + 4 + j])
+            middle = 0.5 * (out[2 * w * i + j] + out[2 * w * (i + 1) + j])
             if 0 < i < n - 2:
-                middle += 0.125 * (middle - 0.5 * (out[4 * i - 4 + j] + out[4 * i + 8 + j]))
-            out[4 * i + 2 + j] = middle
+                middle += 0.125 * (middle - 0.5 * (out[2 * w * (i - 1) + j] + out[2 * w * (i + 2) + j]))
+            out[w * (2 * i + 1) + j] = middle
+        if w > 2:  # central differences, at the ends those of a parabola
+            for i in range(1, last):
+                out[w * i + 2 + j] = (out[w * (i + 1) + j] - out[w * (i - 1) + j]) / period
+            out[2 + j] = (4.0 * out[w + j] - out[2 * w + j] - 3.0 * out[j]) / period
+            back = w * (last - 1)
+            out[w * last + 2 + j] = (3.0 * out[w * last + j] - 4.0 * out[back + j] + out[back - w + j]) / period

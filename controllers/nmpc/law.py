@@ -23,7 +23,7 @@ from gyroctl.controllers.nmpc.flat import NotFlat, built, row_of
 from gyroctl.controllers.nmpc.foresight import Foresight, Waves, between
 from gyroctl.controllers.nmpc.planner import FRESH, MODEL, compiled_planner, model_of, planner_of
 from gyroctl.controllers.nmpc.power_command import PowerCommand
-from gyroctl.controllers.nmpc.prediction import STEPS, constants, orders_of
+from gyroctl.controllers.nmpc.prediction import STEPS, constants, kind_of, width_of
 from gyroctl.controllers.nmpc.problem import weights
 from gyroctl.controllers.nmpc.sample import (
     FAILED,
@@ -40,6 +40,7 @@ from gyroctl.controllers.nmpc.sample import (
     fell_back,
     first_memory,
     observed,
+    placed,
     posed,
     powered,
 )
@@ -151,9 +152,9 @@ class Nmpc:
         solver, alone = self.effort.solver, replace(self, information="sensors", seen=None, deadline=math.inf)
         if not alone._whole:
             return (alone._compile_step,)
-        orders = orders_of(self.plant)
+        kind = kind_of(self.plant)
         parts: list[tuple[Callable[[Any], Any], Any]] = [(compiled_planner, solver)]
-        parts += [(part, orders) for part in MODEL[solver]]
+        parts += [(part, kind) for part in MODEL[solver]]
         parts += [(learn_of, alone._texts), (sample_of, alone._texts)]
         return tuple(partial(prepare, function, given) for function, given in parts)
 
@@ -188,10 +189,10 @@ class Nmpc:
         if self._foresight.probe is not None:
             self._foresight.foresee(t, self._foresight.probe, forecast, memory.ahead)
         else:
-            if take(c.predictor, forecast, estimate.me_hat[0], estimate.me_hat[1]):
+            if take(c.predictor, forecast, estimate.me_hat[0], estimate.me_hat[1], placed(estimate)):
                 learn(c.predictor.learner, forecast.memory)
             predict(c.predictor, forecast, memory.ahead)
-        between(forecast.now, memory.ahead, memory.moments)
+        between(forecast.now, memory.ahead, self.period, memory.moments)
         powered(law, w, speed)
         more, status = posed(law, w, estimate.x_hat), GOOD
         if more >= 0:
@@ -244,7 +245,7 @@ class Nmpc:
             command=PowerCommand(*(float(value) for value in self.command)),
             rows=np.array([row for row in range(len(self.plant.rolling.labels)) if row != OMEGA], np.int64),
             h=np.array([self.period / STEPS]),
-            k=constants(self.plant),
+            k=constants(self.plant, beyond=True),
             weights=np.array(cost._replace(turns=a.turns), np.float64),
             period=float(self.period),
             horizon=float(self.horizon),
@@ -262,7 +263,7 @@ class Nmpc:
 
     @cached_property
     def _first(self) -> Memory:
-        return first_memory(self._constants, BEFORE, self.intervals, BINS)
+        return first_memory(self._constants, BEFORE, self.intervals, width_of(kind_of(self.plant)), BINS)
 
     @cached_property
     def _texts(self) -> Texts:
@@ -272,7 +273,7 @@ class Nmpc:
     def _parts(self) -> tuple[Any, ...]:
         """Planner, functions of its model, and what learns the sea, compiled; kept, since their code goes with them."""
         solver = self.effort.solver
-        return compiled_planner(solver), *model_of(orders_of(self.plant), solver), learn_of(self._texts)
+        return compiled_planner(solver), *model_of(kind_of(self.plant), solver), learn_of(self._texts)
 
     @cached_property
     def _machine(self) -> Any:
@@ -286,7 +287,7 @@ class Nmpc:
 
     @cached_property
     def _planner(self) -> Callable[..., None]:
-        return planner_of(orders_of(self.plant), self.effort.solver)
+        return planner_of(kind_of(self.plant), self.effort.solver)
 
     @cached_property
     def _estimator(self) -> MomentEstimator:

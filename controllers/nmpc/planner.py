@@ -15,7 +15,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from gyroctl.controllers.nmpc import by_address
 from gyroctl.controllers.nmpc.by_address import ROW, function_at
-from gyroctl.controllers.nmpc.prediction import Orders, pullback_of, step_of, tangent_of
+from gyroctl.controllers.nmpc.prediction import Kind, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
 from gyroctl.controllers.nmpc.solvers import descent
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
@@ -152,10 +152,10 @@ def compiled_planner(solver: str) -> Any:
 
 
 @lru_cache(maxsize=8)
-def model_of(orders: Orders, solver: str) -> tuple[Any, Any]:
-    """Functions of the model that a solver takes, with radiation filters of these orders."""
+def model_of(kind: Kind, solver: str) -> tuple[Any, Any]:
+    """Functions of the model of a kind that a solver takes."""
     first, second = MODEL[solver]
-    return first(orders), second(orders)
+    return first(kind), second(kind)
 
 
 plan_at = by_address.function_of(PLAN)
@@ -182,14 +182,14 @@ def plan_by_address(
     plan_at(address)(step, slope, start, moments, now, weights, h, k, cc, other, result, iterations, more)
 
 
-def planner_of(orders: Orders, solver: str) -> Callable[..., None]:
+def planner_of(kind: Kind, solver: str) -> Callable[..., None]:
     """Return ``plan(start, moments, now, weights, h, k, cc, other, result, iterations, more)`` of any solver.
 
     As `compiled_planner`, with the functions of the model in it, and with "osqp" among the solvers.
     """
     if solver == "osqp":
-        return osqp_planner(orders, ELSEWHERE["osqp"])
-    planner, model = compiled_planner(solver), model_of(orders, solver)
+        return osqp_planner(kind, ELSEWHERE["osqp"])
+    planner, model = compiled_planner(solver), model_of(kind, solver)
     addresses = planner.address, *(function.address for function in model)
 
     def plan(*given: Any) -> None:

@@ -52,7 +52,7 @@ class Problem(NamedTuple):
     """One horizon of n control intervals."""
 
     start: NDArray[np.float64]  # state without omega
-    moments: NDArray[np.float64]  # (2 (n STEPS + 1),): Me1, Me3 at each model step [Nm]
+    moments: NDArray[np.float64]  # (width (n STEPS + 1),) at each model step, see `prediction.width_of` [Nm, Nm/s]
     power: float  # of the generator [W]
     before: float  # coupling before the first interval [Nms]
     cc_max: float  # [Nms]
@@ -60,6 +60,12 @@ class Problem(NamedTuple):
     h: NDArray[np.float64]  # (1,) model step [s]
     k: NDArray[np.float64]  # constants of the model
     weights: Weights
+
+
+@inlined
+def width_in(problem: Problem, n: int) -> int:
+    """Numbers of an instant in a problem of n intervals, see `prediction.width_of`."""
+    return problem.moments.size // (STEPS * n + 1)
 
 
 def weights(
@@ -112,12 +118,13 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
         """
         assert stamp
         u, ignored = np.array([0.0, problem.power]), np.zeros(problem.start.size)
+        width = width_in(problem, cc.size)
         cost, last = 0.0, problem.before
         put(problem.start, states[0])
         for i in range(cc.size):
             u[0] = cc[i]
             for q in range(STEPS * i, STEPS * (i + 1)):
-                step(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, states[q + 1])
+                step(states[q], u, problem.moments[width * q : width * (q + 2)], problem.h, problem.k, states[q + 1])
             cost += problem.period * stage_cost(states[STEPS * (i + 1)], problem.weights, ignored)
             cost += problem.weights.travel * (cc[i] - last) ** 2
             last = cc[i]
@@ -128,7 +135,7 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
     def gradient(pullback: Any, problem: Problem, cc: Any, states: Any, slope: Any) -> None:
         """Write the gradient of the cost by the plan into `slope` (n,), by the adjoint of the predicted `states`."""
         assert stamp
-        m = problem.start.size
+        m, width = problem.start.size, width_in(problem, cc.size)
         u, weight = np.array([0.0, problem.power]), np.zeros(m)
         by_x, by_u = np.zeros(m), np.zeros(2)
         terminal_cost(states[STEPS * cc.size], problem.weights, weight)
@@ -140,7 +147,8 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
             u[0] = cc[i]
             slope[i] = 0.0
             for q in range(STEPS * (i + 1) - 1, STEPS * i - 1, -1):
-                pullback(states[q], u, problem.moments[2 * q : 2 * q + 4], problem.h, problem.k, weight, by_x, by_u)
+                given = problem.moments[width * q : width * (q + 2)]
+                pullback(states[q], u, given, problem.h, problem.k, weight, by_x, by_u)
                 slope[i] += by_u[0]
                 put(by_x, weight)
         travel = 2.0 * problem.weights.travel

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc.power_command import PowerCommand, commanded
 from gyroctl.controllers.nmpc.problem import Weights
 from gyroctl.plant.compiled import inlined, put
-from gyroctl.plant.equations import PSI
+from gyroctl.plant.equations import PHI1, PSI
+from gyroctl.plant.trigonometry import cos_sin
 from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, update
 
 FloatArray = NDArray[np.float64]
@@ -90,18 +91,18 @@ class Memory(NamedTuple):
     forecast: PredictorState
     work: Work
     ahead: FloatArray  # (2, n) moments at the end of each interval [Nm]
-    moments: FloatArray  # (2 (2 n + 1),) at each model step [Nm]
+    moments: FloatArray  # (width (2 n + 1),) at each model step, see `prediction.width_of` [Nm, Nm/s]
     spent: Counts  # samples by the time they took, see `stopwatch`
 
 
-def first_memory(c: Constants, pair: tuple[float, float], intervals: int, bins: int) -> Memory:
+def first_memory(c: Constants, pair: tuple[float, float], intervals: int, width: int, bins: int) -> Memory:
     """Memory before the first sample, of a law whose last command was a pair [Nms]."""
     n, new, law = intervals, np.zeros, c.law
     numbers = np.array([law.fresh, law.command.power, law.command.power, *pair])
     counts, weights = new(6, np.int64), new(law.weights.size)
     problem = new(n), new(n), new(law.rows.size), new(4), weights, new(2)
     work = Work(np.full(n, pair[0]), numbers, new(PAST), counts, *problem)
-    ahead, moments = new((2, n)), new(2 * (2 * n + 1))
+    ahead, moments = new((2, n)), new(width * (2 * n + 1))
     return Memory(c.estimator.init(), c.predictor.init(), work, ahead, moments, new(bins, np.int64))
 
 
@@ -136,6 +137,13 @@ def begin_anew(estimator: MomentEstimator, state: EstimatorState) -> None:
     state.innovation[:] = 0.0
     for i in range(3):
         state.ring[i, i] = estimator.ring_noise[i]
+
+
+@inlined
+def placed(state: EstimatorState) -> float:
+    """Where the float is: the sine of phi1."""
+    _, place = cos_sin(state.x_hat[PHI1])
+    return float(place)
 
 
 @inlined

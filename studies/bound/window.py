@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.prediction import constants, orders_of, pullback_of, step_of
+from gyroctl.controllers.nmpc.prediction import constants, linear_kind, pullback_of, step_of
 from gyroctl.controllers.nmpc.problem import FLYWHEEL, RING_ANGLE, Weights, stage_cost, terminal_cost
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
@@ -99,8 +99,8 @@ def _sample(flat: Any, first: float, spacing: float, count: int) -> Any:
 
 def model_of(plant: Plant) -> tuple[Any, Any]:
     """Compiled step and pullback of the prediction model, see `prediction`."""
-    orders = orders_of(plant)
-    return step_of(orders), pullback_of(orders)
+    kind = linear_kind(plant)
+    return step_of(kind), pullback_of(kind)
 
 
 @entry_point

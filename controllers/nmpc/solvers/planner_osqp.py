@@ -8,15 +8,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from gyroctl.controllers.nmpc.prediction import Orders, step_of, tangent_of
+from gyroctl.controllers.nmpc.prediction import Kind, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
 from gyroctl.controllers.nmpc.solvers.osqp_solver import OsqpSolver
 from gyroctl.controllers.nmpc.solvers.real_time_iterations import empty_room, iterate_with
 
 
-def osqp_planner(orders: Orders, elsewhere: float) -> Callable[..., None]:
+def osqp_planner(kind: Kind, elsewhere: float) -> Callable[..., None]:
     """Return a planner as `planner.planner_of` does; `elsewhere` is the memory of a plan that is begun there."""
-    step, tangent = step_of(orders), tangent_of(orders)
+    step, tangent = step_of(kind), tangent_of(kind)
     built: dict[int, tuple[OsqpSolver, Any]] = {}
 
     def plan(*given: Any) -> None:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.casadi_to_numba import BESIDE, row_of
 from gyroctl.controllers.nmpc.prediction import STEPS, tangent_room
-from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, terminal_cost
+from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, terminal_cost, width_in
 from gyroctl.controllers.nmpc.solvers import SOURCES
 from gyroctl.plant.compiled import inlined, part, put, put_table, source_stamp, zero_table, zeros
 
@@ -118,9 +118,9 @@ def _linearise(stamp: str) -> Callable[..., bool]:
         `states` are those that `problem.predict` wrote for the plan, `tangent` comes from `prediction.tangent_of`.
         """
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
-        n, m = cc.size, problem.start.size
+        n, m, width = cc.size, problem.start.size, width_in(problem, cc.size)
         size, row = m + 1, row_of(m + 1)
-        room, columns = np.empty(tangent_room(m)), np.empty((BESIDE // STEPS, size, row))
+        room, columns = np.empty(tangent_room(m, width)), np.empty((BESIDE // STEPS, size, row))
         flat = columns.reshape(BESIDE // STEPS * size * row)
         _settle(qp, problem)
         for first in range(0, STEPS * n, BESIDE):
@@ -129,8 +129,8 @@ def _linearise(stamp: str) -> Callable[..., bool]:
                 for j in range(m):
                     room[BESIDE * j + l] = states[q, j]
                 room[BESIDE * m + l], room[BESIDE * (m + 1) + l] = cc[q // STEPS], problem.power
-                for j in range(4):
-                    room[BESIDE * (m + 2 + j) + l] = problem.moments[2 * q + j]
+                for j in range(2 * width):
+                    room[BESIDE * (m + 2 + j) + l] = problem.moments[width * q + j]
             columns[:, :, :] = 0.0
             for block in range(BESIDE // STEPS):
                 for j in range(size):

@@ -42,6 +42,7 @@ from gyroctl.waves.estimation.wave_signals import (
     phase_along,
     position_of,
     put_signals,
+    seen_from,
     signal_table,
     unexplained,
 )
@@ -121,7 +122,7 @@ class MomentEstimator(NamedTuple):
             raise InputError("estimator.period", period, "must be positive", "Give the sampling period in seconds")
         if isinstance(delay, bool) or delay != int(delay) or delay < 0:
             raise InputError("estimator.delay", delay, "must be whole samples, zero or more", "Give an integer")
-        sea, plant = sea or SeaState(), plant.rolling.smooth
+        sea, plant = sea or SeaState(), seen_from(plant)
         _, gains = gains_of(plant, sea, noise, period, spread, unmodelled)
         return cls(
             plant.coefficients,

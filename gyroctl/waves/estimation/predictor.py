@@ -18,14 +18,17 @@ from gyroctl.errors import InputError
 from gyroctl.plant.compiled import stamped
 from gyroctl.plant.plant import Plant
 from gyroctl.waves.estimation import learning
+from gyroctl.waves.estimation import placed as places
 from gyroctl.waves.estimation.gaussian import Bins, bins, kernels, responses, steering
 from gyroctl.waves.estimation.learning import Learner, LearnerState, correlate, learn
 from gyroctl.waves.estimation.moment_model import Array, FloatModel, float_model, noise_covariance, transfer
 from gyroctl.waves.estimation.observer import MomentEstimator
+from gyroctl.waves.estimation.placed import Placed, placed, predict_placed
 from gyroctl.waves.estimation.sea_shape import shape_of
+from gyroctl.waves.estimation.wave_signals import position_of, seen_from
 from gyroctl.waves.spectrum import SeaState
 
-SOURCES = (*learning.SOURCES, __file__)
+SOURCES = (*learning.SOURCES, places.__file__, __file__)
 
 GENERIC = SeaState(gamma=3.3)
 """The sea that is expected before anything has been seen."""
@@ -43,6 +46,7 @@ class Predictor(NamedTuple):
     step: float  # sampling period [s]
     horizon: int  # [steps]
     learner: Learner
+    placed: Placed | None = None  # where the float that saw the waves moves
 
     @classmethod
     def design(
@@ -56,7 +60,7 @@ class Predictor(NamedTuple):
         forgetting: float | None = 120.0,
         every: float = 5.0,
         floor: float | None = None,
-        doubt: float = 6.0,
+        doubt: float | None = None,
         grid: Bins | None = None,
     ) -> Predictor:
         """Design the forecast.
@@ -83,7 +87,7 @@ class Predictor(NamedTuple):
             whose design model goes beyond the linear one also what its guess of the waves misses, see
             `wave_signals.unexplained`. [Nm]
         doubt : float
-            The same for the fit of the spectrum alone, see `learning`. [Nm]
+            The same for the fit of the spectrum alone, see `learning`; by default 6, and 20 where the float moves. [Nm]
         grid : Bins, optional
             Frequency bins of the spectrum.
 
@@ -92,6 +96,9 @@ class Predictor(NamedTuple):
         InputError
             For a length that is not positive, a horizon or past shorter than a step, a step other than the estimator's.
         """
+        moves = estimator is not None and position_of(plant.rolling.smooth.coefficients.beyond) is not None
+        if doubt is None:
+            doubt = 20.0 if moves else 6.0
         if floor is None:
             missed = 0.0 if estimator is None else estimator.unexplained
             floor = math.hypot(FLOOR, missed) if missed > 0.0 else FLOOR
@@ -118,7 +125,8 @@ class Predictor(NamedTuple):
             noise = noise_covariance(model, transition, estimator.gain, estimator.float_noise, count)
         noise[0, 0, 0] += floor**2
         noise[1, 1, 0] += floor**2
-        response = responses(plant, sea.heading, grid, through)
+        seen = responses(plant, sea.heading, grid, through)
+        response = responses(plant, sea.heading, grid) if moves else seen  # what is learnt from stands at rest
         table = kernels(response, step, count, leads, noise)
         learner = Learner(
             ages=ages,
@@ -133,13 +141,16 @@ class Predictor(NamedTuple):
             window=past / step,
             doubt=float(doubt) ** 2,
         )
-        return cls(float(step), leads, learner)
+        if not moves:
+            return cls(float(step), leads, learner)
+        return cls(float(step), leads, learner, placed(plant, seen, sea.heading, step, ages, leads, table.noise))
 
     def init(self) -> PredictorState:
         """Return a fresh state that knows the prior only."""
         values, past = self.learner.steering.shape[0], self.learner.seen.shape[2]
         return PredictorState(
-            history=np.zeros((past, 2)),
+            history=np.zeros((past, 3)),
+            rested=np.zeros((0 if self.placed is None else past, 2)),
             samples=np.zeros(1, np.int64),
             values=np.zeros(values),
             weights=np.zeros(values),
@@ -152,7 +163,8 @@ class Predictor(NamedTuple):
 class PredictorState(NamedTuple):
     """State of the forecast, changed in place by `observe` and `predict`."""
 
-    history: Array  # (past, 2), round buffer of observed moments [Nm]
+    history: Array  # (past, 3), round buffer of observed moments [Nm] and of the sine of phi1
+    rested: Array  # (past, 2), where the float moves the moments at rest, as they were worked out; else (0, 2) [Nm]
     samples: NDArray[np.int64]  # (1,) observations so far
     values: Array  # (2 m,), those looked at, whitened
     weights: Array  # (2 m,), G^-1 m
@@ -192,13 +204,13 @@ def _closed(plant: Plant, estimator: MomentEstimator) -> tuple[FloatModel, Array
     """Averaged model of the estimator and its transition over a period."""
     from scipy.linalg import expm
 
-    model = float_model(plant.rolling.smooth, estimator.wp, estimator.spread, (1.0, 1.0), 0.0)
+    model = float_model(seen_from(plant), estimator.wp, estimator.spread, (1.0, 1.0), 0.0)
     return model, np.asarray(expm(model.A * estimator.period))
 
 
 @stamped(SOURCES)
-def take(predictor: Predictor, state: PredictorState, me1: float, me3: float) -> bool:
-    """Take the moments of one sample without learning from them, in place. [Nm]
+def take(predictor: Predictor, state: PredictorState, me1: float, me3: float, place: float) -> bool:
+    """Take the moments of one sample [Nm], seen at a place (the sine of phi1), without learning from them, in place.
 
     Returns whether the spectrum is due to be learnt anew, as it is every few seconds: `learning.learn` costs as much as
     a hundred samples, and is long to compile.
@@ -209,17 +221,26 @@ def take(predictor: Predictor, state: PredictorState, me1: float, me3: float) ->
     before = (state.samples[0] - 1) % length  # a value that is no number must not stay: the last one stands for it
     state.history[at, 0] = me1 if math.isfinite(me1) else state.history[before, 0]
     state.history[at, 1] = me3 if math.isfinite(me3) else state.history[before, 1]
+    state.history[at, 2] = place if math.isfinite(place) else 0.0
     state.samples[0] += 1
+    if state.rested.shape[0] > 0 and state.samples[0] > 1:
+        state.rested[before, 0], state.rested[before, 1] = state.now[0], state.now[1]
     if learner.every == 0 or state.samples[0] < length:
         return False
-    correlate(learner, state.memory, state.history, at)
+    if state.rested.shape[0] > 0:  # the sample before: its moments at rest are known by now
+        correlate(learner, state.memory, state.rested, before)
+    else:
+        correlate(learner, state.memory, state.history, at)
     return bool(state.samples[0] % learner.every == 0 and state.samples[0] >= length + learner.every)
 
 
 @stamped(SOURCES)
-def observe(predictor: Predictor, state: PredictorState, me1: float, me3: float) -> None:
-    """Take the moments of one sample, and learn the spectrum where that is due, in place. [Nm]"""
-    if take(predictor, state, me1, me3):
+def observe(predictor: Predictor, state: PredictorState, me1: float, me3: float, place: float = 0.0) -> None:
+    """Take the moments of one sample [Nm], and learn the spectrum where that is due, in place.
+
+    `place` is the sine of phi1 where the moments are those at a float that moves.
+    """
+    if take(predictor, state, me1, me3, place):
         learn(predictor.learner, state.memory)
 
 
@@ -230,6 +251,21 @@ def predict(predictor: Predictor, state: PredictorState, out: NDArray[np.float64
     `state.now` holds the moments at the last observation afterwards. Beyond the horizon `out` is zero, the mean of
     what is not known; `forecast` refuses to be asked for it.
     """
+    look_ahead(predictor.placed, predictor, state, out)
+
+
+@stamped(SOURCES)
+def look_ahead(moving: Placed | None, predictor: Predictor, state: PredictorState, out: NDArray[np.float64]) -> None:
+    """Predict from what a float at rest saw, or from the places where it was."""
+    if moving is not None:
+        predict_placed(moving, state.memory.spectrum, state.history, state.samples[0], state.now, out)
+    else:
+        predict_at_rest(predictor, state, out)
+
+
+@stamped(SOURCES)
+def predict_at_rest(predictor: Predictor, state: PredictorState, out: NDArray[np.float64]) -> None:
+    """See `predict`."""
     ages, ahead, V = predictor.learner.ages, state.memory.ahead, state.memory.whitener
     v, w = state.values, state.weights
     length, count = state.history.shape[0], state.samples[0]

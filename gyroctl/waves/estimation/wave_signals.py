@@ -144,6 +144,13 @@ def phase_along(plant: Plant, sea: SeaState) -> float:
     return float(wavenumber(np.array([sea.wp]), plant.depth, plant.geometry.g)[0] * along)
 
 
+def seen_from(plant: Plant) -> Plant:
+    """The smooth device as its float feels it: the moments at its own place are those that are estimated."""
+    smooth = plant.rolling.smooth
+    moves = position_of(smooth.coefficients.beyond) is not None
+    return smooth.replace(position="rest") if moves else smooth
+
+
 @inlined
 def position_of(more: Any) -> Any:
     """Term of a moving position, None where there is none."""
