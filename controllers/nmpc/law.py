@@ -246,7 +246,7 @@ class Nmpc:
             rows=np.array([row for row in range(len(self.plant.rolling.labels)) if row != OMEGA], np.int64),
             h=np.array([self.period / STEPS]),
             k=constants(self.plant, beyond=True),
-            weights=np.array(cost._replace(turns=a.turns), np.float64),
+            weights=np.array(cost._replace(turns=a.turns, grip=1.0 / a.traction if a.traction > 0.0 else 0.0), np.float64),
             period=float(self.period),
             horizon=float(self.horizon),
             reserve=float(a.reserve),

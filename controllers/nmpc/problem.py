@@ -6,7 +6,7 @@ minutes of it. What is left to be won is the energy that reaches the flywheel, s
 
     cost = - stored energy at the end (flywheel, and a share of the float's)
            + integral of motion beyond its limits, squared
-           + integral of ring speed below its floor, squared            (no stall within the cycle)
+           + integral of ring speed below what it must be, squared      (no stall within the cycle, and grip)
            + what the ring's last angle falls short of `reach`, squared (the reserve of lock, over the long run)
            + travel of cc, squared
 
@@ -25,6 +25,7 @@ from gyroctl.controllers.nmpc import prediction
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import inlined, part, put, source_stamp
+from gyroctl.plant.trigonometry import cos_sin
 
 PHI1, PHI3, RING_ANGLE, V1, V3, RING, FLYWHEEL = range(7)  # rows of the prediction model's state
 
@@ -46,6 +47,7 @@ class Weights(NamedTuple):
     k3: float  # [Nm/rad]
     turns: float = 0.0  # [J/rad^2]
     reach: float = 0.0  # least ring angle at the end of the horizon [rad]
+    grip: float = 0.0  # ring speed that a unit of |u3| asks for, one over the friction that is counted on [-]
 
 
 class Problem(NamedTuple):
@@ -85,11 +87,32 @@ def stage_cost(x: Any, w: Weights, slope: Any) -> Any:
         if beyond > 0.0:
             cost += w.motion * beyond * beyond
             slope[row] += 2.0 * w.motion * (beyond if x[row] > 0.0 else -beyond)
-    below = w.floor - x[RING]
+    extra, by_angle, by_v1, by_v3 = grip_needed(x, w)
+    below = w.floor + extra - x[RING]
     if below > 0.0:
         cost += w.lock * below * below
         slope[RING] -= 2.0 * w.lock * below
+        slope[RING_ANGLE] += 2.0 * w.lock * below * by_angle
+        slope[V1] += 2.0 * w.lock * below * by_v1
+        slope[V3] += 2.0 * w.lock * below * by_v3
     return cost
+
+
+@inlined
+def grip_needed(x: Any, w: Weights) -> tuple[float, float, float, float]:
+    """Ring speed above its floor that the rolling contact asks for [rad/s], and its slopes by RING_ANGLE, V1, V3.
+
+    A contact with friction mu carries the axis round while |u3| <= mu psi', with u3 = sin psi phi1' + cos psi phi3' the
+    rate of the float across the axis: in slow motion the friction that rolling needs is the ratio of the two.
+    """
+    if w.grip > 0.0:
+        c, s = cos_sin(x[RING_ANGLE])
+        across = s * x[V1] + c * x[V3]
+        extra = w.grip * abs(across) - w.floor
+        if extra > 0.0:
+            sense = w.grip if across > 0.0 else -w.grip
+            return extra, sense * (c * x[V1] - s * x[V3]), sense * s, sense * c
+    return 0.0, 0.0, 0.0, 0.0
 
 
 @inlined

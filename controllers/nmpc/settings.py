@@ -43,6 +43,7 @@ class Aims(NamedTuple):
     limit3: float = 0.25  # of |phi3| [rad]
     lock: float = 50.0  # weight of ring speed below its floor [J s/rad^2]
     floor: float = 1.57  # least ring speed [rad/s]
+    traction: float = 0.0  # friction of the rolling contact that a plan counts on; with 0 it asks for none [-]
     turns: float = 28.69  # weight of missing turns [J/rad^2]
     reserve: float = 2.2  # mean ring speed that past and horizon together are to keep [rad/s]
     travel: float = 0.0  # weight of the coupling's changes [J/(Nms)^2]

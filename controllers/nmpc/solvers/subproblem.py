@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.casadi_to_numba import BESIDE, row_of
 from gyroctl.controllers.nmpc.prediction import STEPS, tangent_room
-from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, terminal_cost, width_in
+from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, RING_ANGLE, V1, V3, grip_needed, terminal_cost, width_in
 from gyroctl.controllers.nmpc.solvers import SOURCES
 from gyroctl.plant.compiled import inlined, part, put, put_table, source_stamp, zero_table, zeros
 
@@ -29,6 +29,9 @@ FloatArray = NDArray[np.float64]
 
 OUTPUTS = (PHI1, PHI3, RING)
 """Rows of the state that have limits."""
+
+CURVED = (RING_ANGLE, V1, V3)
+"""Rows of which the ring speed that grip asks for is a function."""
 
 SOLVED, LIMIT_REACHED, NOT_FINITE, NOT_CONVEX = 0, 1, 2, 3
 """What became of a quadratic program: solved to tolerance, best point so far, no usable numbers, no minimum found."""
@@ -108,6 +111,33 @@ def transposed_product(left: Any, right: Any, out: Any) -> None:
                     out[row, column] += factor * right[inner, column]
 
 
+@part(SOURCES)
+def _gripped(qp: Any, weights: Any, states: Any) -> None:
+    """Let the ring speed of the program be that less what grip asks for: a change of the state's coordinates.
+
+    With y = psi' - extra(psi, phi1', phi3') in the place of psi', e becomes T e with T = 1 - e_RING extra'; the output
+    is a row of the state as before, so that no solver knows of it.
+    """
+    n, m = qp.b.shape
+    before, now = np.zeros(3), np.zeros(3)  # slopes at the last instant and at this one
+    for i in range(n):
+        extra, now[0], now[1], now[2] = grip_needed(states[STEPS * (i + 1)], weights)
+        qp.outputs[i, 2] -= extra
+        a, b = qp.A[i], qp.b[i]
+        for k in range(3):
+            column = CURVED[k]
+            for row in range(m):
+                a[row, column] += a[row, RING] * before[k]
+        for k in range(3):
+            row = CURVED[k]
+            for column in range(m):
+                a[RING, column] -= now[k] * a[row, column]
+            b[RING] -= now[k] * b[row]
+        put(now, before)
+    for k in range(3):
+        qp.terminal[CURVED[k]] += qp.terminal[RING] * before[k]
+
+
 def _linearise(stamp: str) -> Callable[..., bool]:
     """Compile the linearisation; the stamp makes the cache forget code whose parts have changed."""
 
@@ -145,6 +175,8 @@ def _linearise(stamp: str) -> Callable[..., bool]:
                     qp.outputs[i, r] = states[STEPS * (i + 1), OUTPUTS[r]]
         qp.terminal[:] = 0.0
         value = terminal_cost(states[STEPS * n], problem.weights, qp.terminal)
+        if problem.weights.grip > 0.0:
+            _gripped(qp, problem.weights, states)
         return bool(np.isfinite(value + np.sum(qp.A) + np.sum(qp.b)))
 
     return linearise
