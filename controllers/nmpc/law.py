@@ -240,13 +240,14 @@ class Nmpc:
     @cached_property
     def _numbers(self) -> Numbers:
         a, effort, pair = self.aims, self.effort, self.fallback
+        grip = 1.0 / a.traction if a.traction > 0.0 else 0.0
         cost = weights(self.plant, a.motion, a.limit1, a.limit3, a.lock, a.floor, a.travel, a.terminal)
         return Numbers(
             command=PowerCommand(*(float(value) for value in self.command)),
             rows=np.array([row for row in range(len(self.plant.rolling.labels)) if row != OMEGA], np.int64),
             h=np.array([self.period / STEPS]),
             k=constants(self.plant, beyond=True),
-            weights=np.array(cost._replace(turns=a.turns, grip=1.0 / a.traction if a.traction > 0.0 else 0.0), np.float64),
+            weights=np.array(cost._replace(turns=a.turns, grip=grip), np.float64),
             period=float(self.period),
             horizon=float(self.horizon),
             reserve=float(a.reserve),
