@@ -21,9 +21,9 @@ BUDGET, SEEDS, GOES = 3e5, 48, 3
 def one() -> dict[str, Any]:
     """Tune once, everything compiled before: processor time [s] and what was found."""
     import gyroctl as gy
-    from gyroctl.tuning.record import Circumstances
     from gyroctl.tuning.task import read_task
     from gyroctl.tuning.tune import tune
+    from gyroctl.tuning.waters import Circumstances
 
     task = read_task("load_angle")
     task = dataclasses.replace(task, seeds=dataclasses.replace(task.seeds, count=SEEDS))

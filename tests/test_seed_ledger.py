@@ -21,9 +21,9 @@ from gyroctl.reports import evaluate, judge
 from gyroctl.studies.evaluation.report import _page
 from gyroctl.studies.evaluation.request import request
 from gyroctl.studies.evaluation.seeds import seed_plan, states_in_words
-from gyroctl.tuning.record import Circumstances
 from gyroctl.tuning.task import build_task
 from gyroctl.tuning.tune import check_seeds
+from gyroctl.tuning.waters import Circumstances
 
 ROOT = Path(gy.__file__).resolve().parents[1]
 LAW = (ROOT / "docs" / "examples" / "my_law.py").read_text(encoding="utf-8")

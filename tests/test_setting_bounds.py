@@ -23,9 +23,9 @@ from gyroctl.studies.evaluation.request import request as evaluation_request
 from gyroctl.studies.evaluation.seeds import seed_plan
 from gyroctl.studies.margins import margin_report
 from gyroctl.studies.margins import request as margin_request
-from gyroctl.tuning.record import Circumstances
 from gyroctl.tuning.task import read_task
 from gyroctl.tuning.tune import tune
+from gyroctl.tuning.waters import Circumstances
 from gyroctl.waves import DriftingSea
 
 WILD = (math.nan, math.inf, -math.inf, 1e30, -1e30)

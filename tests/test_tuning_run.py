@@ -17,9 +17,9 @@ from gyroctl.cli.app import app
 from gyroctl.harness.tuned_sets import read_sets
 from gyroctl.tuning import bench as tuning_bench
 from gyroctl.tuning.goal import METRICS
-from gyroctl.tuning.record import Circumstances
 from gyroctl.tuning.task import Task, build_task, read_task
 from gyroctl.tuning.tune import Start, tune
+from gyroctl.tuning.waters import Circumstances
 
 BUDGET = 4 * 2 * 160.0 * 3 + 2 * 2 * 2 * 200.0  # three generations, two confirmations
 

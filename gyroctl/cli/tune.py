@@ -10,9 +10,9 @@ import typer
 from gyroctl.cli.options import Workers, failures
 
 if TYPE_CHECKING:
-    from gyroctl.tuning.record import Circumstances
     from gyroctl.tuning.task import Task
     from gyroctl.tuning.tune import Start, Tuned
+    from gyroctl.tuning.waters import Circumstances
 
 
 def tune(
@@ -26,6 +26,9 @@ def tune(
     begin: Annotated[
         str, typer.Option("--from", help="Begin at a set that is tuned already, instead of the task's start.")
     ] = "",
+    water: Annotated[
+        str, typer.Option(help="Water to tune in: linear, or real, the realistic device with a lag of its coupling.")
+    ] = "linear",
     experiment: Annotated[
         Path | None,
         typer.Option(help="Experiment file: plant, sensors, actuators, seeds to keep away.", show_default=False),
@@ -40,9 +43,9 @@ def tune(
     from gyroctl.tuning.tune import tune as run
     from gyroctl.writing import Kept
 
-    on = circumstances(experiment)
+    on = circumstances(experiment, water)
     wanted = [name.strip() for name in sets.split(",") if name.strip()]
-    tasks = [read_task(name) for name in laws]
+    tasks = [read_task(name, water) for name in laws]
     for task in tasks:  # all that can be refused is refused before the first run
         for which in wanted:
             task.served(which)
@@ -56,7 +59,7 @@ def tune(
                 if ship:
                     folder, stem = home(task.law)
                     write_sets(tuned_file(folder, stem), task.stem if ".py:" in task.law else task.law, found.sets)
-                _front(task, which, found, out)
+                _front(task, task.named(which), found, out)
                 _table(task, found)
     if len(kept.failed) == len(tasks) * len(wanted):
         raise kept.errors[0]
@@ -64,14 +67,13 @@ def tune(
     failures(kept.failed)
 
 
-def circumstances(experiment: Path | None) -> Circumstances:
-    """Plant, sensors and actuators of an experiment, or the default ones."""
+def circumstances(experiment: Path | None, water: str = "linear") -> Circumstances:
+    """Plant, sensors and actuators of an experiment, or those of a water."""
     from gyroctl.comparison.experiment import read_experiment
-    from gyroctl.devices import zhang2017
-    from gyroctl.tuning.record import Circumstances
+    from gyroctl.tuning.waters import Circumstances, circumstances_of
 
     if experiment is None:
-        return Circumstances(zhang2017())
+        return circumstances_of(water)
     setup = read_experiment(experiment)
     return Circumstances(setup.plant, setup.settings, frozenset(setup.run.seeds))
 

@@ -23,6 +23,9 @@ from gyroctl.plant import Plant
 
 GROUP = "gyroctl.controllers"
 
+REAL = "real"
+"""Name of the sets that were tuned in real water, and of what serves all seas there."""
+
 
 def registered() -> dict[str, EntryPoint]:
     """Entry points of all registered laws by name, sorted."""
@@ -69,7 +72,8 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
     name : str
         A registered name, or "file.py:Name" for a law in a user's file.
     tuning : str, optional
-        A set of its tuned parameters: "all", or one for a sea alone, as "gamma1", "gamma5", "gamma50".
+        A set of its tuned parameters: "all", or one for a sea alone, as "gamma1", "gamma5", "gamma50"; "real" for all
+        seas in real water. A law whose design model goes beyond the linear one takes "real" unless told otherwise.
     **parameters
         Parameters of the law; the defaults are its shipped tuning for all seas. The design model `plant` of a law that
         has one may be a variant, "realistic", or a table of choices as `gyroctl.zhang2017` takes them.
@@ -91,6 +95,9 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
         parameters = {**parameters, "wraps": _wrapped(name, parameters["wraps"])}
     if isinstance(parameters.get("plant"), str | Mapping):
         parameters = {**parameters, "plant": _design(name, parameters["plant"])}
+    design = parameters.get("plant")
+    if tuning is None and isinstance(design, Plant) and design.coefficients.beyond is not None:
+        parameters = {**tuned_sets(name).get(REAL, {}).get("parameters", {}), **parameters}
     factory = _from_file(name) if ".py:" in name else _from_name(name)
     if not callable(factory):
         raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")

@@ -13,6 +13,7 @@ from types import TracebackType
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
@@ -22,7 +23,7 @@ from gyroctl.harness.registry import law
 from gyroctl.harness.run import Settings, lead_in
 from gyroctl.harness.together import Loop, Outcome, pieces, run_together
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import PSI
+from gyroctl.plant.equations import PSI, PSI_RATE
 from gyroctl.plant.kernel import slip_rate
 from gyroctl.simulation.lock import WINDOW
 from gyroctl.simulation.metrics import evaluate
@@ -74,8 +75,16 @@ class Runner:
         psi = record.states[:, PSI]
         reserve = np.min(psi[span:] - psi[:-span]) / (WINDOW * wp) if np.all(np.isfinite(psi)) else 0.0
         found["short_reserve"] = max(0.0, RESERVE - float(reserve))
+        found["reversed"] = float(self._reversed(record.states[round(acting.blend / record.period) :]))
         values = [found[name] for name in METRICS]
         return tuple(v if np.isfinite(v) else worst for v, worst in zip(values, WORST, strict=True))
+
+    def _reversed(self, states: NDArray[np.float64]) -> bool:
+        """Whether the axis rolled backwards: the spin of its contact against the ring, where the contact may slip."""
+        if not self.plant.slips:
+            return False
+        spin = states[:, len(self.plant.labels) - 1]
+        return bool(np.any(spin * states[:, PSI_RATE] < 0.0))
 
     def acting(self, sea: Sea, seed: int, duration: float) -> WaveRealisation:
         """Return the waves as they act, blended in."""

@@ -6,37 +6,18 @@ import datetime
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
 from gyroctl.statistics import wilson
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.stages import Means, Seen
 from gyroctl.tuning.task import Task, TuningSea
+from gyroctl.tuning.waters import Circumstances
 from gyroctl.version import VERSION
-
-
-@dataclass(frozen=True)
-class Circumstances:
-    """On what a law is tuned.
-
-    Parameters
-    ----------
-    plant : Plant
-        The device.
-    settings : Settings
-        Steps of the confirming runs, sensors, actuators.
-    evaluation : frozenset of int
-        Seeds of an experiment that must not be tuned on, beside those that the ledger keeps for judging.
-    """
-
-    plant: Plant
-    settings: Settings = field(default_factory=Settings)
-    evaluation: frozenset[int] = frozenset()
 
 
 def record(

@@ -17,14 +17,19 @@ from gyroctl.harness.registry import home
 from gyroctl.harness.tuned_sets import task_file
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
 from gyroctl.tuning.goal import Goal
+from gyroctl.tuning.waters import LINEAR, in_water
 from gyroctl.waves import SeaState
 
 TABLES = ("law", "method", "fixed", "knobs", "seas", "goal", "goals", "search", "seeds")
+"""Of a task; what is to be different in a water stands below its name, as [real.goal]."""
 METHODS = ("evolution", "pairs")
 
 MAY_BE_ZERO = ("seed", "first")
 LARGEST_SEED = 2**32 - 1
 """Of the samples: what the generator of the search takes."""
+
+SHARES = ("locked", "turns", "forward")
+"""Limits of a goal that are parts of a whole."""
 
 EVERY_SEA = "all"
 """Name of the set that serves all seas of a task."""
@@ -164,8 +169,8 @@ class Task:
         Name under which the tuned sets are kept.
     method : {"evolution", "pairs"}
         Search over the knobs, or the best constant pair.
-    fixed : mapping of str to float
-        Parameters that differ from the law's defaults and are not searched.
+    fixed : mapping of str to float or str
+        Parameters that differ from the law's defaults and are not searched; a design model by its variant.
     knobs : tuple of Knob
         The search space.
     seas : mapping of str to TuningSea
@@ -174,19 +179,28 @@ class Task:
         By name, "" the main one, and by sea.
     search, seeds
         How, and on which seeds.
+    water : str
+        For which water, see `gyroctl.tuning.waters`.
     """
 
     law: str
     stem: str
     method: str
-    fixed: Mapping[str, float]
+    fixed: Mapping[str, float | str]
     knobs: tuple[Knob, ...]
     seas: Mapping[str, TuningSea]
     goals: Mapping[str, Mapping[str, Goal]]
     search: SearchTable = field(default_factory=SearchTable)
     seeds: Seeds = field(default_factory=Seeds)
+    water: str = LINEAR
 
-    def at(self, x: NDArray[np.float64]) -> dict[str, float]:
+    def named(self, which: str) -> str:
+        """Name under which the set for `which` seas ships."""
+        if self.water == LINEAR:
+            return which
+        return self.water if which == EVERY_SEA else f"{self.water}-{which}"
+
+    def at(self, x: NDArray[np.float64]) -> dict[str, Any]:
         """Parameters at a point (n,) of the search."""
         found = {knob.name: knob.value(float(value)) for knob, value in zip(self.knobs, x, strict=True)}
         return {**self.fixed, **found}
@@ -212,13 +226,15 @@ PAIRS = {"best_constant": "constant"}
 """Laws that are another law with its best numbers."""
 
 
-def read_task(name: str) -> Task:
+def read_task(name: str, water: str = LINEAR) -> Task:
     """Read the task of a law, or a task file.
 
     Parameters
     ----------
     name : str
         A registered law or "file.py:Name" with its task beside it (``tuning/NAME.toml``), or the path of a task file.
+    water : str
+        For which water it is meant.
 
     Raises
     ------
@@ -233,11 +249,12 @@ def read_task(name: str) -> Task:
         if not path.is_file():
             problem = f"ships no task for its tuning: there is no {path.name} in {path.parent}"
             raise InputError("law", name, problem, "Write one, see docs/tuning.md, and give its path")
-    return build_task(read_tables(path, "task"), stem, path.parent)
+    return build_task(read_tables(path, "task"), stem, path.parent, water)
 
 
-def build_task(tables: Mapping[str, Any], stem: str = "law", folder: Path = Path()) -> Task:
+def build_task(given: Mapping[str, Any], stem: str = "law", folder: Path = Path(), water: str = LINEAR) -> Task:
     """Build a task from tables as read from TOML; a law's file is relative to `folder`."""
+    tables = in_water(given, water)
     check_known("", tables, TABLES)
     law = tables.get("law", stem)
     if not isinstance(law, str):
@@ -259,9 +276,12 @@ def build_task(tables: Mapping[str, Any], stem: str = "law", folder: Path = Path
     if method == "evolution" and not knobs:
         mend = "Write [knobs] and below it for example cc = {start = 0.05, width = 0.3}"
         raise InputError("knobs", {}, "there is nothing to tune", mend)
-    fixed = {name: number(f"fixed.{name}", value) for name, value in table_of(tables, "fixed").items()}
+    fixed = {
+        name: value if isinstance(value, str) else number(f"fixed.{name}", value)
+        for name, value in table_of(tables, "fixed").items()
+    }
     seeds = _entries(Seeds(), "seeds", table_of(tables, "seeds"))
-    return Task(law, stem, method, fixed, knobs, seas, _goals(tables, seas), search, seeds)
+    return Task(law, stem, method, fixed, knobs, seas, _goals(tables, seas), search, seeds, water)
 
 
 def _seas(table: Mapping[str, Any]) -> dict[str, TuningSea]:
@@ -305,7 +325,7 @@ def _goal(path: str, entry: Mapping[str, Any], seas: Mapping[str, TuningSea]) ->
                     continue
                 value = value[sea]
             limits[name] = number(f"{path}.{name}", value)
-            if limits[name] <= 0.0 or (name == "locked" and limits[name] > 1.0):
+            if limits[name] <= 0.0 or (name in SHARES and limits[name] > 1.0):
                 raise InputError(f"{path}.{name}", limits[name], "is out of range", "Leave it out for the default")
         goals[sea] = Goal(**limits)
     return goals

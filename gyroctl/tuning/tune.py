@@ -27,9 +27,10 @@ from gyroctl.tuning.bench import Bench
 from gyroctl.tuning.best_pair import best_pair
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.log import TuningLog
-from gyroctl.tuning.record import Circumstances, plant_hash, provenance, record
+from gyroctl.tuning.record import plant_hash, provenance, record
 from gyroctl.tuning.stages import Plan, Seen, Stages, search, shortlist, weighed
 from gyroctl.tuning.task import Task, TuningSea
+from gyroctl.tuning.waters import Circumstances
 from gyroctl.tuning.yardstick import Search
 
 BUDGET, BUDGET_MAX = 4.0e6, 1e12
@@ -135,7 +136,7 @@ def tune(
     sets = {}
     for name, goals in task.goals.items():
         best = chosen(confirmed, goals, seas)
-        sets[f"{which}-{name}" if name else which] = record(best, goals, seas, task, found)
+        sets[f"{task.named(which)}-{name}" if name else task.named(which)] = record(best, goals, seas, task, found)
     return Tuned(sets, (*archive, *confirmed))
 
 
@@ -192,7 +193,7 @@ def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: in
         best = Seen({"cc": found.cc, "cg": found.cg}, {name: found.means}, "confirm")
         key = Search(on.plant, task.seas[name].sea, on.settings, goals, budget, span).key
         circumstances = {**provenance(task, on), "budget_s": budget, "spent_s": found.spent, "key": key}
-        sets[name] = record(best, {name: goals}, {name: task.seas[name]}, task, circumstances)
+        sets[task.named(name)] = record(best, {name: goals}, {name: task.seas[name]}, task, circumstances)
     return Tuned(sets, tuple(archive))
 
 
