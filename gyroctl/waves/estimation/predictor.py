@@ -23,7 +23,7 @@ from gyroctl.waves.estimation.gaussian import Bins, bins, kernels, responses, st
 from gyroctl.waves.estimation.learning import Learner, LearnerState, correlate, learn
 from gyroctl.waves.estimation.moment_model import Array, FloatModel, float_model, noise_covariance, transfer
 from gyroctl.waves.estimation.observer import MomentEstimator
-from gyroctl.waves.estimation.placed import Placed, placed, predict_placed
+from gyroctl.waves.estimation.placed import Placed, PlacedState, begun, placed, predict_placed
 from gyroctl.waves.estimation.sea_shape import shape_of
 from gyroctl.waves.estimation.wave_signals import position_of, seen_from
 from gyroctl.waves.spectrum import SeaState
@@ -143,7 +143,8 @@ class Predictor(NamedTuple):
         )
         if not moves:
             return cls(float(step), leads, learner)
-        return cls(float(step), leads, learner, placed(plant, seen, sea.heading, step, ages, leads, table.noise))
+        noisy = np.array([noise[0, 0, 0], noise[1, 1, 0]])
+        return cls(float(step), leads, learner, placed(plant, seen, sea.heading, step, past, leads, noisy))
 
     def init(self) -> PredictorState:
         """Return a fresh state that knows the prior only."""
@@ -157,6 +158,7 @@ class Predictor(NamedTuple):
             coming=np.zeros((2, self.horizon)),
             now=np.zeros(2),
             memory=self.learner.init(),
+            placed=begun(self.placed),
         )
 
 
@@ -171,6 +173,7 @@ class PredictorState(NamedTuple):
     coming: Array  # (2, horizon), working space for callers
     now: Array  # (2,) moments at the last sample, noise smoothed [Nm]
     memory: LearnerState
+    placed: PlacedState  # where the float moves
 
 
 def forecast(predictor: Predictor, state: PredictorState, seconds: float) -> Array:
@@ -258,7 +261,8 @@ def predict(predictor: Predictor, state: PredictorState, out: NDArray[np.float64
 def look_ahead(moving: Placed | None, predictor: Predictor, state: PredictorState, out: NDArray[np.float64]) -> None:
     """Predict from what a float at rest saw, or from the places where it was."""
     if moving is not None:
-        predict_placed(moving, state.memory.spectrum, state.history, state.samples[0], state.now, out)
+        spectrum, samples = state.memory.spectrum, state.samples[0]
+        predict_placed(moving, state.placed, spectrum, state.history, samples, state.now, out)
     else:
         predict_at_rest(predictor, state, out)
 
