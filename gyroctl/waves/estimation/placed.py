@@ -10,9 +10,10 @@ amplitudes of some bins are estimated, by the normal equations of Gaussian regre
 with H the moments that a unit wave of each bin gives at the place and age of each value m, S the variances of the
 amplitudes and R those of what no wave explains. The same matrix holds the variance of whatever is foreseen.
 
-R is learnt, for it is most of all what the model of the float misses. A forecast that is made again later differs from
-the first by what was seen in between, and the variance of the difference is the difference of their variances. Where
-the square of the one is more than the other, R was too small.
+Two things are learnt, for they are most of all what the model of the float misses. A forecast that is made again later
+differs from the first by what was seen in between, and the variance of the difference is the difference of their
+variances. One step apart, the square of the one over the other says whether R is too small; a second apart, whether the
+forecast is worse than it says, for a misfit is no white noise: its deviation is scaled.
 """
 
 from __future__ import annotations
@@ -43,18 +44,20 @@ Waves of 0.2 rad/s apart are in step again after 31 s, far beyond what is looked
 DENSE, SPARSE = 2.0, 4.0
 """Every value is looked at up to the first age, every second up to the second, every fourth beyond. [s]"""
 
-MISFIT = (20.0, 12.0)
-"""White noise of the moments at the float to begin with, beyond what is known: what the model of the float misses.
-[Nm]"""
-
 LEAST, MOST = 5.0, 150.0
-"""Range of what is learnt in its place. [Nm]"""
+"""Range of the deviation of what no wave explains. [Nm]"""
 
 EVERY = 0.5
-"""Time between leads whose variance is worked out, and between a forecast and the later one that judges it. [s]"""
+"""Time between the leads whose variance is worked out. [s]"""
 
-SLOW = 30.0
-"""Time over which the misfit is learnt. [s]"""
+JUDGED = 1.0
+"""Lead at which the deviation that the forecast says is compared with its errors. [s]"""
+
+SLOW, SLOWER = 30.0, 120.0
+"""Times over which the misfit and the scale of the deviation are learnt. [s]"""
+
+NARROW, WIDE = 0.5, 4.0
+"""Range of that scale, squared. [1]"""
 
 FAR = 9.0
 """Squared deviations that count for no more than this many: one gust of a broken value is no misfit. [1]"""
@@ -65,24 +68,28 @@ class Placed(NamedTuple):
 
     reach: float  # of the lever [m]
     width: float  # of a bin of the spectrum [rad/s]
-    every: int  # see `EVERY` [steps]
-    rate: float  # part of a deviation that the misfit takes on at once
+    rates: tuple[float, float]  # parts of a deviation that misfit and scale take on at once
+    far: int  # see `JUDGED` [steps]
+    some: NDArray[np.int64]  # (s,) leads whose variance is worked out: 0, 1, then some [steps]
+    before: Array  # (1 + horizon,) place of each lead among those
     edges: NDArray[np.int64]  # (b + 1,) bins of the spectrum at which those here begin, and the end
     ages: NDArray[np.int64]  # (m,) of the values looked at, recent first [steps]
     phase: Array  # (m, b) of each wave at each age, at rest [rad]
     k: Array  # (b,) wave number along the reach [rad/m]
     seen: Array  # (4, b): real and imaginary part of the moments as they are seen, Me1 first [Nm/m]
     ahead: Array  # (2, 2 b, 1 + horizon): moments at rest at each step from now on, of the amplitudes' parts [Nm/m]
-    misfit: Array  # (2,) variance of the misfit to begin with [Nm^2]
+    misfit: Array  # (2,) variance of what no wave explains, to begin with [Nm^2]
 
 
 class PlacedState(NamedTuple):
     """What is known of the waves at the last sample, changed in place; of no size where the float is at rest."""
 
     spread: Array  # (2, 1 + horizon) standard deviation of the forecast, now and at each lead [Nm]
-    misfit: Array  # (2,) variance of what the waves do not explain, as it was learnt [Nm^2]
-    judged: Array  # (2, 2) forecast of Me1, Me3 that is to be judged [Nm], and its variances [Nm^2]
-    due: NDArray[np.int64]  # (1,) sample at which it is, zero for none
+    variance: Array  # (2, 1 + horizon) what it would be if the model were right, squared [Nm^2]
+    misfit: Array  # (2,) variance of what no wave explains, as it was learnt [Nm^2]
+    scale: Array  # (2,) errors squared over their variance, as it was learnt [1]
+    judged: Array  # (2, 2, 2) forecasts that are to be judged, the next and the far one, and their variances [Nm, Nm^2]
+    due: NDArray[np.int64]  # (2,) samples at which they are, zero for none
 
 
 def placed(
@@ -103,7 +110,7 @@ def placed(
     horizon : int
         [steps]
     noise : (2,) array
-        Variances of what sensors leave in the moments seen. [Nm^2]
+        Variances of what no wave explains of the moments seen, to begin with. [Nm^2]
     """
     assert plant.geometry is not None
     edges = _edges(response)
@@ -114,27 +121,32 @@ def placed(
     )
     turned = true[:, :, None] * np.exp(1j * step * np.outer(omega, np.arange(horizon + 1)))
     ages = np.array([a for a in range(round(past / step) + 1) if a % _stride(a * step) == 0], np.int64)
-    every = min(max(round(EVERY / step), 1), horizon)
+    some = np.unique([0, 1, *range(0, horizon, max(round(EVERY / step), 1)), horizon])
+    far = min(max(round(JUDGED / step), 1), horizon)
     return Placed(
         float(plant.geometry.reach),
         float(response.grid.width),
-        every,
-        every * step / SLOW,
+        (step / SLOW, far * step / SLOWER),
+        far,
+        some,
+        np.interp(np.arange(horizon + 1), some, np.arange(some.size)),
         edges,
         ages,
         np.ascontiguousarray(-step * np.outer(ages, omega)),
         wavenumber(omega, plant.depth, plant.geometry.g) * math.cos(math.radians(heading)),
         np.stack([part for moment in seen for part in (moment.real, moment.imag)]),
         np.ascontiguousarray(np.concatenate([turned.real, -turned.imag], axis=1)),
-        np.clip(noise + np.square(MISFIT), LEAST**2, MOST**2),
+        np.clip(noise, LEAST**2, MOST**2),
     )
 
 
 def begun(c: Placed | None) -> PlacedState:
     """Return the state before the first sample."""
-    if c is None:
-        return PlacedState(np.zeros((2, 0)), np.zeros(0), np.zeros((2, 0)), np.zeros(1, np.int64))
-    return PlacedState(np.zeros((2, c.ahead.shape[2])), c.misfit.copy(), np.zeros((2, 2)), np.zeros(1, np.int64))
+    leads = 0 if c is None else c.ahead.shape[2]
+    misfit = np.zeros(0) if c is None else c.misfit.copy()
+    new = np.zeros
+    judged, due = new((2, 2, misfit.size)), new(2, np.int64)
+    return PlacedState(new((2, leads)), new((2, leads)), misfit, np.ones(misfit.size), judged, due)
 
 
 def _stride(age: float) -> int:
@@ -189,16 +201,16 @@ def predict_placed(
     solve_upper(U, z)
     for b in range(twice):
         z[b] *= root[b]
-    spread_of(c, U, root, state.spread)
+    spread_of(c, U, root, state)
     leads = c.ahead.shape[2]
-    row, later = np.empty(leads), np.empty(2)
+    row, values = np.empty(leads), np.empty((3, 2))
     for j in range(2):
         row[:] = 0.0
         add_rows(z, lent(c.ahead[j]), 0, twice, row, 0, leads)
-        now[j], later[j] = row[0], row[c.every]
+        now[j], values[0, j], values[1, j], values[2, j] = row[0], row[0], row[1], row[c.far]
         for lead in range(out.shape[1]):
             out[j, lead] = row[lead + 1] if lead + 1 < leads else 0.0
-    judge(c, state, samples, now, later)
+    judge(c, state, samples, values)
 
 
 @stamped(SOURCES)
@@ -255,15 +267,14 @@ def solve_upper(U: Array, v: Array) -> None:
 
 
 @stamped(SOURCES)
-def spread_of(c: Placed, U: Array, root: Array, spread: Array) -> None:
-    """Standard deviation of the moments ahead: of every few leads, straight lines of the variances in between. [Nm]"""
-    twice, leads = root.size, spread.shape[1]
-    some = (leads - 1) // c.every + 1
+def spread_of(c: Placed, U: Array, root: Array, state: PlacedState) -> None:
+    """Standard deviation of the moments ahead: at some leads, straight lines of the variance in between. [Nm]"""
+    twice, some = root.size, c.some.size
     W, column, total = np.empty((twice, 2 * some)), np.empty(twice), np.zeros(2 * some)
     for r in range(twice):  # U' W = the moments at those leads, of amplitudes of unit variance
         for j in range(2):
             for i in range(some):
-                W[r, j * some + i] = root[r] * c.ahead[j, r, i * c.every]
+                W[r, j * some + i] = root[r] * c.ahead[j, r, c.some[i]]
     for r in range(twice):
         for i in range(r):
             column[i] = -U[i, r]
@@ -273,24 +284,32 @@ def spread_of(c: Placed, U: Array, root: Array, spread: Array) -> None:
             W[r, i] *= inverse
             total[i] += W[r, i] * W[r, i]
     for j in range(2):
-        for lead in range(leads):
-            i = min(lead // c.every, some - 1)
-            beyond = min(i + 1, some - 1)
-            part = (lead - i * c.every) / c.every
-            variance = (1.0 - part) * total[j * some + i] + part * total[j * some + beyond]
-            spread[j, lead] = math.sqrt(variance)
+        for lead in range(c.before.size):
+            i = min(int(c.before[lead]), some - 2)
+            part = c.before[lead] - i
+            variance = (1.0 - part) * total[j * some + i] + part * total[j * some + i + 1]
+            state.variance[j, lead] = variance
+            state.spread[j, lead] = math.sqrt(min(max(state.scale[j], NARROW), WIDE) * variance)
 
 
 @stamped(SOURCES)
-def judge(c: Placed, state: PlacedState, samples: int, now: Array, later: Array) -> None:
-    """Learn the misfit from a forecast of now that was made some samples ago, and put another one by."""
-    if samples < state.due[0]:
-        return
-    for j in range(2):
-        explained = state.judged[1, j] - state.spread[j, 0] ** 2
-        if state.due[0] == samples and explained > 0.0:
-            deviation = (now[j] - state.judged[0, j]) ** 2 / explained
-            grown = state.misfit[j] * math.exp(c.rate * (min(deviation, FAR) - 1.0))
-            state.misfit[j] = min(max(grown, LEAST * LEAST), MOST * MOST)
-        state.judged[0, j], state.judged[1, j] = later[j], state.spread[j, c.every] ** 2
-    state.due[0] = samples + c.every
+def judge(c: Placed, state: PlacedState, samples: int, values: Array) -> None:
+    """Learn misfit and scale from forecasts of now that were made before, and put others by.
+
+    `values` (3, 2) are the moments now, at the next sample, and at the far lead. [Nm]
+    """
+    for kind in range(2):
+        lead = 1 if kind == 0 else c.far
+        if samples < state.due[kind]:
+            continue
+        for j in range(2):
+            explained = state.judged[kind, 1, j] - state.variance[j, 0]
+            if state.due[kind] == samples and explained > 0.0:
+                deviation = min((values[0, j] - state.judged[kind, 0, j]) ** 2 / explained, FAR)
+                if kind == 0:
+                    grown = state.misfit[j] * math.exp(c.rates[0] * (deviation - 1.0))
+                    state.misfit[j] = min(max(grown, LEAST * LEAST), MOST * MOST)
+                else:
+                    state.scale[j] += c.rates[1] * (deviation - state.scale[j])
+            state.judged[kind, 0, j], state.judged[kind, 1, j] = values[1 + kind, j], state.variance[j, lead]
+        state.due[kind] = samples + lead
