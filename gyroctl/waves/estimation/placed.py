@@ -165,13 +165,7 @@ def _edges(response: Responses) -> NDArray[np.int64]:
 
 @stamped(SOURCES)
 def predict_placed(
-    c: Placed,
-    state: PlacedState,
-    spectrum: Array,
-    history: Array,
-    samples: int,
-    now: Array,
-    out: NDArray[np.float64],
+    c: Placed, state: PlacedState, spectrum: Array, history: Array, samples: int, now: Array, out: NDArray[np.float64]
 ) -> None:
     """Write the moments at rest (2, n) at 1 .. n steps ahead, and those of now into `now` (2,). [Nm]
 

@@ -268,6 +268,50 @@ def look_ahead(moving: Placed | None, predictor: Predictor, state: PredictorStat
 
 
 @stamped(SOURCES)
+def forecast_spread(predictor: Predictor, state: PredictorState, leads: NDArray[np.int64], out: Array) -> None:
+    """Write the standard deviations (2, n) of the error of what was predicted last, at some leads. [Nm]
+
+    Parameters
+    ----------
+    predictor : Predictor
+    state : PredictorState
+        After `predict`.
+    leads : (n,) array
+        0 for the moments now, up to the horizon. [steps]
+    out : (2, n) array
+        Filled. Where the float moves they are `state.placed.spread`, and cost nothing; else they follow from the
+        spectrum alone, change where that is learnt, and cost more than a forecast.
+    """
+    if predictor.placed is not None:
+        for i in range(2):
+            for at in range(leads.size):
+                out[i, at] = state.placed.spread[i, leads[at]]
+    else:
+        spread_at_rest(predictor, state, leads, out)
+
+
+@stamped(SOURCES)
+def spread_at_rest(predictor: Predictor, state: PredictorState, leads: NDArray[np.int64], out: Array) -> None:
+    """See `forecast_spread`: what is left of the variance, g0 - g' G^-1 g."""
+    ages, ahead, V = predictor.learner.ages, state.memory.ahead, state.memory.whitener
+    known = 0
+    while known < ages.size and ages[known] < state.samples[0]:
+        known += 1
+    g = np.empty(2 * known)
+    for i in range(2):
+        for at in range(leads.size):
+            for a in range(known):
+                g[2 * a], g[2 * a + 1] = ahead[2 * i, ages[a] + leads[at]], ahead[2 * i + 1, ages[a] + leads[at]]
+            left = ahead[3 * i, 0]
+            for r in range(2 * known):
+                total = 0.0
+                for c in range(r + 1):
+                    total += V[r, c] * g[c]
+                left -= total * total
+            out[i, at] = math.sqrt(max(left, 0.0))
+
+
+@stamped(SOURCES)
 def predict_at_rest(predictor: Predictor, state: PredictorState, out: NDArray[np.float64]) -> None:
     """See `predict`."""
     ages, ahead, V = predictor.learner.ages, state.memory.ahead, state.memory.whitener
