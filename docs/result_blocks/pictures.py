@@ -85,7 +85,9 @@ def _forecast() -> Figure:
 
     found = result("forecast")
     skills = {
-        sea: Skill(np.array([np.array(rows, float) for rows in sources.values()]), np.zeros((2, 2)))
+        sea: Skill(
+            np.array([np.array(rows, float) for rows in sources.values()]), np.zeros((2, 2)), np.zeros((2, 2, 0))
+        )
         for sea, sources in found["error"].items()
     }
     return draw(skills, found["note"])

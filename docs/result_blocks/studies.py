@@ -111,6 +111,22 @@ def forecast() -> str:
     return "\n\n".join([table(heads, lines, 3), told, caption("forecast")])
 
 
+def forecast_spread() -> str:
+    """Share of the errors within the deviations that the forecast says of itself."""
+    found = result("forecast")
+    lines = [
+        [
+            case,
+            f"Me{moment}",
+            *(" / ".join(f"{share:.2f}" for share in shares) for shares in zip(one, two, strict=True)),
+        ]
+        for case, within in found["within_its_deviations"].items()
+        for moment, one, two in zip((1, 3), within["one"], within["two"], strict=True)
+    ]
+    heads = ("sea, from sensors", "moment", *(f"{lead:g} s" for lead in found["leads_s"]))
+    return "\n\n".join([table(heads, lines, 2), caption("forecast")])
+
+
 def _now(found: Mapping[str, Any], which: str) -> str:
     each = [seas[which] for seas in found["error_at_the_sample"].values()]
     told = []
@@ -168,6 +184,7 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
     "startup-rest": startup_rest,
     "startup-loss": startup_loss,
     "forecast": forecast,
+    "forecast_spread": forecast_spread,
     "statements": statements,
     "hydro": hydro,
 }

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
+from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.plant import Plant
 from gyroctl.provenance import made
@@ -30,6 +31,12 @@ REAL_WATER: dict[str, Callable[[], Plant]] = {
     "gamma 5, realistic device, realistic design": partial(zhang2017, variant="realistic"),
 }
 """The device in real water, and what estimator and forecast are designed with there."""
+
+WITHIN = ("one", "two")
+"""Deviations that the forecast says of itself, within which errors are counted."""
+
+LAG = Actuators(cc_lag=0.02)
+"""Actuators in real water."""
 
 
 def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, law: str = "coupling") -> str:
@@ -58,7 +65,9 @@ def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, l
     truth = zhang2017(radiation="fine")  # finer than the design model, as in every evaluation
     found = {name: skill(sea, law, seeds, duration, truth) for name, sea in SEAS.items()}
     real = zhang2017(variant="realistic", radiation="fine")
-    wet = {name: skill(SEAS["gamma 5"], law, seeds, duration, real, design()) for name, design in REAL_WATER.items()}
+    wet = {
+        name: skill(SEAS["gamma 5"], law, seeds, duration, real, design(), LAG) for name, design in REAL_WATER.items()
+    }
     runs = f"{len(seeds)} realisations of {duration:g} s under the law {law}"
     note = f"truth: finer radiation fit; {runs}; default sensors"
     with styled():
@@ -71,7 +80,8 @@ def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, l
     skills, wet_skills = (
         {name: dict(zip(SOURCES, value.error, strict=True)) for name, value in each.items()} for each in (found, wet)
     )
-    errors = {"error": skills, "error_in_real_water": wet_skills}
+    within = {name: dict(zip(WITHIN, value.within, strict=True)) for name, value in {**found, **wet}.items()}
+    errors = {"error": skills, "error_in_real_water": wet_skills, "within_its_deviations": within}
     content = {"note": note, "error_at_the_sample": at_the_sample, "leads_s": LEADS, **errors}
     write_json(out / "forecast.json", {**head, **content})
     return _text(rows) + _sample({**found, **wet})
@@ -97,4 +107,7 @@ def _sample(found: dict[str, Skill]) -> str:
     for name, value in found.items():
         estimator, smoothed = (f"{me1:.4f} {me3:.4f}" for me1, me3 in value.now)
         text += f"{name}: at the sample, estimator {estimator}, smoothed {smoothed} (Me1, Me3)\n"
+        for count, shares in zip(WITHIN, value.within, strict=True):
+            at = "; ".join(" ".join(f"{share:.3f}" for share in moment) for moment in shares)
+            text += f"{name}: within {count} of the deviations that it says, by lead (Me1; Me3) {at}\n"
     return text

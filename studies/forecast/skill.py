@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.devices import zhang2017
+from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.registry import law
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.sensing import Sensors
 from gyroctl.plant import Plant
 from gyroctl.plant.measurement import ROWS
 from gyroctl.waves import DriftingSea, SeaState, realise
-from gyroctl.waves.estimation import MomentEstimator, Predictor, relative_error, replay, replay_moments
+from gyroctl.waves.estimation import MomentEstimator, Predictor, coverage, relative_error, replay, replay_moments
 
 Array = NDArray[np.float64]
 
@@ -34,6 +35,7 @@ class Skill(NamedTuple):
 
     error: Array  # (sources, 2, leads)
     now: Array  # (2, 2), at the sample: of the estimator's moments, of the smoothed ones
+    within: Array  # (2, 2, leads), "sensors": share of errors within one and two deviations that the forecast says
 
 
 def skill(
@@ -43,6 +45,7 @@ def skill(
     duration: float,
     truth: Plant,
     design: Plant | None = None,
+    actuators: Actuators | None = None,
 ) -> Skill:
     """Forecast on closed-loop runs of a law, the estimator being designed on another plant than the true one.
 
@@ -60,11 +63,13 @@ def skill(
         What the loop is run with.
     design : Plant, optional
         What estimator and forecast are designed with; the linear device.
+    actuators : Actuators, optional
+        Of the loop; ideal ones.
     """
-    design, settings = design or zhang2017(), Settings(sensors=Sensors())
+    design, settings = design or zhang2017(), Settings(sensors=Sensors(), actuators=actuators or Actuators())
     estimator = MomentEstimator.design(design, delay=settings.actuators.delay)
     known = sea if isinstance(sea, SeaState) else None
-    errors, now = [], []
+    errors, now, within = [], [], []
     for seed in seeds:
         waves = lead_in(realise(truth, sea, seed, duration), settings)
         run, _ = run_law(truth, law(name), waves, settings)
@@ -88,9 +93,10 @@ def skill(
                 ahead = said.ahead
                 if source == "sensors":
                     now.append([_at_the_sample(moments, values) for values in (said.me_hat, said.now)])
+                    within.append(coverage(predictor, LEADS, said, moments, FIRST))
             row.append(relative_error(predictor, LEADS, ahead, moments, FIRST))
         errors.append(row)
-    return Skill(np.mean(errors, axis=0), np.mean(now, axis=0))
+    return Skill(*(np.mean(each, axis=0) for each in (errors, now, within)))
 
 
 def _measured(states: Array, sensors: Sensors, seed: int) -> Array:

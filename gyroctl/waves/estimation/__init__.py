@@ -10,8 +10,9 @@ and change nothing but the arrays of the state that they are given::
 
     predictor = Predictor.design(plant, estimator=estimator, step=0.1, past=12.0, horizon=8.0)
     memory = predictor.init()
-    observe(predictor, memory, state.me_hat[0], state.me_hat[1])
+    observe(predictor, memory, state.me_hat[0], state.me_hat[1], math.sin(state.x_hat[0]))
     predict(predictor, memory, out)                      # out (2, n): Me1, Me3 at 0.1, 0.2, .. s ahead [Nm]
+    forecast_spread(predictor, memory, leads, deviations)  # and how far it trusts itself at some leads [Nm]
     memory.now                                           # (2,) the moments at the sample with less noise than me_hat
 
     probe = Probe.design(predictor, waves.moments, waves.dt, lead=2.0)      # a predictor without `estimator`
@@ -26,12 +27,12 @@ from __future__ import annotations
 
 from gyroctl.waves.estimation import observer, probe
 from gyroctl.waves.estimation.observer import SENSOR_NOISE, EstimatorState, MomentEstimator, update
-from gyroctl.waves.estimation.predictor import Predictor, PredictorState, forecast, observe, predict
+from gyroctl.waves.estimation.predictor import Predictor, PredictorState, forecast, forecast_spread, observe, predict
 from gyroctl.waves.estimation.probe import Probe, foresee
-from gyroctl.waves.estimation.skill import Replay, relative_error, replay, replay_moments
+from gyroctl.waves.estimation.skill import Replay, coverage, relative_error, replay, replay_moments
 
 SOURCES = (*observer.SOURCES, *probe.SOURCES)
-"""Files that are compiled into `update`, `observe`, `predict` and `foresee`."""
+"""Files that are compiled into `update`, `observe`, `predict`, `forecast_spread` and `foresee`."""
 
 __all__ = [
     "SENSOR_NOISE",
@@ -42,7 +43,9 @@ __all__ = [
     "PredictorState",
     "Probe",
     "Replay",
+    "coverage",
     "forecast",
+    "forecast_spread",
     "foresee",
     "observe",
     "predict",

@@ -23,7 +23,7 @@ from gyroctl.waves.estimation.gaussian import Bins, bins, kernels, responses, st
 from gyroctl.waves.estimation.learning import Learner, LearnerState, correlate, learn
 from gyroctl.waves.estimation.moment_model import Array, FloatModel, float_model, noise_covariance, transfer
 from gyroctl.waves.estimation.observer import MomentEstimator
-from gyroctl.waves.estimation.placed import Placed, placed, predict_placed
+from gyroctl.waves.estimation.placed import Placed, PlacedState, begun, placed, predict_placed
 from gyroctl.waves.estimation.sea_shape import shape_of
 from gyroctl.waves.estimation.wave_signals import position_of, seen_from
 from gyroctl.waves.spectrum import SeaState
@@ -143,7 +143,8 @@ class Predictor(NamedTuple):
         )
         if not moves:
             return cls(float(step), leads, learner)
-        return cls(float(step), leads, learner, placed(plant, seen, sea.heading, step, ages, leads, table.noise))
+        noisy = np.array([noise[0, 0, 0], noise[1, 1, 0]])
+        return cls(float(step), leads, learner, placed(plant, seen, sea.heading, step, past, leads, noisy))
 
     def init(self) -> PredictorState:
         """Return a fresh state that knows the prior only."""
@@ -157,6 +158,7 @@ class Predictor(NamedTuple):
             coming=np.zeros((2, self.horizon)),
             now=np.zeros(2),
             memory=self.learner.init(),
+            placed=begun(self.placed),
         )
 
 
@@ -171,6 +173,7 @@ class PredictorState(NamedTuple):
     coming: Array  # (2, horizon), working space for callers
     now: Array  # (2,) moments at the last sample, noise smoothed [Nm]
     memory: LearnerState
+    placed: PlacedState  # where the float moves
 
 
 def forecast(predictor: Predictor, state: PredictorState, seconds: float) -> Array:
@@ -258,9 +261,54 @@ def predict(predictor: Predictor, state: PredictorState, out: NDArray[np.float64
 def look_ahead(moving: Placed | None, predictor: Predictor, state: PredictorState, out: NDArray[np.float64]) -> None:
     """Predict from what a float at rest saw, or from the places where it was."""
     if moving is not None:
-        predict_placed(moving, state.memory.spectrum, state.history, state.samples[0], state.now, out)
+        spectrum, samples = state.memory.spectrum, state.samples[0]
+        predict_placed(moving, state.placed, spectrum, state.history, samples, state.now, out)
     else:
         predict_at_rest(predictor, state, out)
+
+
+@stamped(SOURCES)
+def forecast_spread(predictor: Predictor, state: PredictorState, leads: NDArray[np.int64], out: Array) -> None:
+    """Write the standard deviations (2, n) of the error of what was predicted last, at some leads. [Nm]
+
+    Parameters
+    ----------
+    predictor : Predictor
+    state : PredictorState
+        After `predict`.
+    leads : (n,) array
+        0 for the moments now, up to the horizon. [steps]
+    out : (2, n) array
+        Filled. Where the float moves they are `state.placed.spread`, and cost nothing; else they follow from the
+        spectrum alone, change where that is learnt, and cost more than a forecast.
+    """
+    if predictor.placed is not None:
+        for i in range(2):
+            for at in range(leads.size):
+                out[i, at] = state.placed.spread[i, leads[at]]
+    else:
+        spread_at_rest(predictor, state, leads, out)
+
+
+@stamped(SOURCES)
+def spread_at_rest(predictor: Predictor, state: PredictorState, leads: NDArray[np.int64], out: Array) -> None:
+    """See `forecast_spread`: what is left of the variance, g0 - g' G^-1 g."""
+    ages, ahead, V = predictor.learner.ages, state.memory.ahead, state.memory.whitener
+    known = 0
+    while known < ages.size and ages[known] < state.samples[0]:
+        known += 1
+    g = np.empty(2 * known)
+    for i in range(2):
+        for at in range(leads.size):
+            for a in range(known):
+                g[2 * a], g[2 * a + 1] = ahead[2 * i, ages[a] + leads[at]], ahead[2 * i + 1, ages[a] + leads[at]]
+            left = ahead[3 * i, 0]
+            for r in range(2 * known):
+                total = 0.0
+                for c in range(r + 1):
+                    total += V[r, c] * g[c]
+                left -= total * total
+            out[i, at] = math.sqrt(max(left, 0.0))
 
 
 @stamped(SOURCES)

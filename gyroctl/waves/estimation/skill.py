@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.plant.equations import PHI1
+from gyroctl.plant.trigonometry import cos_sin
 from gyroctl.waves.estimation.moment_model import Array
 from gyroctl.waves.estimation.observer import MomentEstimator, update
-from gyroctl.waves.estimation.predictor import Predictor, observe, predict, steps_ahead
+from gyroctl.waves.estimation.predictor import Predictor, forecast_spread, observe, predict, steps_ahead
 
 
 class Replay(NamedTuple):
@@ -21,6 +23,7 @@ class Replay(NamedTuple):
     me_hat: Array  # (n, 2), of the estimator [Nm]
     now: Array  # (n, 2), of the predictor at the same instants [Nm]
     ahead: Array  # (n, 2, leads) [Nm]
+    spread: Array  # (n, 2, leads) standard deviation of their errors, as the predictor says [Nm]
     innovation: Array  # (n, 7) of the estimator
 
 
@@ -49,13 +52,14 @@ def replay(
     n = min(measured.shape[0], controls.shape[0])
     measured = np.ascontiguousarray(measured)
     state, memory = estimator.init(), predictor.init()
-    shapes = (state.x_hat.shape, (2,), (2,), (2, steps.size), (7,))
+    shapes = (state.x_hat.shape, (2,), (2,), (2, steps.size), (2, steps.size), (7,))
     out = Replay(*(np.zeros((n, *shape)) for shape in shapes))
     for i in range(n):
         held = controls[max(i - 1, 0)]
         update(estimator, state, measured[i], held[0], held[1])
-        observe(predictor, memory, state.me_hat[0], state.me_hat[1])
+        observe(predictor, memory, state.me_hat[0], state.me_hat[1], cos_sin(state.x_hat[PHI1])[1])
         predict(predictor, memory, memory.coming)
+        forecast_spread(predictor, memory, steps, out.spread[i])
         out.x_hat[i], out.me_hat[i], out.innovation[i] = state.x_hat, state.me_hat, state.innovation
         out.now[i], out.ahead[i] = memory.now, memory.coming[:, steps - 1]
     return out
@@ -104,6 +108,23 @@ def relative_error(
             raise InputError("forecast.first", first, "leaves nothing to judge", "Give a longer record")
         error = ahead[made, :, a].T - truth[:, made + lead]
         out[:, a] = np.mean(error**2, axis=1) / np.mean(truth[:, begin:n] ** 2, axis=1)
+    return out
+
+
+def coverage(predictor: Predictor, leads: Sequence[float], said: Replay, truth: Array, first: float = 100.0) -> Array:
+    """Share (2, 2, leads) of errors within one and two of the standard deviations that the forecast says. [-]
+
+    0.683 and 0.954 where the forecast knows its own error. Arguments as of `relative_error`.
+    """
+    steps, n, begin = _steps(predictor, leads), said.ahead.shape[0], round(first / predictor.step)
+    out = np.empty((2, 2, steps.size))
+    for a, lead in enumerate(steps):
+        made = np.arange(begin, min(n, truth.shape[1] - lead))
+        if made.size == 0:
+            raise InputError("forecast.first", first, "leaves nothing to judge", "Give a longer record")
+        error = np.abs(said.ahead[made, :, a] - truth[:, made + lead].T)
+        for deviations in (1, 2):
+            out[deviations - 1, :, a] = np.mean(error <= deviations * said.spread[made, :, a], axis=0)
     return out
 
 
