@@ -65,7 +65,7 @@ SAMPLE = """
     more, status = posed(law, w, estimate.x_hat), GOOD
     if more >= 0:
         plan_at(plan)(
-            step, slope, w.start, moments, w.now, w.weights, law.h, law.k, w.trial, w.other, w.result,
+            step, slope, w.start, moments, w.now, w.weights, law.h, law.k, w.trial, w.rivals, w.result,
             law.iterations, more,
         )
         if not isfinite(w.result[0]):

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc.entry import Texts, entry_at, learn_of, sample_of, texts_of
 from gyroctl.controllers.nmpc.flat import NotFlat, built, row_of
 from gyroctl.controllers.nmpc.foresight import Foresight, Waves, between
-from gyroctl.controllers.nmpc.planner import FRESH, MODEL, compiled_planner, model_of, planner_of
+from gyroctl.controllers.nmpc.planner import ELSEWHERE, FRESH, MODEL, compiled_planner, model_of, planner_of
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, kind_of, width_of
 from gyroctl.controllers.nmpc.problem import weights
@@ -196,7 +196,7 @@ class Nmpc:
         powered(law, w, speed)
         more, status = posed(law, w, estimate.x_hat), GOOD
         if more >= 0:
-            given = w.start, memory.moments, w.now, w.weights, law.h, law.k, w.trial, w.other, w.result
+            given = w.start, memory.moments, w.now, w.weights, law.h, law.k, w.trial, w.rivals, w.result
             self._planner(*given, law.iterations, more)
             if not math.isfinite(w.result[0]):
                 status = FAILED
@@ -258,13 +258,17 @@ class Nmpc:
             replan=int(effort.replan),
             every=int(effort.every),
             retries=int(effort.retries),
+            life=int(effort.life),
+            fresh_rival=ELSEWHERE[effort.solver],
             fallback=(float(pair.cc), float(pair.cg)) if type(pair) is Fallback else (0.0, 0.0),
             addresses=(0, 0, 0, 0, 0),
         )
 
     @cached_property
     def _first(self) -> Memory:
-        return first_memory(self._constants, BEFORE, self.intervals, width_of(kind_of(self.plant)), BINS)
+        return first_memory(
+            self._constants, BEFORE, self.intervals, width_of(kind_of(self.plant)), int(self.effort.rivals), BINS
+        )
 
     @cached_property
     def _texts(self) -> Texts:

@@ -27,7 +27,7 @@ from gyroctl.controllers.nmpc.solvers.real_time_iterations import (
     iterate_briefly,
     iterate_condensed,
 )
-from gyroctl.plant.compiled import callback, entry_point, inlined, put, source_stamp, within
+from gyroctl.plant.compiled import callback, entry_point, inlined, source_stamp, within
 
 FIELDS = len(Weights._fields)
 
@@ -51,7 +51,7 @@ step_at, pullback_at, tangent_at = function_at(6), function_at(8), function_at(4
 condensed_iterations, swept_iterations = within(iterate_condensed), within(iterate_briefly)
 
 PLAN = types.void(types.intp, types.intp, *[ROW] * 9, types.int64, types.int64)
-"""Of ``plan(step, slope, start, moments, now, weights, h, k, cc, other, result, iterations, more)``."""
+"""Of ``plan(step, slope, start, moments, now, weights, h, k, cc, rivals, result, iterations, more)``."""
 
 
 @inlined
@@ -62,7 +62,6 @@ def problem_of(start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any)
 
 def _by_programs(stamp: str, condensed: bool) -> Any:
     """Text of a planner by quadratic programs; the stamp makes the cache forget code whose parts have changed."""
-    fresh = ELSEWHERE["condensed"]
 
     def plan(
         step_address: int,
@@ -74,7 +73,7 @@ def _by_programs(stamp: str, condensed: bool) -> Any:
         h: Any,
         k: Any,
         cc: Any,
-        other: Any,
+        rivals: Any,
         result: Any,
         iterations: int,
         more: int,
@@ -83,26 +82,29 @@ def _by_programs(stamp: str, condensed: bool) -> Any:
         step, tangent = step_at(step_address), tangent_at(tangent_address)
         problem = problem_of(start, moments, now, weights, h, k)
         room = (empty_condensed if condensed else empty_room)(cc.size, start.size)
-        for begun in range(2 if more > 0 else 1):  # the plan, then the one from elsewhere: one place that is compiled
+        n = cc.size
+        for begun in range(1 + rivals.size // n if more > 0 else 1):  # the plan, then each rival: one compiled place
             tried, count, memory = cc, iterations, result[1]
-            if begun == 1:
-                tried, count, memory = other, more, fresh
+            if begun > 0:
+                tried, count, memory = rivals[n * (begun - 1) : n * begun], more, result[1 + begun]
             if condensed:
                 found = condensed_iterations(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
             else:
                 found = swept_iterations(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
             if begun == 0:
                 result[0], result[1] = found.after, found.proximal
-            elif found.after < result[0]:
-                put(other, cc)
+                continue
+            result[1 + begun] = found.proximal
+            if found.after < result[0]:  # the two change places: the loser goes on as a rival
                 result[0] = found.after
+                for i in range(n):
+                    tried[i], cc[i] = cc[i], tried[i]
 
     return plan
 
 
 def _by_descent(stamp: str) -> Any:
     """Text of the planner by gradients."""
-    fresh = ELSEWHERE["descent"]
 
     def plan(
         step_address: int,
@@ -114,7 +116,7 @@ def _by_descent(stamp: str) -> Any:
         h: Any,
         k: Any,
         cc: Any,
-        other: Any,
+        rivals: Any,
         result: Any,
         iterations: int,
         more: int,
@@ -124,11 +126,15 @@ def _by_descent(stamp: str) -> Any:
         problem = problem_of(start, moments, now, weights, h, k)
         _, cost, memory = descend(step, pullback, problem, cc, result[1], iterations)
         result[0], result[1] = cost, memory
+        n = cc.size
         if more > 0:
-            _, found, _ = descend(step, pullback, problem, other, fresh, GRADIENTS * more)
-            if found < cost:
-                put(other, cc)
-                result[0] = found
+            for r in range(rivals.size // n):
+                tried = rivals[n * r : n * (r + 1)]
+                _, found, result[2 + r] = descend(step, pullback, problem, tried, result[2 + r], GRADIENTS * more)
+                if found < result[0]:
+                    result[0] = found
+                    for i in range(n):
+                        tried[i], cc[i] = cc[i], tried[i]
 
     return plan
 
@@ -142,10 +148,10 @@ def compiled_planner(solver: str) -> Any:
 
     The plan `cc` (n,) is improved by so many `iterations` of the solver "condensed", "riccati" or "descent". `now`
     holds power [W], last coupling, its limit [Nms] and the control interval [s]; `weights` the fields of `Weights`; the
-    rest is as in `Problem`. `result` holds what the solver remembers, see `FRESH`, as its second number, and both
-    numbers are written: the cost of the plan [J] is the first. With `more` > 0 iterations the plan `other` is improved
-    as well, and taken instead of `cc` where it costs less: there are many local optima, and a plan that is only ever
-    shifted stays in its own.
+    rest is as in `Problem`. `result` (2 + rivals,) holds what the solver remembers of the plan, see `FRESH`, as its
+    second number, and of each rival behind it; all are written, the cost of the plan [J] is the first. With `more` > 0
+    iterations each of the `rivals`, plans one after the other, is improved as well, and changes places with `cc` where
+    it costs less: there are many local optima, and a plan that is only ever shifted stays in its own.
     """
     text = _by_descent(STAMP) if solver == "descent" else _by_programs(STAMP, solver == "condensed")
     return callback(text, PLAN)
@@ -173,22 +179,22 @@ def plan_by_address(
     h: Any,
     k: Any,
     cc: Any,
-    other: Any,
+    rivals: Any,
     result: Any,
     iterations: int,
     more: int,
 ) -> None:
     """Call a planner from Python."""
-    plan_at(address)(step, slope, start, moments, now, weights, h, k, cc, other, result, iterations, more)
+    plan_at(address)(step, slope, start, moments, now, weights, h, k, cc, rivals, result, iterations, more)
 
 
 def planner_of(kind: Kind, solver: str) -> Callable[..., None]:
-    """Return ``plan(start, moments, now, weights, h, k, cc, other, result, iterations, more)`` of any solver.
+    """Return ``plan(start, moments, now, weights, h, k, cc, rivals, result, iterations, more)`` of any solver.
 
     As `compiled_planner`, with the functions of the model in it, and with "osqp" among the solvers.
     """
     if solver == "osqp":
-        return osqp_planner(kind, ELSEWHERE["osqp"])
+        return osqp_planner(kind)
     planner, model = compiled_planner(solver), model_of(kind, solver)
     addresses = planner.address, *(function.address for function in model)
 

@@ -56,7 +56,9 @@ class Numbers(NamedTuple):
     iterations: int  # of the solver, per plan
     replan: int  # samples from one plan to the next
     every: int  # plans from one that is begun elsewhere to the next
-    retries: int  # iterations that it gets
+    retries: int  # iterations that each of them gets
+    life: int  # plans for which it is kept before it is begun anew
+    fresh_rival: float  # what a solver remembers of one that is begun elsewhere
     fallback: tuple[float, float]  # cc, cg [Nms]
     addresses: tuple[int, int, int, int, int]  # plan, two functions of the model, learn, clock; see `entry`
 
@@ -77,11 +79,11 @@ class Work(NamedTuple):
     angles: FloatArray  # (PAST,) of the ring at the last samples, oldest first [rad]
     counts: Counts  # SAMPLE .. FALLBACKS
     trial: FloatArray  # (n,) the plan that is worked on [Nms]
-    other: FloatArray  # (n,) one that is begun elsewhere [Nms]
+    rivals: FloatArray  # (rivals n,) plans that were begun elsewhere, one after the other [Nms]
     start: FloatArray  # state that a plan begins in
     now: FloatArray  # power [W], last coupling, its limit [Nms], control interval [s]
     weights: FloatArray  # fields of `Weights`
-    result: FloatArray  # cost [J], what the solver remembers
+    result: FloatArray  # (2 + rivals,) cost [J], what the solver remembers of the plan and of each rival
 
 
 class Memory(NamedTuple):
@@ -95,12 +97,12 @@ class Memory(NamedTuple):
     spent: Counts  # samples by the time they took, see `stopwatch`
 
 
-def first_memory(c: Constants, pair: tuple[float, float], intervals: int, width: int, bins: int) -> Memory:
+def first_memory(c: Constants, pair: tuple[float, float], intervals: int, width: int, rivals: int, bins: int) -> Memory:
     """Memory before the first sample, of a law whose last command was a pair [Nms]."""
     n, new, law = intervals, np.zeros, c.law
     numbers = np.array([law.fresh, law.command.power, law.command.power, *pair])
     counts, weights = new(6, np.int64), new(law.weights.size)
-    problem = new(n), new(n), new(law.rows.size), new(4), weights, new(2)
+    problem = new(n), new(rivals * n), new(law.rows.size), new(4), weights, new(2 + rivals)
     work = Work(np.full(n, pair[0]), numbers, new(PAST), counts, *problem)
     ahead, moments = new((2, n)), new(width * (2 * n + 1))
     return Memory(c.estimator.init(), c.predictor.init(), work, ahead, moments, new(bins, np.int64))
@@ -166,19 +168,27 @@ def posed(c: Numbers, w: Work, x: Any) -> int:
     w.weights[REACH] = w.angles[0] + c.reserve * ((PAST - 1) * c.period + c.horizon)
     w.result[1] = w.numbers[SOLVER]
     followed(w.plan, w.trial)
-    sample = w.counts[SAMPLE]
+    sample, n = w.counts[SAMPLE], w.trial.size
+    count = w.rivals.size // n
+    if c.life > 1:
+        for r in range(count):
+            followed(w.rivals[n * r : n * (r + 1)], w.rivals[n * r : n * (r + 1)])
     if sample % c.replan != 0:
         return -1
     plans = sample // c.replan
     if plans % c.every != 0 or c.retries == 0:
         return 0
-    elsewhere(plans // c.every % 4, c.cc_max, w.trial, w.other)
+    turn = plans // c.every
+    for r in range(count):  # begun one after the other, so that there is always one that has had its time
+        if turn % c.life == r * c.life // count or w.result[2 + r] == 0.0:
+            elsewhere((turn // c.life * count + r) % 4, c.cc_max, w.trial, w.rivals[n * r : n * (r + 1)])
+            w.result[2 + r] = c.fresh_rival
     return c.retries
 
 
 @inlined
 def elsewhere(kind: int, cc_max: float, plan: Any, other: Any) -> None:
-    """Begin another plan: no coupling, half of it, or the same switching a little later or sooner."""
+    """Begin a rival plan: no coupling, half of it, or the same switching a little later or sooner."""
     n = plan.size
     for i in range(n):
         if kind < 2:

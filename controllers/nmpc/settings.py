@@ -14,7 +14,20 @@ Information = Literal["oracle", "forecast", "sensors"]
 SETTINGS = ("information", "horizon", "period", "effort", "probe", "command", "aims", "cc_max", "cg_max", "deadline")
 """Fields of the law that are checked, groups among them."""
 
-POSITIVE = ["horizon", "iterations", "replan", "every", "period", "cc_max", "cg_max", "deadline", "flywheel", "power"]
+POSITIVE = [
+    "horizon",
+    "iterations",
+    "replan",
+    "every",
+    "rivals",
+    "life",
+    "period",
+    "cc_max",
+    "cg_max",
+    "deadline",
+    "flywheel",
+    "power",
+]
 """Settings that must be more than zero; the other numbers may be zero."""
 
 
@@ -26,6 +39,8 @@ class Effort(NamedTuple):
     replan: int = 1  # samples from one plan to the next; the last one is followed in between
     every: int = 3  # every so many plans another one is begun elsewhere
     retries: int = 2  # iterations that it gets; none is begun with 0
+    rivals: int = 1  # plans begun elsewhere that are worked on side by side
+    life: int = 1  # times that each is worked on before it is begun anew: with more than one it goes along meanwhile
 
 
 class Preview(NamedTuple):

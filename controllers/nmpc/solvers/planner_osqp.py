@@ -14,23 +14,25 @@ from gyroctl.controllers.nmpc.solvers.osqp_solver import OsqpSolver
 from gyroctl.controllers.nmpc.solvers.real_time_iterations import empty_room, iterate_with
 
 
-def osqp_planner(kind: Kind, elsewhere: float) -> Callable[..., None]:
-    """Return a planner as `planner.planner_of` does; `elsewhere` is the memory of a plan that is begun there."""
+def osqp_planner(kind: Kind) -> Callable[..., None]:
+    """Return a planner as `planner.planner_of` does."""
     step, tangent = step_of(kind), tangent_of(kind)
     built: dict[int, tuple[OsqpSolver, Any]] = {}
 
     def plan(*given: Any) -> None:
-        start, moments, now, weights, h, k, cc, other, result, iterations, more = given
+        start, moments, now, weights, h, k, cc, rivals, result, iterations, more = given
         power, before, cc_max, period = now.tolist()
         problem = Problem(start, moments, power, before, cc_max, period, h, k, Weights(*weights.tolist()))
         if cc.size not in built:
             built[cc.size] = OsqpSolver(cc.size, start.size), empty_room(cc.size, start.size)
         solver, room = built[cc.size]
         found = iterate_with(solver, step, tangent, problem, cc, float(result[1]), iterations, room)
-        result[:] = found.after, found.proximal
-        if more > 0:
-            found = iterate_with(solver, step, tangent, problem, other, elsewhere, more, room)
+        result[:2] = found.after, found.proximal
+        for r, rival in enumerate(rivals.reshape(-1, cc.size) if more > 0 else ()):
+            found = iterate_with(solver, step, tangent, problem, rival, float(result[2 + r]), more, room)
+            result[2 + r] = found.proximal
             if found.after < result[0]:
-                cc[:], result[0] = other, found.after
+                result[0] = found.after
+                cc[:], rival[:] = rival.copy(), cc.copy()
 
     return plan
