@@ -50,10 +50,10 @@ class Switching(NamedTuple):
 
 
 def record(
-    plant: gy.Plant, law: Any, sensors: gy.Sensors | None = None, delay: int = 0, duration: float = 160.0
+    plant: gy.Plant, law: Any, sensors: gy.Sensors | None = None, duration: float = 160.0, **actuators: Any
 ) -> Record:
     sensors = sensors or gy.Sensors()
-    settings = Settings(blend=20.0, sensors=sensors, actuators=gy.Actuators(delay=delay))
+    settings = Settings(blend=20.0, sensors=sensors, actuators=gy.Actuators(**actuators))
     waves = gy.realise(plant, gy.SeaState(), SEED, duration).blended(20.0)
     run, _ = run_law(plant, law, waves, settings)
     n = run.controls.shape[0]
@@ -316,6 +316,7 @@ def test_the_same_samples_give_the_same_bits(device: gy.Plant, locked: Record) -
         ({"period": 0.0}, "estimator.period"),
         ({"delay": 0.5}, "estimator.delay"),
         ({"delay": -1}, "estimator.delay"),
+        ({"lag": (0.02, -0.01)}, "estimator.lag"),
     ],
 )
 def test_bad_input_names_field_and_mend(device: gy.Plant, change: dict[str, Any], field: str) -> None:

@@ -184,7 +184,6 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
     "startup-rest": startup_rest,
     "startup-loss": startup_loss,
     "forecast": forecast,
-    "forecast_spread": forecast_spread,
     "statements": statements,
     "hydro": hydro,
 }

@@ -67,7 +67,8 @@ def skill(
         Of the loop; ideal ones.
     """
     design, settings = design or zhang2017(), Settings(sensors=Sensors(), actuators=actuators or Actuators())
-    estimator = MomentEstimator.design(design, delay=settings.actuators.delay)
+    slow = settings.actuators
+    estimator = MomentEstimator.design(design, delay=slow.delay, lag=(slow.cc_lag, slow.cg_lag))
     known = sea if isinstance(sea, SeaState) else None
     errors, now, within = [], [], []
     for seed in seeds:
@@ -75,7 +76,7 @@ def skill(
         run, _ = run_law(truth, law(name), waves, settings)
         n = len(run.controls)
         measured = _measured(run.states[:n], settings.sensors, seed)
-        moments = np.ascontiguousarray(waves.moments[:, :: round(settings.actuators.period / waves.dt)])
+        moments = np.ascontiguousarray(waves.moments[:, :: round(slow.period / waves.dt)])
         row = []
         for source in SOURCES:
             if "sea known" in source and known is None:

@@ -76,6 +76,7 @@ class MomentEstimator(NamedTuple):
     ring_noise: Array  # (3,) variances of psi, psi', omega' per sample
     ring_drift: Array  # (3,) variances that a period adds to them
     delay: int  # age of a command when it acts, in samples
+    lag: tuple[float, float]  # time constants with which cc and cg follow their commands [s]
 
     @classmethod
     def design(
@@ -88,6 +89,7 @@ class MomentEstimator(NamedTuple):
         spread: float = 0.2,
         unmodelled: float = 0.3,
         ring_drift: tuple[float, float, float] = (2e-4, 0.02, 0.05),
+        lag: tuple[float, float] = (0.0, 0.0),
     ) -> MomentEstimator:
         """Design the estimator.
 
@@ -111,17 +113,22 @@ class MomentEstimator(NamedTuple):
             Intensity of moments on the float that no wave explains. [Nm s^0.5]
         ring_drift : three floats
             Standard deviations of what the model misses of psi, psi', omega' in one period. [rad, rad/s]
+        lag : two floats
+            Time constants with which cc and cg follow what is commanded, 0 where they jump. [s]
 
         Raises
         ------
         InputError
-            For noise that is negative or not seven numbers, a period that is not positive, a delay that is no count.
+            For noise that is negative or not seven numbers, a period that is not positive, a delay that is no count,
+            a lag that is negative or not two numbers.
         """
         noise = _checked(sensor_noise)
         if not (math.isfinite(period) and period > 0.0):
             raise InputError("estimator.period", period, "must be positive", "Give the sampling period in seconds")
         if isinstance(delay, bool) or delay != int(delay) or delay < 0:
             raise InputError("estimator.delay", delay, "must be whole samples, zero or more", "Give an integer")
+        if len(lag) != 2 or not all(math.isfinite(each) and each >= 0.0 for each in lag):
+            raise InputError("estimator.lag", lag, "must be two numbers, none negative", "Give seconds of cc and of cg")
         sea, plant = sea or SeaState(), seen_from(plant)
         _, gains = gains_of(plant, sea, noise, period, spread, unmodelled)
         return cls(
@@ -137,6 +144,7 @@ class MomentEstimator(NamedTuple):
             noise[:3] ** 2,
             np.array(ring_drift, float) ** 2,
             int(delay),
+            (float(lag[0]), float(lag[1])),
         )
 
     def init(self) -> EstimatorState:
@@ -148,6 +156,7 @@ class MomentEstimator(NamedTuple):
             wave=np.zeros(4),
             ring=np.diag(self.ring_noise),
             queue=np.zeros((self.delay + 1, 2)),
+            held=np.zeros(2),
             innovation=np.zeros(7),
             work=np.zeros((6, max(rows(self.k), signal_rows(self.k.beyond)))),
             begun=np.zeros(1),
@@ -162,6 +171,7 @@ class EstimatorState(NamedTuple):
     wave: Array  # (4,) Me1, Me1', Me3, Me3'
     ring: Array  # (3, 3) variance of psi, psi', omega'
     queue: Array  # (delay + 1, 2) commands that have not acted yet
+    held: Array  # (2,) controls at the sample, on their way to what was commanded [Nms]
     innovation: Array  # (7,) measurement less prediction, in the order of the measurements
     work: Array  # (6, rows)
     begun: Array  # (1,) samples so far
@@ -187,6 +197,22 @@ def _checked(sensor_noise: tuple[float, ...]) -> Array:
     return noise
 
 
+@inlined
+def arrived(begin: float, aim: float, lag: float, t: float) -> float:
+    """Control after a time `t` [s] on its way from one value to another. [Nms]"""
+    if lag <= 0.0:
+        return aim
+    return aim + (begin - aim) * math.exp(-t / lag)
+
+
+@inlined
+def on_the_way(begin: float, aim: float, lag: float, since: float, hold: float) -> float:
+    """Mean of a control from `since` after its command on over `hold` [s]. [Nms]"""
+    if lag <= 0.0:
+        return aim
+    return aim + (begin - aim) * lag / hold * (math.exp(-since / lag) - math.exp(-(since + hold) / lag))
+
+
 @stamped(SOURCES)
 def update(estimator: MomentEstimator, state: EstimatorState, y: NDArray[np.float64], cc: float, cg: float) -> None:
     """Take one sample, in place.
@@ -208,6 +234,7 @@ def update(estimator: MomentEstimator, state: EstimatorState, y: NDArray[np.floa
         state.begun[0] = 1.0
         for i in range(queue.shape[0]):
             queue[i, 0], queue[i, 1] = cc, cg
+        state.held[0], state.held[1] = cc, cg
         return
     state.begun[0] += 1.0
     last = queue.shape[0] - 1
@@ -215,7 +242,11 @@ def update(estimator: MomentEstimator, state: EstimatorState, y: NDArray[np.floa
         queue[i, 0], queue[i, 1] = queue[i + 1, 0], queue[i + 1, 1]
     queue[last, 0], queue[last, 1] = cc, cg
     predict_state(estimator, state, queue[0, 0], queue[0, 1])
-    predict_ring(estimator, state, queue[0, 0], queue[0, 1])
+    lags, hold, held = estimator.lag, estimator.period, state.held
+    mean_cc = on_the_way(held[0], queue[0, 0], lags[0], 0.0, hold)
+    predict_ring(estimator, state, mean_cc, on_the_way(held[1], queue[0, 1], lags[1], 0.0, hold))
+    for i in range(2):
+        held[i] = arrived(held[i], queue[0, i], lags[i], hold)
     e = state.innovation
     e[0], e[1], e[2] = y[0] - x[PSI], y[1] - x[PSI_RATE], y[2] - x[OMEGA_RATE]
     e[3], e[4], e[5], e[6] = y[3] - x[PHI1], y[4] - x[PHI3], y[5] - x[PHI1_RATE], y[6] - x[PHI3_RATE]
@@ -226,11 +257,15 @@ def update(estimator: MomentEstimator, state: EstimatorState, y: NDArray[np.floa
 
 @part(SOURCES)
 def predict_state(estimator: MomentEstimator, state: EstimatorState, cc: float, cg: float) -> None:
-    """Run plant and moments over one period with held controls."""
+    """Run plant and moments over one period, the controls on their way from `state.held` to what is commanded.
+
+    Each step takes their mean over it: a lag may be as short as a step, and the ring feels its impulse alone.
+    """
+    lags, held = estimator.lag, state.held
     k, x_hat, wave, work = estimator.k, state.x_hat, state.wave, state.work
     n = x_hat.size
     hold = estimator.period
-    steps = steps_for(hold, COARSEST, slip_rate(k, cc))
+    steps = steps_for(hold, COARSEST, slip_rate(k, cc if lags[0] == 0.0 else max(cc, held[0])))
     h = hold / steps
     x, dx, total, signals = work[0], work[1], work[2], work[3]
     decay = estimator.spread * estimator.wp
@@ -241,6 +276,8 @@ def predict_state(estimator: MomentEstimator, state: EstimatorState, cc: float, 
         for i in range(n):
             x[i] = x_hat[i]
             total[i] = 0.0
+        mean_cc = on_the_way(held[0], cc, lags[0], step * h, h)
+        mean_cg = on_the_way(held[1], cg, lags[1], step * h, h)
         for stage in range(4):
             ahead = 0.0 if stage == 0 else (h if stage == 3 else 0.5 * h)
             s = step * h + ahead
@@ -250,7 +287,7 @@ def predict_state(estimator: MomentEstimator, state: EstimatorState, cc: float, 
             rate1 = c * (turn * one - decay * wave[0]) - sn * (turn * wave[0] + decay * one)
             rate3 = c * (turn * three - decay * wave[2]) - sn * (turn * wave[2] + decay * three)
             put_signals(k.beyond, estimator.signals, x[PHI1], me1, rate1, me3, rate3, signals)
-            derivative(x, dx, 1, 0, k, cc, cg, me1, me3, k.beyond, signals)
+            derivative(x, dx, 1, 0, k, mean_cc, mean_cg, me1, me3, k.beyond, signals)
             share = h / 6.0 if stage == 0 or stage == 3 else h / 3.0
             to = h if stage == 2 else 0.5 * h
             for i in range(n):

@@ -10,10 +10,11 @@ amplitudes of some bins are estimated, by the normal equations of Gaussian regre
 with H the moments that a unit wave of each bin gives at the place and age of each value m, S the variances of the
 amplitudes and R those of what no wave explains. The same matrix holds the variance of whatever is foreseen.
 
-Two things are learnt, for they are most of all what the model of the float misses. A forecast that is made again later
-differs from the first by what was seen in between, and the variance of the difference is the difference of their
-variances. One step apart, the square of the one over the other says whether R is too small; a second apart, whether the
-forecast is worse than it says, for a misfit is no white noise: its deviation is scaled.
+Two things are learnt, for they are most of all what the model of the float misses. R, from the newest value of each
+moment: what it leaves unexplained over what it would leave by itself, r^2 / (1 - a' (I + A' A)^-1 a), is one on the
+average where R is right. And the scale of the deviation that the forecast says: a misfit is no white noise. A forecast
+that is made again a second later differs from the first by what was seen in between, and the variance of the difference
+is that of the one less that of the other.
 """
 
 from __future__ import annotations
@@ -47,9 +48,6 @@ DENSE, SPARSE = 2.0, 4.0
 LEAST, MOST = 5.0, 150.0
 """Range of the deviation of what no wave explains. [Nm]"""
 
-EVERY = 0.5
-"""Time between the leads whose variance is worked out. [s]"""
-
 JUDGED = 1.0
 """Lead at which the deviation that the forecast says is compared with its errors. [s]"""
 
@@ -70,8 +68,6 @@ class Placed(NamedTuple):
     width: float  # of a bin of the spectrum [rad/s]
     rates: tuple[float, float]  # parts of a deviation that misfit and scale take on at once
     far: int  # see `JUDGED` [steps]
-    some: NDArray[np.int64]  # (s,) leads whose variance is worked out: 0, 1, then some [steps]
-    before: Array  # (1 + horizon,) place of each lead among those
     edges: NDArray[np.int64]  # (b + 1,) bins of the spectrum at which those here begin, and the end
     ages: NDArray[np.int64]  # (m,) of the values looked at, recent first [steps]
     phase: Array  # (m, b) of each wave at each age, at rest [rad]
@@ -88,8 +84,8 @@ class PlacedState(NamedTuple):
     variance: Array  # (2, 1 + horizon) what it would be if the model were right, squared [Nm^2]
     misfit: Array  # (2,) variance of what no wave explains, as it was learnt [Nm^2]
     scale: Array  # (2,) errors squared over their variance, as it was learnt [1]
-    judged: Array  # (2, 2, 2) forecasts that are to be judged, the next and the far one, and their variances [Nm, Nm^2]
-    due: NDArray[np.int64]  # (2,) samples at which they are, zero for none
+    judged: Array  # (2, 2) a forecast that is to be judged [Nm], and its variances [Nm^2]
+    due: NDArray[np.int64]  # (2,) samples at which it is, and at which the misfit was learnt last
 
 
 def placed(
@@ -121,15 +117,12 @@ def placed(
     )
     turned = true[:, :, None] * np.exp(1j * step * np.outer(omega, np.arange(horizon + 1)))
     ages = np.array([a for a in range(round(past / step) + 1) if a % _stride(a * step) == 0], np.int64)
-    some = np.unique([0, 1, *range(0, horizon, max(round(EVERY / step), 1)), horizon])
     far = min(max(round(JUDGED / step), 1), horizon)
     return Placed(
         float(plant.geometry.reach),
         float(response.grid.width),
         (step / SLOW, far * step / SLOWER),
         far,
-        some,
-        np.interp(np.arange(horizon + 1), some, np.arange(some.size)),
         edges,
         ages,
         np.ascontiguousarray(-step * np.outer(ages, omega)),
@@ -145,7 +138,7 @@ def begun(c: Placed | None) -> PlacedState:
     leads = 0 if c is None else c.ahead.shape[2]
     misfit = np.zeros(0) if c is None else c.misfit.copy()
     new = np.zeros
-    judged, due = new((2, 2, misfit.size)), new(2, np.int64)
+    judged, due = new((2, misfit.size)), new(2, np.int64)
     return PlacedState(new((2, leads)), new((2, leads)), misfit, np.ones(misfit.size), judged, due)
 
 
@@ -193,18 +186,24 @@ def predict_placed(
         U[r, r] += 1.0
     factorise_upper(U)
     solve_upper(U, z)
+    left, explained = np.empty(2), np.empty(2)  # of the newest values
+    for j in range(2):
+        left[j] = y[j]
+        for b in range(twice):
+            left[j] -= A[j, b] * z[b]
     for b in range(twice):
         z[b] *= root[b]
-    spread_of(c, U, root, state)
+    spread_of(c, U, root, A, state, explained)
+    learn_misfit(c, state, samples, left, explained)
     leads = c.ahead.shape[2]
-    row, values = np.empty(leads), np.empty((3, 2))
+    row, later = np.empty(leads), np.empty(2)
     for j in range(2):
         row[:] = 0.0
         add_rows(z, lent(c.ahead[j]), 0, twice, row, 0, leads)
-        now[j], values[0, j], values[1, j], values[2, j] = row[0], row[0], row[1], row[c.far]
+        now[j], later[j] = row[0], row[c.far]
         for lead in range(out.shape[1]):
             out[j, lead] = row[lead + 1] if lead + 1 < leads else 0.0
-    judge(c, state, samples, values)
+    learn_scale(c, state, samples, now, later)
 
 
 @stamped(SOURCES)
@@ -261,49 +260,60 @@ def solve_upper(U: Array, v: Array) -> None:
 
 
 @stamped(SOURCES)
-def spread_of(c: Placed, U: Array, root: Array, state: PlacedState) -> None:
-    """Standard deviation of the moments ahead: at some leads, straight lines of the variance in between. [Nm]"""
-    twice, some = root.size, c.some.size
-    W, column, total = np.empty((twice, 2 * some)), np.empty(twice), np.zeros(2 * some)
+def spread_of(c: Placed, U: Array, root: Array, A: Array, state: PlacedState, explained: Array) -> None:
+    """Standard deviation of the moments now and ahead. [Nm]
+
+    It is worked out at every lead, for it goes up and down twice in a wave.
+
+    `explained` (2,) is filled with that of what the newest values see, over the variance of their misfit: a' G^-1 a.
+    """
+    twice, leads = root.size, state.variance.shape[1]
+    count = 2 * leads + 2
+    W, column, total = np.empty((twice, count)), np.empty(twice), np.zeros(count)
     for r in range(twice):  # U' W = the moments at those leads, of amplitudes of unit variance
+        row = W[r]
         for j in range(2):
-            for i in range(some):
-                W[r, j * some + i] = root[r] * c.ahead[j, r, c.some[i]]
+            ahead = c.ahead[j, r]
+            for lead in range(leads):
+                row[j * leads + lead] = root[r] * ahead[lead]
+            row[2 * leads + j] = A[j, r]
     for r in range(twice):
         for i in range(r):
             column[i] = -U[i, r]
-        add_rows(column, lent(W), 0, r, W[r], 0, 2 * some)
-        inverse = 1.0 / U[r, r]
-        for i in range(2 * some):
-            W[r, i] *= inverse
-            total[i] += W[r, i] * W[r, i]
+        row, inverse = W[r], 1.0 / U[r, r]
+        add_rows(column, lent(W), 0, r, row, 0, count)
+        for i in range(count):
+            row[i] *= inverse
+            total[i] += row[i] * row[i]
     for j in range(2):
-        for lead in range(c.before.size):
-            i = min(int(c.before[lead]), some - 2)
-            part = c.before[lead] - i
-            variance = (1.0 - part) * total[j * some + i] + part * total[j * some + i + 1]
-            state.variance[j, lead] = variance
-            state.spread[j, lead] = math.sqrt(min(max(state.scale[j], NARROW), WIDE) * variance)
+        explained[j] = total[2 * leads + j]
+        scale = min(max(state.scale[j], NARROW), WIDE)
+        for lead in range(leads):
+            state.variance[j, lead] = total[j * leads + lead]
+            state.spread[j, lead] = math.sqrt(scale * total[j * leads + lead])
 
 
 @stamped(SOURCES)
-def judge(c: Placed, state: PlacedState, samples: int, values: Array) -> None:
-    """Learn misfit and scale from forecasts of now that were made before, and put others by.
+def learn_misfit(c: Placed, state: PlacedState, samples: int, left: Array, explained: Array) -> None:
+    """Learn from what the newest values leave unexplained, over the deviation of their misfit (2,), once a sample."""
+    if state.due[1] == samples:
+        return
+    state.due[1] = samples
+    for j in range(2):
+        deviation = min(left[j] ** 2 / (1.0 - explained[j]), FAR)
+        grown = state.misfit[j] * math.exp(c.rates[0] * (deviation - 1.0))
+        state.misfit[j] = min(max(grown, LEAST * LEAST), MOST * MOST)
 
-    `values` (3, 2) are the moments now, at the next sample, and at the far lead. [Nm]
-    """
-    for kind in range(2):
-        lead = 1 if kind == 0 else c.far
-        if samples < state.due[kind]:
-            continue
-        for j in range(2):
-            explained = state.judged[kind, 1, j] - state.variance[j, 0]
-            if state.due[kind] == samples and explained > 0.0:
-                deviation = min((values[0, j] - state.judged[kind, 0, j]) ** 2 / explained, FAR)
-                if kind == 0:
-                    grown = state.misfit[j] * math.exp(c.rates[0] * (deviation - 1.0))
-                    state.misfit[j] = min(max(grown, LEAST * LEAST), MOST * MOST)
-                else:
-                    state.scale[j] += c.rates[1] * (deviation - state.scale[j])
-            state.judged[kind, 0, j], state.judged[kind, 1, j] = values[1 + kind, j], state.variance[j, lead]
-        state.due[kind] = samples + lead
+
+@stamped(SOURCES)
+def learn_scale(c: Placed, state: PlacedState, samples: int, now: Array, later: Array) -> None:
+    """Learn from the forecast of now (2,) that was made before, and put another one by, of `c.far` steps ahead."""
+    if samples < state.due[0]:
+        return
+    for j in range(2):
+        explained = state.judged[1, j] - state.variance[j, 0]
+        if state.due[0] == samples and explained > 0.0:
+            deviation = min((now[j] - state.judged[0, j]) ** 2 / explained, FAR)
+            state.scale[j] += c.rates[1] * (deviation - state.scale[j])
+        state.judged[0, j], state.judged[1, j] = later[j], state.variance[j, c.far]
+    state.due[0] = samples + c.far
