@@ -101,7 +101,7 @@ class Scheduled(NamedTuple):
 
     def init(self) -> ScheduledState:
         """Filters are filled by the first sample; the peak frequency starts at `wp`."""
-        return ScheduledState(*[0.0] * (len(ScheduledState._fields) - 1), seen=unread())
+        return ScheduledState._make([*[0.0] * (len(ScheduledState._fields) - 1), unread()])
 
     def clamped(self, state: ScheduledState) -> int:
         """Samples so far at which the schedule was asked outside its table."""
