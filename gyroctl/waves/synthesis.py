@@ -161,8 +161,10 @@ class Synthesis:
         phases = self.phases(seed)
         if not phases.size:
             return amplitudes
-        turned = np.exp(1j * phases)  # the same for each heading of a sea that turns
-        return amplitudes * (np.tile(turned, len(self.waves.headings)) if self.waves.headings else turned)
+        turned: NDArray[np.complex128] = np.exp(1j * phases)
+        if self.waves.headings:  # a sea that turns has the same waves at each heading
+            turned = np.tile(turned, len(self.waves.headings))
+        return amplitudes * turned
 
 
 def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float = 0.05) -> Synthesis:
