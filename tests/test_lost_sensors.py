@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,13 @@ from numpy.typing import NDArray
 from rule_based_laws import LAWS
 
 import gyroctl as gy
+from gyroctl.controllers.nmpc.sample import acted_on
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.nested import leaves
 from gyroctl.plant.measurement import CHANNELS, ROWS, Measurement
 from gyroctl.plant.readings import PATIENCE, SAFE, believed, unread
-from gyroctl.waves.estimation import SENSOR_NOISE, MomentEstimator, look_to_then, update
+from gyroctl.simulation.metrics import evaluate
+from gyroctl.waves.estimation import SENSOR_NOISE, EstimatorState, MomentEstimator, look_to_then, update
 from gyroctl.waves.estimation.moment_model import gains_of, gains_of_the_rest
 
 Array = NDArray[np.float64]
@@ -96,10 +99,35 @@ def test_ring_takes_the_flywheel_where_both_of_its_sensors_are_lost_and_the_law_
         assert SAFE not in commands[:200] and SAFE not in commands[400:], name
 
 
+@pytest.mark.parametrize("reads", ["nothing", "zero"])
+@pytest.mark.parametrize("name", [*LAWS, "scheduled_lmi", "supervisor"])
+def test_law_holds_the_lock_while_a_sensor_of_the_float_is_lost(device: gy.Plant, name: str, reads: Any) -> None:
+    """Twenty seconds without phi3', which drives the ring: as Python and as machine code the same bits."""
+    lost = replace(gy.Sensors().phi3_rate, lost_from=40.0, lost_for=20.0, lost_reads=reads)
+    settings = Settings(blend=20.0, sensors=replace(gy.Sensors(), phi3_rate=lost))
+    waves = lead_in(gy.realise(device, gy.SeaState(gamma=50.0), 100002, duration=70.0), settings)
+    law = gy.law(name)
+    record, _ = run_law(device, law, waves, settings)
+    turned = record.states[-1, 2] - record.states[400, 2]
+    assert turned > 0.8 * WP * 30.0
+    plain, _ = run_law(device, law, waves, settings, compiled=False)
+    np.testing.assert_array_equal(record.commands, plain.commands)
+
+
 def test_device_at_rest_is_not_taken_for_lost_sensors() -> None:
     """Ideal sensors of a device that stands repeat themselves, and all agree."""
     seen, blind = followed(np.zeros((100, 7)))
     assert not seen.any() and not blind.any()
+
+
+def test_what_repeats_itself_rightly_is_believed() -> None:
+    """A rate that is read with a coarse resolution repeats itself next to the truth."""
+    y = course(400)
+    y[:, 5] = np.round(y[:, 5] / 0.15) * 0.15 + 0.01
+    seen, _ = followed(y)
+    repeats = np.flatnonzero(np.diff(y[:, 5]) == 0.0) + 1
+    assert repeats.size > 10
+    assert np.mean(seen[repeats, 5] == y[repeats, 5]) > 0.5
 
 
 # --- estimator -----------------------------------------------------------------------------------------------------
@@ -173,6 +201,36 @@ def test_gain_of_the_rest_is_that_of_a_sensor_whose_noise_is_boundless(device: g
     assert not partial[15].any()
 
 
+def test_gain_of_the_sensors_that_are_left_is_the_one_that_acts(estimator: MomentEstimator, record: Any) -> None:
+    """One sample without phi3 moves the moments by the gain that was designed for its loss."""
+    y = noisy(record)
+    state = estimator.init()
+    for i in range(300):
+        update(estimator, state, y[i], *record.commands[max(i - 1, 0)])
+    copies = [EstimatorState(*(part.copy() for part in state)) for _ in range(2)]
+    whole, holed = y[300].copy(), y[300].copy()
+    holed[4] = math.nan
+    for one, reading in zip(copies, (whole, holed), strict=True):
+        update(estimator, one, reading, *record.commands[299])
+    e = copies[0].innovation[3:]
+    left = estimator.partial[2] @ (e * np.array([1.0, 0.0, 1.0, 1.0])) - estimator.gain @ e
+    np.testing.assert_allclose(copies[1].wave - copies[0].wave, left[-4:], rtol=1e-6, atol=1e-9)
+    np.testing.assert_array_equal(copies[1].missing, np.arange(7) == 4)
+
+
+def test_variance_of_the_ring_grows_while_a_sensor_is_lost(estimator: MomentEstimator, record: Any) -> None:
+    """Without psi its variance is that of a random walk: the noise of psi' is integrated, nothing takes it away."""
+    y = noisy(record)
+    y[300:500, 0] = math.nan
+    state, variance = estimator.init(), []
+    for i in range(500):
+        update(estimator, state, y[i], *record.commands[max(i - 1, 0)])
+        variance.append(state.ring[0, 0])
+    growth = np.diff(variance[310:])
+    assert np.all(growth > 0.0)
+    assert variance[499] > 20.0 * variance[299]
+
+
 # --- delay ---------------------------------------------------------------------------------------------------------
 
 
@@ -195,3 +253,41 @@ def test_state_then_is_where_the_known_commands_lead(device: gy.Plant) -> None:
     off, moved = (np.sqrt(np.mean(np.array(rows[300:]) ** 2, axis=0)) for rows in (gaps, still))
     known = [0, 1, 4, 5, 6, 7]  # phi1, phi3, their rates, psi', omega'
     assert np.all(off[known] < 0.2 * moved[known]), off / moved
+
+
+def test_plan_of_a_law_that_knows_its_delay_begins_where_it_acts() -> None:
+    """In the state then, and with the moments that were foreseen for two intervals later."""
+    law = gy.law("nmpc", delay=2)
+    state = law.init()
+    for i, row in enumerate(course(100)):
+        _, state = law.step(PERIOD * i, Measurement(*row.tolist()), state)
+    memory, numbers = law.memory(state), law._numbers
+    width = memory.moments.size // (2 * memory.ahead.shape[1] + 1)
+    assert memory.ahead.shape[1] == law.intervals + 2
+    plan = acted_on(numbers, memory.ahead, memory.moments)
+    assert plan.size == width * (2 * law.intervals + 1)
+    np.testing.assert_array_equal(plan[:2], memory.ahead[:, 1])  # the second interval's end is the plan's beginning
+    np.testing.assert_array_equal(memory.work.start, memory.estimate.then[numbers.rows])
+    assert np.max(np.abs(memory.estimate.then - memory.estimate.x_hat)) > 0.1
+
+
+@pytest.mark.slow
+def test_planner_that_knows_its_delay_loses_a_tenth_of_its_power_at_most(device: gy.Plant) -> None:
+    powers = {}
+    for name, law, delay in (("none", 0, 0), ("known", 1, 1), ("unknown", 0, 1)):
+        settings = Settings(actuators=gy.Actuators(delay=delay))
+        found = []
+        for seed in range(100000, 100004):
+            waves = lead_in(gy.realise(device, gy.SeaState(), seed, duration=400.0), settings)
+            record, _ = run_law(device, gy.law("nmpc", delay=law), waves, settings)
+            found.append(evaluate(device, record, waves.moments[1], waves.dt, WP, 100.0, np.nan)["mean_power"])
+        powers[name] = np.mean(found)
+    assert powers["known"] > 0.9 * powers["none"]
+    assert powers["unknown"] < 0.9 * powers["none"], "else there is nothing to make up for"
+
+
+@pytest.mark.parametrize("delay", [-1, 0.5, True, 11, "1"])
+def test_delay_that_cannot_be_made_up_for_is_refused(delay: Any) -> None:
+    with pytest.raises(gy.InputError) as caught:
+        gy.law("nmpc", delay=delay)
+    assert caught.value.field == "nmpc.delay"
