@@ -160,6 +160,7 @@ KEEPERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
     "seas": _seas,
     "offdesign": _offdesign,
     "robustness": _robustness,
+    "faults": _robustness,
     "information": _information,
     "physics": _physics,
     "bound": _bound,

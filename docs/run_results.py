@@ -62,6 +62,12 @@ RUNS = {
         "robustness.json",
         "2 h",
     ),
+    "faults": Run(
+        "gyroctl evaluate faults",
+        "gyroctl evaluate faults --laws coupling,load_angle --seeds 1:2 --duration 300",
+        "faults.json",
+        "1 h",
+    ),
     "information": Run(
         "gyroctl evaluate information --seeds 1:8",
         "gyroctl evaluate information --seeds 1:2 --duration 300",

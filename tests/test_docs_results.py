@@ -46,7 +46,7 @@ DEFINED: dict[str, dict[str, str]] = {
         r"± ?20 %|5 %|0\.091 rad|20, 50, 100 ms": "the perturbed devices",
         r"4 of 4 locked|200 of 200|51 %": "arithmetic of Wilson's interval, on made-up counts",
         r"0\.1 rad/s": "step of the drifting sea",
-        r"20 ms|200 ms": "cases of real water",
+        r"20 ms|200 ms|10, 50, 100 ms": "cases of real water",
     },
     "docs/experiment.md": {r"2 %|99 %": "tolerance of the check of a law, and the name of a measure"},
     "docs/laws.md": {r"within 15 %": "rule of the supervisor", r"30 W": "setting of the supervisor"},

@@ -15,8 +15,8 @@ from gyroctl.harness.run import Settings, run_law
 from gyroctl.plant.equations import OMEGA_RATE, PSI, PSI_RATE
 from gyroctl.plant.measurement import ROWS
 from gyroctl.waves.estimation import SENSOR_NOISE, MomentEstimator, update
-from gyroctl.waves.estimation.moment_model import float_model, noise_covariance, stationary_gains, transfer
-from gyroctl.waves.estimation.observer import gains_of, predict_ring
+from gyroctl.waves.estimation.moment_model import float_model, gains_of, noise_covariance, stationary_gains, transfer
+from gyroctl.waves.estimation.ring_filter import predict_ring
 
 Array = NDArray[np.float64]
 NOISE = np.array(SENSOR_NOISE)

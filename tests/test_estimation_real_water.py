@@ -18,7 +18,8 @@ from gyroctl.plant.equations import OMEGA_RATE, PHI1, PSI, PSI_RATE
 from gyroctl.plant.measurement import ROWS
 from gyroctl.waves.channels import transfers
 from gyroctl.waves.estimation import MomentEstimator, Predictor, relative_error, replay
-from gyroctl.waves.estimation.observer import predict_state, secant
+from gyroctl.waves.estimation.observer import predict_state
+from gyroctl.waves.estimation.ring_filter import secant
 from gyroctl.waves.estimation.wave_signals import band, known_of, put_signals, regression, signal_table, unexplained
 
 Array = NDArray[np.float64]

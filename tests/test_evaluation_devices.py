@@ -22,7 +22,7 @@ from gyroctl.waves.energy import wave_power
 def test_every_truth_differs_from_the_design_in_what_it_says() -> None:
     design = gy.zhang2017()
     found = {truth.name: truth for truth in truths()}
-    assert len(found) == 19
+    assert len(found) == 20
     for name in ("k1", "d1", "J14"):
         for sign in (-1, 1):
             truth = found[f"{name} {'+' if sign > 0 else '-'}20 %"].plant
@@ -33,9 +33,10 @@ def test_every_truth_differs_from_the_design_in_what_it_says() -> None:
     assert (late.actuators.delay, late.sensors) == (1, Settings().sensors)
     assert noisy.sensors.omega_rate.noise == pytest.approx(0.05 * 69.0)
     assert noisy.sensors.psi.quantum == Settings().sensors.psi.quantum
-    assert len({(t.plant.coefficients, t.plant.excitation.sha256, repr(t.settings)) for t in found.values()}) == 19
+    said = {(t.plant.coefficients, t.plant.excitation.sha256, repr((t.settings, t.told))) for t in found.values()}
+    assert len(said) == 20
     assert found[NOMINAL].plant.coefficients == design.coefficients
-    assert len({id(truth.plant) for truth in found.values()}) == 19, "no truth is another's object"
+    assert len({id(truth.plant) for truth in found.values()}) == 20, "no truth is another's object"
 
 
 def test_scaled_excitation_pushes_harder_in_the_same_waves() -> None:

@@ -21,6 +21,7 @@ from gyroctl.harness.protocol import Measurement
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.loop_margins.closed_loop_orbit import close_loop
 from gyroctl.plant.measurement import read
+from gyroctl.plant.readings import unread
 
 NAMES = ("scheduled_lqr", "scheduled_lmi")
 
@@ -72,6 +73,7 @@ def state_at(envelope: float, frequency: float, bandwidth: float) -> ScheduledSt
         rate_s=0.0,
         clamped=0.0,
         begun=1.0,
+        seen=unread(),
     )
 
 

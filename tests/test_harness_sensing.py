@@ -124,3 +124,39 @@ def test_bad_sensor_is_named(field: str, channel: dict[str, Any]) -> None:
     with pytest.raises(gy.InputError) as caught:
         gy.Sensors(phi1=gy.Channel(**channel))
     assert caught.value.field == field and caught.value.mend
+
+
+@pytest.mark.parametrize(
+    ("reads", "expected"), [("nothing", math.nan), ("zero", 0.0), ("last", None)], ids=["nothing", "zero", "last"]
+)
+def test_lost_sensor_reads_as_chosen_for_its_time_alone(motion: Array, reads: Any, expected: float | None) -> None:
+    """Lost from 5 to 8 s at 0.1 s a sample: samples 50 to 79; the other sensors, with a resolution too, go on."""
+    lost = gy.Channel(quantum=1e-9, lost_from=5.0, lost_for=3.0, lost_reads=reads)
+    whole, holed = (measured(gy.Sensors(phi1=channel), motion) for channel in (gy.Channel(quantum=1e-9), lost))
+    away = np.zeros(len(motion), bool)
+    away[50:80] = True
+    np.testing.assert_array_equal(holed[~away], whole[~away])
+    np.testing.assert_array_equal(np.delete(holed, 3, axis=1), np.delete(whole, 3, axis=1))
+    np.testing.assert_array_equal(holed[away, 3], whole[49, 3] if expected is None else expected)
+
+
+@pytest.mark.parametrize(("period", "first", "end"), [(0.1, 3, 6), (0.05, 6, 12), (0.2, 2, 3)])
+def test_loss_is_counted_in_seconds(period: float, first: int, end: int) -> None:
+    sensors = gy.Sensors(psi=gy.Channel(lost_from=0.3, lost_for=0.3, lost_reads="zero"))
+    fate = sensors.arrays(20, 1, period).fate[:, 0]
+    np.testing.assert_array_equal(np.flatnonzero(fate), np.arange(first, end))
+
+
+def test_one_sample_that_comes_late_is_the_one_before(motion: Array) -> None:
+    late = gy.Channel(lost_from=1.0, lost_for=0.1, lost_reads="last")
+    seen = measured(gy.Sensors(*[late] * 7), motion)
+    expected = motion[:, ROWS].copy()
+    expected[10] = expected[9]
+    np.testing.assert_array_equal(seen, expected)
+
+
+def test_unknown_reading_of_a_lost_sensor_is_named() -> None:
+    for value in ("nan", 0.0, ["zero"]):
+        with pytest.raises(gy.InputError) as caught:
+            gy.Sensors(phi3=gy.Channel(lost_reads=value))  # type: ignore[arg-type]
+        assert caught.value.field == "sensors.phi3.lost_reads"

@@ -15,6 +15,7 @@ import gyroctl as gy
 ROOT = Path(gy.__file__).resolve().parents[1]
 ROOMS = {
     "comparison",
+    "faults",
     "harness",
     "hydrodynamics",
     "kept",

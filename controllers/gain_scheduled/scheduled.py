@@ -24,6 +24,7 @@ import math
 from typing import Any, Literal, NamedTuple
 
 from gyroctl.plant.compiled import inlined
+from gyroctl.plant.readings import Readings, believed, safely, unread
 
 SWING = ("swing_cos", "swing_sin", "swing_rate_cos", "swing_rate_sin")
 SIGNALS = ("envelope", "angle", "speed", "speed_cos2", "speed_sin2", "flywheel", *SWING)
@@ -42,7 +43,8 @@ class ScheduledState(NamedTuple):
 
     Slow and brisk parts of u1, u3 and the latter filtered again [rad/s]; ring speed [rad/s]; means of the squares
     of the slow and brisk envelopes [rad^2/s^2], of that filtered again times its rate of turning, and of its
-    square; parts of phi1 [rad] and phi1' [rad/s] that turn with the ring; samples outside the table; 1 once begun.
+    square; parts of phi1 [rad] and phi1' [rad/s] that turn with the ring; samples outside the table; 1 once begun; the
+    last readings.
     """
 
     U1: float
@@ -62,6 +64,7 @@ class ScheduledState(NamedTuple):
     rate_s: float
     clamped: float
     begun: float
+    seen: Readings
 
 
 class Scheduled(NamedTuple):
@@ -98,7 +101,7 @@ class Scheduled(NamedTuple):
 
     def init(self) -> ScheduledState:
         """Filters are filled by the first sample; the peak frequency starts at `wp`."""
-        return ScheduledState(*[0.0] * len(ScheduledState._fields))
+        return ScheduledState._make([*[0.0] * (len(ScheduledState._fields) - 1), unread()])
 
     def clamped(self, state: ScheduledState) -> int:
         """Samples so far at which the schedule was asked outside its table."""
@@ -110,6 +113,7 @@ class Scheduled(NamedTuple):
 
     def step(self, t: float, y: Any, state: ScheduledState) -> tuple[tuple[float, float], ScheduledState]:
         """Filter, look up, feed back."""
+        y, seen = believed(self.period, self.N, y, state.seen)
         c, s = math.cos(y.psi), math.sin(y.psi)
         u1 = c * y.phi1_rate - s * y.phi3_rate
         u3 = s * y.phi1_rate + c * y.phi3_rate
@@ -178,9 +182,9 @@ class Scheduled(NamedTuple):
 
         # the count of samples outside is rounded so that it carries no derivative: margins are those of the feedback
         out = math.floor(state.clamped + 0.5) + self.counting * outside
-        return (min(max(cc, self.cc_min), self.cc_max), min(max(cg, 0.0), self.cg_max)), ScheduledState(
-            U1, U3, V1, V3, W1, W3, speed, slow_square, square, turning, weight, phi_c, phi_s, rate_c, rate_s, out, 1.0
-        )
+        command = safely(seen, min(max(cc, self.cc_min), self.cc_max), min(max(cg, 0.0), self.cg_max))
+        means, parts = (slow_square, square, turning, weight), (phi_c, phi_s, rate_c, rate_s)
+        return command, ScheduledState(U1, U3, V1, V3, W1, W3, speed, *means, *parts, out, 1.0, seen)
 
 
 @inlined

@@ -55,18 +55,19 @@ SAMPLE = """
     room = np.zeros(2, np.int64)
     begin = seconds(clock, room)
     observed({estimator}, estimate, law, w, y)
-    speed = estimate.x_hat[OMEGA_RATE]
+    look_to_then({estimator}, estimate)
+    speed = estimate.then[OMEGA_RATE]
     ahead, moments, predictor = {ahead}, {moments}, {predictor}
     if take(predictor, forecast, estimate.me_hat[0], estimate.me_hat[1], placed(estimate)):
         learn_at(learn)(p, s)
     predict(predictor, forecast, ahead)
     between(forecast.now, ahead, law.period, moments)
     powered(law, w, speed)
-    more, status = posed(law, w, estimate.x_hat), GOOD
+    more, status = posed(law, w, estimate.then), GOOD
     if more >= 0:
         plan_at(plan)(
-            step, slope, w.start, moments, w.now, w.weights, law.h, law.k, w.trial, w.rivals, w.result,
-            law.iterations, more,
+            step, slope, w.start, acted_on(law, ahead, moments), w.now, w.weights, law.h, law.k, w.trial, w.rivals,
+            w.result, law.iterations, more,
         )
         if not isfinite(w.result[0]):
             status = FAILED
@@ -115,9 +116,10 @@ def learn_of(texts: Texts) -> Any:
 PARTS = [
     f"from {__name__} import learn_at, plan_at",
     f"from {foresight.__name__} import between",
-    f"from {sample.__name__} import FAILED, GOOD, acted, fell_back, observed, placed, posed, powered",
+    f"from {sample.__name__} import FAILED, GOOD, acted, acted_on, fell_back, observed, placed, posed, powered",
     f"from {stopwatch.__name__} import note, seconds",
     f"from {equations.__name__} import OMEGA_RATE",
+    f"from {observer.__name__} import look_to_then",
     f"from {predictor.__name__} import predict, take",
 ]
 

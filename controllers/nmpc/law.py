@@ -37,6 +37,7 @@ from gyroctl.controllers.nmpc.sample import (
     Memory,
     Numbers,
     acted,
+    acted_on,
     fell_back,
     first_memory,
     observed,
@@ -51,12 +52,15 @@ from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
 from gyroctl.plant.equations import OMEGA, OMEGA_RATE
-from gyroctl.waves.estimation import MomentEstimator, predict
+from gyroctl.waves.estimation import MomentEstimator, look_to_then, predict
 from gyroctl.waves.estimation.learning import learn
 from gyroctl.waves.estimation.predictor import take
 
 BEFORE = (0.052, 3.5e-4)
 """Command before the first sample. [Nms]"""
+
+LATEST = 10
+"""Longest delay that is made up for: beyond a second nothing is foreseen well enough. [samples]"""
 
 FIRST = (0.0, 3.0, 70.0, 0.0, 0.0, 0.0, 0.0)
 """Measurements to call a sample with, so that it is compiled."""
@@ -110,6 +114,9 @@ class Nmpc:
     # time that a sample may take; a plan that comes later is not used. Infinite by default: a simulation is to be
     # repeatable, whatever else the machine does. [s]
     deadline: float = math.inf
+    # samples by which a command acts later than its measurements were taken, in the sensors and the actuators together,
+    # as far as that is known: estimate and plan reckon with it
+    delay: int = 0
     plant: Plant = field(default_factory=zhang2017, repr=False)  # the design model
     fallback: Any = field(default_factory=Fallback)  # acts where planning fails: any object with `init` and `step`
     seen: Waves | None = field(default=None, repr=False)  # waves that the law may look into; given by `informed`
@@ -118,6 +125,9 @@ class Nmpc:
     def __post_init__(self) -> None:
         """Refuse what no plan can be made with."""
         check({name: getattr(self, name) for name in SETTINGS})
+        if isinstance(self.delay, bool) or not isinstance(self.delay, int) or not 0 <= self.delay <= LATEST:
+            mend = f"Give 0 to {LATEST}, in samples, without it none"
+            raise InputError("nmpc.delay", self.delay, "is no delay that can be made up for", mend)
         if not math.isclose(self.intervals * self.period, self.horizon, rel_tol=1e-9):
             raise InputError(
                 "nmpc.horizon",
@@ -185,7 +195,8 @@ class Nmpc:
         c, memory, fallback = self._constants, built(self._first, row), state.fallback
         law, w, estimate, forecast = c.law, memory.work, memory.estimate, memory.forecast
         observed(c.estimator, estimate, law, w, np.array(y, np.float64))
-        speed = estimate.x_hat[OMEGA_RATE]
+        look_to_then(c.estimator, estimate)
+        speed = estimate.then[OMEGA_RATE]
         if self._foresight.probe is not None:
             self._foresight.foresee(t, self._foresight.probe, forecast, memory.ahead)
         else:
@@ -194,9 +205,10 @@ class Nmpc:
             predict(c.predictor, forecast, memory.ahead)
         between(forecast.now, memory.ahead, self.period, memory.moments)
         powered(law, w, speed)
-        more, status = posed(law, w, estimate.x_hat), GOOD
+        more, status = posed(law, w, estimate.then), GOOD
         if more >= 0:
-            given = w.start, memory.moments, w.now, w.weights, law.h, law.k, w.trial, w.rivals, w.result
+            moments = acted_on(law, memory.ahead, memory.moments)
+            given = w.start, moments, w.now, w.weights, law.h, law.k, w.trial, w.rivals, w.result
             self._planner(*given, law.iterations, more)
             if not math.isfinite(w.result[0]):
                 status = FAILED
@@ -254,6 +266,7 @@ class Nmpc:
             cc_max=float(self.cc_max),
             cg_max=float(self.cg_max),
             fresh=FRESH[effort.solver],
+            delay=int(self.delay),
             iterations=int(effort.iterations),
             replan=int(effort.replan),
             every=int(effort.every),
@@ -296,12 +309,13 @@ class Nmpc:
 
     @cached_property
     def _estimator(self) -> MomentEstimator:
-        return MomentEstimator.design(self.plant, period=self.period)
+        return MomentEstimator.design(self.plant, period=self.period, delay=self.delay)
 
     @cached_property
     def _foresight(self) -> Foresight:
         lead = {"sensors": None, "forecast": self.probe.lead, "oracle": math.inf}[self.information]
-        return Foresight.design(self.plant, self._estimator, self.horizon, lead, self.probe.noise, self.seen)
+        far = self.horizon + self.delay * self.period  # the plan begins where the command acts
+        return Foresight.design(self.plant, self._estimator, far, lead, self.probe.noise, self.seen)
 
 
 def prepare(function: Callable[[Any], Any], given: Any) -> None:

@@ -53,6 +53,7 @@ class Numbers(NamedTuple):
     cc_max: float  # [Nms]
     cg_max: float  # [Nms]
     fresh: float  # what a solver remembers that begins anew
+    delay: int  # samples by which a command acts later than its measurements were taken
     iterations: int  # of the solver, per plan
     replan: int  # samples from one plan to the next
     every: int  # plans from one that is begun elsewhere to the next
@@ -92,19 +93,20 @@ class Memory(NamedTuple):
     estimate: EstimatorState
     forecast: PredictorState
     work: Work
-    ahead: FloatArray  # (2, n) moments at the end of each interval [Nm]
-    moments: FloatArray  # (width (2 n + 1),) at each model step, see `prediction.width_of` [Nm, Nm/s]
+    ahead: FloatArray  # (2, delay + n) moments at the end of each interval [Nm]
+    moments: FloatArray  # (width (2 (delay + n) + 1),) at each model step, see `prediction.width_of` [Nm, Nm/s]
     spent: Counts  # samples by the time they took, see `stopwatch`
 
 
 def first_memory(c: Constants, pair: tuple[float, float], intervals: int, width: int, rivals: int, bins: int) -> Memory:
     """Memory before the first sample, of a law whose last command was a pair [Nms]."""
     n, new, law = intervals, np.zeros, c.law
+    far = n + law.delay
     numbers = np.array([law.fresh, law.command.power, law.command.power, *pair])
     counts, weights = new(6, np.int64), new(law.weights.size)
     problem = new(n), new(rivals * n), new(law.rows.size), new(4), weights, new(2 + rivals)
     work = Work(np.full(n, pair[0]), numbers, new(PAST), counts, *problem)
-    ahead, moments = new((2, n)), new(width * (2 * n + 1))
+    ahead, moments = new((2, far)), new(width * (2 * far + 1))
     return Memory(c.estimator.init(), c.predictor.init(), work, ahead, moments, new(bins, np.int64))
 
 
@@ -165,7 +167,7 @@ def posed(c: Numbers, w: Work, x: Any) -> int:
         w.start[i] = x[c.rows[i]]
     w.now[0], w.now[1], w.now[2], w.now[3] = w.numbers[POWER], w.numbers[CC], c.cc_max, c.period
     put(c.weights, w.weights)
-    w.weights[REACH] = w.angles[0] + c.reserve * ((PAST - 1) * c.period + c.horizon)
+    w.weights[REACH] = w.angles[0] + c.reserve * ((PAST - 1 + c.delay) * c.period + c.horizon)
     w.result[1] = w.numbers[SOLVER]
     followed(w.plan, w.trial)
     sample, n = w.counts[SAMPLE], w.trial.size
@@ -184,6 +186,12 @@ def posed(c: Numbers, w: Work, x: Any) -> int:
             elsewhere((turn // c.life * count + r) % 4, c.cc_max, w.trial, w.rivals[n * r : n * (r + 1)])
             w.result[2 + r] = c.fresh_rival
     return c.retries
+
+
+@inlined
+def acted_on(c: Numbers, ahead: Any, moments: Any) -> Any:
+    """Moments from the instant on at which the command of this sample acts."""
+    return moments[2 * c.delay * (moments.size // (2 * ahead.shape[1] + 1)) :]
 
 
 @inlined

@@ -32,6 +32,7 @@ import math
 from typing import Any, Literal, NamedTuple
 
 from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, height, swung
+from gyroctl.plant.readings import Readings, believed, safely, unread
 
 
 class CouplingState(NamedTuple):
@@ -39,6 +40,7 @@ class CouplingState(NamedTuple):
 
     clock: Clock
     swing: float
+    seen: Readings
 
 
 class Coupling(NamedTuple):
@@ -67,10 +69,11 @@ class Coupling(NamedTuple):
 
     def init(self) -> CouplingState:
         """The clock begins at the first sample."""
-        return CouplingState(begin(self.clock), 0.0)
+        return CouplingState(begin(self.clock), 0.0, unread())
 
     def step(self, t: float, y: Any, state: CouplingState) -> tuple[tuple[float, float], CouplingState]:
         """Follow the waves, want a torque, give what the slip allows; regulate the flywheel."""
+        y, seen = believed(self.period, self.N, y, state.seen)
         clock = follow(self.clock, self.period, y, state.clock)
         speed, V = clock.speed, height(clock)
         swing = swung(self.easing, self.period, y, state.swing)
@@ -90,4 +93,4 @@ class Coupling(NamedTuple):
         part = self.level + self.droop * (y.omega_rate / self.N - speed) / V
         # the speed is kept off zero: a flywheel at rest must not ask for an infinite gain
         cg = ease * part * self.J4 * V * speed / max(y.omega_rate, 20.0)
-        return (cc, min(max(cg, 0.0), self.cg_max)), CouplingState(clock, swing)
+        return safely(seen, cc, min(max(cg, 0.0), self.cg_max)), CouplingState(clock, swing, seen)

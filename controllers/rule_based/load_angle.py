@@ -23,6 +23,7 @@ import math
 from typing import Any, Literal, NamedTuple
 
 from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, height, lag, swung
+from gyroctl.plant.readings import Readings, believed, safely, unread
 
 
 class LoadAngleState(NamedTuple):
@@ -34,6 +35,7 @@ class LoadAngleState(NamedTuple):
     U3: float
     V1: float
     fast: float
+    seen: Readings
 
 
 class LoadAngle(NamedTuple):
@@ -61,10 +63,11 @@ class LoadAngle(NamedTuple):
 
     def init(self) -> LoadAngleState:
         """Filters are filled by the first sample."""
-        return LoadAngleState(begin(self.clock), 0.0, 0.0, 0.0, 0.0, 0.0)
+        return LoadAngleState(begin(self.clock), 0.0, 0.0, 0.0, 0.0, 0.0, unread())
 
     def step(self, t: float, y: Any, state: LoadAngleState) -> tuple[tuple[float, float], LoadAngleState]:
         """Follow the waves, filter, take the shares, add the damping."""
+        y, seen = believed(self.period, self.N, y, state.seen)
         clock = follow(self.clock, self.period, y, state.clock)
         speed, V = clock.speed, height(clock)
         swing = swung(self.easing, self.period, y, state.swing)
@@ -83,4 +86,5 @@ class LoadAngle(NamedTuple):
         pull = pull * eased(self.easing, swing, V, speed)
         pull += self.damping * V * (fast - (1.0 - self.lean) * speed)
         cg = self.J4 / self.N * pull
-        return (self.cc, min(max(cg, 0.0), self.cg_max)), LoadAngleState(clock, swing, U1, U3, V1, fast)
+        command = safely(seen, self.cc, min(max(cg, 0.0), self.cg_max))
+        return command, LoadAngleState(clock, swing, U1, U3, V1, fast, seen)

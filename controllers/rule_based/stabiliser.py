@@ -23,6 +23,7 @@ from __future__ import annotations
 from typing import Any, Literal, NamedTuple
 
 from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, height, lag, swung
+from gyroctl.plant.readings import Readings, believed, safely, unread
 
 
 class StabiliserState(NamedTuple):
@@ -32,6 +33,7 @@ class StabiliserState(NamedTuple):
     swing: float
     lasting: float
     lagged: float
+    seen: Readings
 
 
 class Stabiliser(NamedTuple):
@@ -61,10 +63,11 @@ class Stabiliser(NamedTuple):
 
     def init(self) -> StabiliserState:
         """The clock begins at the first sample."""
-        return StabiliserState(begin(self.clock), 0.0, 0.0, 0.0)
+        return StabiliserState(begin(self.clock), 0.0, 0.0, 0.0, unread())
 
     def step(self, t: float, y: Any, state: StabiliserState) -> tuple[tuple[float, float], StabiliserState]:
         """Follow the waves, part the deviation by the washout, lead it, add it to the operating point."""
+        y, seen = believed(self.period, self.N, y, state.seen)
         clock = follow(self.clock, self.period, y, state.clock)
         speed, V = clock.speed, height(clock)
         swing = swung(self.easing, self.period, y, state.swing)
@@ -79,6 +82,5 @@ class Stabiliser(NamedTuple):
         pull += self.governor * lasting + self.stabiliser * signal
         cg = self.J4 * V / self.N * pull
         cc = self.steady * (1.0 - self.soften * signal)
-        return (min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max)), StabiliserState(
-            clock, swing, lasting, lagged
-        )
+        command = safely(seen, min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max))
+        return command, StabiliserState(clock, swing, lasting, lagged, seen)

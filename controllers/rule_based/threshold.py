@@ -20,6 +20,7 @@ import math
 from typing import Any, Literal, NamedTuple
 
 from gyroctl.controllers.rule_based.wave_clock import Clock, WaveClock, begin, follow, height, lag
+from gyroctl.plant.readings import Readings, believed, safely, unread
 
 
 class ThresholdState(NamedTuple):
@@ -30,6 +31,7 @@ class ThresholdState(NamedTuple):
     U3: float
     ring: float
     eased: float
+    seen: Readings
 
 
 class Threshold(NamedTuple):
@@ -58,10 +60,11 @@ class Threshold(NamedTuple):
 
     def init(self) -> ThresholdState:
         """Loaded, the clock begins at the first sample."""
-        return ThresholdState(begin(self.clock), 0.0, 0.0, 0.0, 0.0)
+        return ThresholdState(begin(self.clock), 0.0, 0.0, 0.0, 0.0, unread())
 
     def step(self, t: float, y: Any, state: ThresholdState) -> tuple[tuple[float, float], ThresholdState]:
         """Follow the waves, judge the reserve, switch."""
+        y, seen = believed(self.period, self.N, y, state.seen)
         clock = follow(self.clock, self.period, y, state.clock)
         speed, V = clock.speed, height(clock)
         c, s = math.cos(y.psi), math.sin(y.psi)
@@ -79,4 +82,4 @@ class Threshold(NamedTuple):
             eased = 0.0
         cg = self.J4 * V / self.N * self.share * (1.0 if eased == 0.0 else self.eased)
         cc = self.cc_full if eased == 0.0 else self.cc_eased
-        return (cc, min(max(cg, 0.0), self.cg_max)), ThresholdState(clock, U1, U3, ring, eased)
+        return safely(seen, cc, min(max(cg, 0.0), self.cg_max)), ThresholdState(clock, U1, U3, ring, eased, seen)

@@ -34,6 +34,7 @@ from gyroctl.controllers.rule_based.wave_clock import (
     swung,
     upright,
 )
+from gyroctl.plant.readings import Readings, believed, safely, unread
 
 
 class TrackingState(NamedTuple):
@@ -43,6 +44,7 @@ class TrackingState(NamedTuple):
     swing: float
     fast: float
     left: float
+    seen: Readings
 
 
 class Tracking(NamedTuple):
@@ -71,10 +73,11 @@ class Tracking(NamedTuple):
 
     def init(self) -> TrackingState:
         """The clock begins at the first sample."""
-        return TrackingState(begin(self.clock), 0.0, 0.0, 1.0)
+        return TrackingState(begin(self.clock), 0.0, 0.0, 1.0, unread())
 
     def step(self, t: float, y: Any, state: TrackingState) -> tuple[tuple[float, float], TrackingState]:
         """Follow the waves, read the load angle, schedule both controls."""
+        y, seen = believed(self.period, self.N, y, state.seen)
         clock = follow(self.clock, self.period, y, state.clock)
         speed, V = clock.speed, height(clock)
         swing = swung(self.easing, self.period, y, state.swing)
@@ -90,4 +93,5 @@ class Tracking(NamedTuple):
         pull += self.damping * (fast - (1.0 - self.lean) * speed)
         cg = self.J4 * V / self.N * pull
         cc = self.stiff * (speed / self.clock.wp) ** self.rise * (1.0 - self.soften * (1.0 - max(left, 0.0)))
-        return (min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max)), TrackingState(clock, swing, fast, left)
+        command = safely(seen, min(max(cc, 0.0), self.cc_max), min(max(cg, 0.0), self.cg_max))
+        return command, TrackingState(clock, swing, fast, left, seen)

@@ -7,16 +7,18 @@ from typing import Any, NamedTuple
 
 from gyroctl.controllers.supervisor.rules import MODES, PULL, Rules, Watch, command, counted, first_watch, observe
 from gyroctl.plant.compiled import begun, stepped
+from gyroctl.plant.readings import Readings, believed, unread
 
 GROUP = "gyroctl.controllers"
 COUNTED = ("starts", "pulls", "catches", "unloads", "clipped", *(f"time_{mode}" for mode in MODES))
 
 
 class SupervisorState(NamedTuple):
-    """What the supervisor remembers, and the state of the law within."""
+    """What the supervisor remembers, the state of the law within, the last readings."""
 
     watch: Watch
     inner: Any
+    seen: Readings
 
 
 class Supervisor(NamedTuple):
@@ -39,18 +41,19 @@ class Supervisor(NamedTuple):
 
     def init(self) -> SupervisorState:
         """Nothing seen yet."""
-        return SupervisorState(first_watch(), begun(self.law, self.first))
+        return SupervisorState(first_watch(), begun(self.law, self.first), unread())
 
     def step(self, t: float, y: Any, state: SupervisorState) -> tuple[tuple[float, float], SupervisorState]:
         """Watch, decide on the mode, command."""
-        watch, inner = observe(self.rules, self.period, y, state.watch), state.inner
+        good, seen = believed(self.period, self.rules.N, y, state.seen)
+        watch, inner = observe(self.rules, self.period, good, state.watch), state.inner
         if watch.fresh > 0.0:
             inner = begun(self.law, self.first)
         cc, cg = 0.0, 0.0
         if watch.mode >= PULL:
             (cc, cg), inner = stepped(self.law, t, y, inner)
             watch = counted(watch, cg)
-        return command(self.rules, y, watch, cc, cg), SupervisorState(watch, inner)
+        return command(self.rules, good, watch, cc, cg), SupervisorState(watch, inner, seen)
 
     def informed(self, waves: Any) -> Supervisor:
         """Let the law within see the waves."""

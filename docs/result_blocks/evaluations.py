@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from gyroctl.reports.wording import number
@@ -77,17 +78,17 @@ def offdesign() -> str:
     )
 
 
-def robustness() -> str:
-    """Power on each device."""
-    found = result("robustness")
-    cases = {name: {row["law"]: row for row in rows} for name, rows in found["cases"].items()}
+def devices(name: str) -> str:
+    """Power on each device, or with each fault: of the results `robustness` and `faults`."""
+    found = result(name)
+    cases = {case: {row["law"]: row for row in rows} for case, rows in found["cases"].items()}
     laws = list(dict.fromkeys(one for rows in cases.values() for one in rows))
     lines = [
         [
-            name,
+            case,
             *(_cell(rows.get(one), f"{number(rows[one]['power']['value'])} W" if one in rows else "") for one in laws),
         ]
-        for name, rows in cases.items()
+        for case, rows in cases.items()
     ]
     every = [row for rows in cases.values() for row in rows.values()]
     worst = max(every, key=largest)
@@ -95,9 +96,9 @@ def robustness() -> str:
         [
             table(("case", *(f"`{one}`" for one in laws)), lines, 1),
             "In each cell the mean power, runs that held lock and runs in step, share of the time beyond 0.3 rad. The "
-            f"rest of every row: [other devices in full](RESULTS/robustness.md). The largest |φ| is "
+            f"rest of every row: [in full](RESULTS/{name}.md). The largest |φ| is "
             f"{number(largest(worst), 2)} rad (`{worst['law']}`). {_seeds(found, every)}",
-            caption("robustness"),
+            caption(name),
         ]
     )
 
@@ -135,22 +136,26 @@ def offdesign_page() -> str:
     return "\n\n".join([*text, caption("offdesign")])
 
 
-def robustness_page() -> str:
-    """Every row on other devices."""
-    found, text = result("robustness"), ["# Other devices in full"]
+def devices_page(name: str, title: str) -> str:
+    """Every row on other devices, or with each fault."""
+    found, text = result(name), [f"# {title}"]
     text.append(
         f"Seeds {states(found['seed_states'])}; runs of {found['request']['duration_s']:g} s. {failures(found)}"
     )
-    for name, rows in found["cases"].items():
+    for case, rows in found["cases"].items():
         lines = [[law(row), seen(row), ranged(row.get("of_nominal")), *full(row)] for row in rows]
-        text += [f"## {name}", table(("law", "sees", "of its nominal power", *FULL), lines, 2)]
-    return "\n\n".join([*text, caption("robustness")])
+        text += [f"## {case}", table(("law", "sees", "of its nominal power", *FULL), lines, 2)]
+    return "\n\n".join([*text, caption(name)])
 
 
-BLOCKS: Mapping[str, Callable[[], str]] = {"offdesign": offdesign, "robustness": robustness, "information": information}
+BLOCKS: Mapping[str, Callable[[], str]] = {
+    "offdesign": offdesign,
+    "robustness": partial(devices, "robustness"),
+    "information": information,
+}
 
 PAGES: Mapping[str, Callable[[], str]] = {
     "docs/results/offdesign.md": offdesign_page,
-    "docs/results/robustness.md": robustness_page,
+    "docs/results/robustness.md": partial(devices_page, "robustness", "Other devices in full"),
 }
 """Pages that are written whole."""

@@ -15,25 +15,25 @@ def evaluate(
     tables: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[TABLE ...]", help="seas, offdesign, information, robustness, physics; all without any."
+            metavar="[TABLE ...]", help="seas, offdesign, information, robustness, physics, faults; all without any."
         ),
     ] = None,
     laws: Annotated[
         str,
         typer.Option(
             help="Laws with commas between: load_angle,nmpc[information=oracle]. Without it all, "
-            "in physics nmpc, coupling and load_angle."
+            "in physics and faults nmpc, coupling and load_angle."
         ),
     ] = "",
     seeds: Annotated[
         list[str] | None,
         typer.Option(
-            help="Realisations, 1:64 by default, in physics 1:16 and nmpc=1:8; nmpc=1:16 for one law, "
+            help="Realisations, 1:64 by default, in physics 1:16 and nmpc=1:8, in faults 1:8; nmpc=1:16 for one law, "
             "'@gamma 5=1:8' in one case. May repeat."
         ),
     ] = None,
     duration: Annotated[
-        float | None, typer.Option(help="Length of the runs [s], 2000 by default, in physics 600.")
+        float | None, typer.Option(help="Length of the runs [s], 2000 by default, in physics 600, in faults 400.")
     ] = None,
     workers: Workers = 0,
     out: Annotated[Path, typer.Option(help="Folder for tables, figures and runs.")] = Path("results/evaluation"),
@@ -43,7 +43,7 @@ def evaluate(
         bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a table judges nothing.")
     ] = False,
 ) -> None:
-    """Judge laws on spent or reserve realisations: seas, off the design, information, robustness, real water."""
+    """Judge laws on spent or reserve realisations: seas, off the design, information, other devices, faults."""
     from gyroctl.studies.evaluation import evaluate_tables, request
 
     chosen, say = seeds or (), partial(typer.echo, err=True)

@@ -25,7 +25,18 @@ from gyroctl.harness.yardstick import BASELINE
 from gyroctl.plant import Parameters, Plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
-from gyroctl.waves import Bichromatic, ElevationRecord, Regular, Sea, SeaState, read_record, read_spectrum
+from gyroctl.waves import (
+    Bichromatic,
+    DriftingSea,
+    ElevationRecord,
+    Regular,
+    Sea,
+    SeaState,
+    TurningSea,
+    TwoPeaks,
+    read_record,
+    read_spectrum,
+)
 from gyroctl.waves.checks import DURATION_MAX, positive, seed_number, within
 
 TABLES = ("sea", "run", "plant", "laws", "sensors", "actuators")
@@ -34,6 +45,9 @@ SEAS: dict[str, Callable[..., Sea]] = {
     "jonswap": SeaState,
     "regular": Regular,
     "bichromatic": Bichromatic,
+    "drifting": DriftingSea,
+    "turning": TurningSea,
+    "two peaks": TwoPeaks,
     "spectrum": read_spectrum,
     "record": read_record,
 }

@@ -55,7 +55,7 @@ class LaneRuns(NamedTuple):
 @inlined
 def sensors_of(sensors: SensorArrays, run: int) -> SensorArrays:
     """Sensors of one run, of those that are stacked."""
-    return SensorArrays(sensors.error[run], sensors.missing[run], sensors.quantum[run], sensors.delay[run])
+    return SensorArrays(sensors.error[run], sensors.fate[run], sensors.quantum[run], sensors.delay[run])
 
 
 @inlined
@@ -88,7 +88,7 @@ def _lane_loop(stamp: str) -> Callable[..., None]:
         kernel : LaneKernel
             The plant.
         sensors : SensorArrays
-            Stacked: error and missing (runs, n, 7), quantum and delay (runs, 7).
+            Stacked: error and fate (runs, n, 7), quantum and delay (runs, 7).
         actuators : ActuatorArrays
             Stacked: each (runs, 2), delay (runs,).
         """
@@ -170,7 +170,7 @@ def lent_kernel(a: LaneKernel) -> LaneKernel:
 @inlined
 def lent_sensors(a: SensorArrays) -> SensorArrays:
     """See `lent`."""
-    return SensorArrays(lent(a.error), lent(a.missing), lent(a.quantum), lent(a.delay))
+    return SensorArrays(lent(a.error), lent(a.fate), lent(a.quantum), lent(a.delay))
 
 
 @inlined

@@ -143,7 +143,7 @@ def _looks_like_a_law(value: Any) -> bool:
 
 def _seen(record: Record, settings: Settings, seed: int, period: float) -> tuple[Measurement, ...]:
     """Measurements that the law got in a run, sample by sample."""
-    sensors = settings.sensors.arrays(record.commands.shape[0], seed)
+    sensors = settings.sensors.arrays(record.commands.shape[0], seed, record.period)
     every, y, rows = round(period / record.period), np.zeros(len(CHANNELS)), []
     for sample in range(record.commands.shape[0]):
         measure(sensors, sample, record.states, y)

@@ -154,7 +154,7 @@ def run_law(
     arguments = (
         every,
         kernel,
-        settings.sensors.arrays(samples, waves.seed),
+        settings.sensors.arrays(samples, waves.seed, actuators.period),
         actuators.arrays(isinstance(law, Motoring) and law.motors),
         actuators.period,
         states,

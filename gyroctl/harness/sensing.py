@@ -1,11 +1,11 @@
-"""Sensors: noise, bias, quantisation, delay and dropout between the plant and the law."""
+"""Sensors: noise, bias, quantisation, delay, dropout and loss between the plant and the law."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,8 +26,17 @@ BOUNDS = {
     "quantum": (1e-12, 1e6),
     "delay": (1, 10_000),
     "dropout": (1e-12, 1.0),
+    "lost_from": (1e-3, 1e7),
+    "lost_for": (1e-3, 1e7),
 }
 """Least and largest size of each setting of a channel that is not zero: beyond them it is a slip of the unit."""
+
+Reads = Literal["nothing", "last", "zero"]
+
+CAME, LAST, NOTHING, ZERO = range(4)
+"""What becomes of a sample: it comes, or the law reads the last one that came, no number, or zero."""
+
+FATES = {"nothing": NOTHING, "last": LAST, "zero": ZERO}
 
 
 @dataclass(frozen=True)
@@ -46,6 +55,11 @@ class Channel:
         Age of the measurement in samples of the actuators' period.
     dropout : float
         Probability that a sample is missing; the law then sees the last one that came.
+    lost_from, lost_for : float
+        When the sensor is lost, and for how long; 0 s is never. With "last" for one period it is one sample that comes
+        a period late. [s]
+    lost_reads : {"nothing", "last", "zero"}
+        What the law reads then: NaN, the last value that came, or 0.
     """
 
     noise: float = 0.0
@@ -53,6 +67,9 @@ class Channel:
     quantum: float = 0.0
     delay: int = 0
     dropout: float = 0.0
+    lost_from: float = 0.0
+    lost_for: float = 0.0
+    lost_reads: Reads = "nothing"
 
 
 @dataclass(frozen=True)
@@ -62,7 +79,7 @@ class Sensors:
     Raises
     ------
     InputError
-        For a negative noise, resolution or delay, or a dropout outside [0, 1).
+        For a negative noise, resolution, delay or time, a dropout outside [0, 1), or an unknown reading.
     """
 
     psi: Channel = Channel(noise=1e-3, quantum=2.0 * math.pi / 4096)
@@ -77,7 +94,12 @@ class Sensors:
         for name in CHANNELS:
             channel = getattr(self, name)
             check_kind(f"sensors.{name}", channel, Channel, "a channel", "Give gyroctl.Channel(noise=...)")
+            if not isinstance(channel.lost_reads, str) or channel.lost_reads not in FATES:
+                path, mend = f"sensors.{name}.lost_reads", f"Choose one of {', '.join(FATES)}"
+                raise InputError(path, channel.lost_reads, "no such reading", mend)
             for f in fields(Channel):
+                if f.name == "lost_reads":
+                    continue
                 value, path = getattr(channel, f.name), f"sensors.{name}.{f.name}"
                 if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                     raise InputError(path, value, "must be a finite number", f"Give {f.name} as a number")
@@ -97,36 +119,42 @@ class Sensors:
         """Sensors without any error."""
         return cls(*(Channel() for _ in CHANNELS))
 
-    def arrays(self, samples: int, seed: int) -> SensorArrays:
-        """Errors of one realisation: the same for every law that is run on it, and not to be written to.
+    def arrays(self, samples: int, seed: int, period: float = 0.1) -> SensorArrays:
+        """Errors of one realisation, a sample each `period` [s]: the same for every law that is run on it.
+
+        They are not to be written to.
 
         Those of the last realisations are kept, up to 40 MB: drawing them is a part of the time of a law in lanes, and
         a search runs one law after the other on the same ones.
         """
-        return _kept(self, samples, seed) if samples <= LONGEST else drawn(self, samples, seed)
+        return _kept(self, samples, seed, period) if samples <= LONGEST else drawn(self, samples, seed, period)
 
 
 class SensorArrays(NamedTuple):
-    """Errors of one realisation: error (n, 7), missing (n, 7), quantum (7,), delay (7,)."""
+    """Errors of one realisation: error (n, 7), fate (n, 7) from CAME to ZERO, quantum (7,), delay (7,)."""
 
     error: NDArray[np.float64]
-    missing: NDArray[np.bool_]
+    fate: NDArray[np.int8]
     quantum: NDArray[np.float64]
     delay: NDArray[np.int64]
 
 
-def drawn(sensors: Sensors, samples: int, seed: int) -> SensorArrays:
-    """Draw the errors of one realisation."""
+def drawn(sensors: Sensors, samples: int, seed: int, period: float = 0.1) -> SensorArrays:
+    """Draw the errors of one realisation, a sample each `period` [s]."""
     channels = [getattr(sensors, name) for name in CHANNELS]
     rng = np.random.Generator(np.random.PCG64(np.random.SeedSequence([seed, STREAM])))
     error = rng.standard_normal((samples, len(CHANNELS)))
     error *= np.array([c.noise for c in channels])  # in place: fresh memory costs as much as the product
     error += np.array([c.bias for c in channels])
-    missing = np.zeros((samples, len(CHANNELS)), bool)
+    fate = np.full((samples, len(CHANNELS)), CAME, np.int8)
     if any(c.dropout > 0.0 for c in channels):  # nothing is drawn after it
-        missing[1:] = rng.random(missing.shape)[1:] < np.array([c.dropout for c in channels])
+        missing = rng.random(fate.shape)[1:] < np.array([c.dropout for c in channels])
+        fate[1:][missing] = LAST
+    for i, channel in enumerate(channels):
+        first, end = (math.ceil(t / period - 1e-9) for t in (channel.lost_from, channel.lost_from + channel.lost_for))
+        fate[first:end, i] = FATES[channel.lost_reads]
     return SensorArrays(
-        error, missing, np.array([float(c.quantum) for c in channels]), np.array([int(c.delay) for c in channels])
+        error, fate, np.array([float(c.quantum) for c in channels]), np.array([int(c.delay) for c in channels])
     )
 
 
@@ -137,7 +165,10 @@ _kept = lru_cache(maxsize=32)(drawn)
 def measure(sensors: SensorArrays, sample: int, record: Any, y: Any) -> None:
     """Write the seven measurements at `sample` into `y`; `record` (n, rows) holds the states so far."""
     for channel in range(len(ROWS)):
-        if sensors.missing[sample, channel]:
+        fate = sensors.fate[sample, channel]
+        if fate != CAME:
+            if fate != LAST:
+                y[channel] = math.nan if fate == NOTHING else 0.0
             continue
         value = record[max(sample - sensors.delay[channel], 0), ROWS[channel]] + sensors.error[sample, channel]
         quantum = sensors.quantum[channel]

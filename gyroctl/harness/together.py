@@ -177,7 +177,7 @@ def _in_lanes(plant: Plant, told: Sequence[_Told]) -> list[Outcome]:
         own=np.zeros((2, LANES, 2)),
     )
     kernel = LaneKernel(plant.coefficients, signals, waves[0].dt, np.array([loop.settings.dt for loop in loops]))
-    sensors = SensorArrays(*_stacked([loop.settings.sensors.arrays(samples, loop.waves.seed) for loop in loops]))
+    sensors = SensorArrays(*_stacked([loop.settings.sensors.arrays(samples, loop.waves.seed, tick) for loop in loops]))
     actuators = ActuatorArrays(*_stacked([_actuators(one) for one in told]))
     compiled_lane_loop(machines[0].entry, lanes, kernel, sensors, actuators, tick)
     found: list[Outcome] = []

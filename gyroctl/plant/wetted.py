@@ -168,12 +168,38 @@ class Pressure(NamedTuple):
     now: Floats  # (ROWS,) working space
     weight: Floats  # (TAPS,) working space
     work: Floats  # (7, n) working space
+    turning: Any = None  # (3,) headings at the beginning and the end of a turn [rad] and its length [s]; None for none
 
     @classmethod
-    def of(cls, surface: Surface, rows: Floats, dt: float, of_run: NDArray[np.int64]) -> Pressure:
+    def of(
+        cls, surface: Surface, rows: Floats, dt: float, of_run: NDArray[np.int64], turning: Floats | None = None
+    ) -> Pressure:
         """Return the polynomials with their working space."""
         work = np.empty((7, surface.place.shape[1]))
-        return cls(rows, dt, of_run, np.empty(ROWS), np.empty(TAPS), work)
+        return cls(rows, dt, of_run, np.empty(ROWS), np.empty(TAPS), work, turning)
+
+
+@inlined
+def facing(surface: Surface, turning: Any, t: float) -> Surface:
+    """Surface as the waves meet it at time `t` [s]: the polynomials go along the waves, whichever way those travel."""
+    if turning is None:
+        return surface
+    along, across = cos_sin(turning[0] + (turning[1] - turning[0]) * min(max(t / turning[2], 0.0), 1.0))
+    return Surface(
+        surface.place,
+        surface.weight,
+        surface.spread,
+        surface.hinge_y,
+        surface.hinge_z,
+        surface.reach,
+        along,
+        across,
+        surface.span,
+        surface.below,
+        surface.shallow,
+        surface.still,
+        surface.stiffness,
+    )
 
 
 class WettedSurface(NamedTuple):
@@ -195,7 +221,7 @@ class WettedSurface(NamedTuple):
             for row in range(ROWS):
                 fields.now[row] += fields.weight[i] * some[first + i, row]
         phi1, phi3 = self.moving * x[PHI1 * L + l], x[PHI3 * L + l]
-        return beyond_linear(self.surface, phi1, phi3, fields.now, fields.work)
+        return beyond_linear(facing(self.surface, fields.turning, t), phi1, phi3, fields.now, fields.work)
 
     def along(self, fields: Pressure, time: Floats, x: Floats) -> Floats:
         """R1, R3 (2, m) of the first run at samples of its `time` (m,) [s] with the states `x` (n, m). [Nm]"""
@@ -204,5 +230,12 @@ class WettedSurface(NamedTuple):
         part = (time / fields.dt - before)[:, None]
         found = np.empty((2, time.size))
         between = (1.0 - part) * rows[before] + part * rows[before + 1]
-        evaluate(self.surface, self.moving * x[PHI1], np.array(x[PHI3]), between, found)
+        phi1, phi3 = self.moving * x[PHI1], np.array(x[PHI3])
+        if fields.turning is None:
+            evaluate(self.surface, phi1, phi3, between, found)
+            return found
+        for i, t in enumerate(time):
+            there, at = np.empty((2, 1)), slice(i, i + 1)
+            evaluate(facing(self.surface, fields.turning, float(t)), phi1[at], phi3[at], between[at], there)
+            found[:, at] = there
         return found

@@ -11,6 +11,8 @@ from .regular import Bichromatic, Regular
 from .spectrum import SeaState
 from .synthesis import Synthesis, prepare
 from .tabulated import TabulatedSpectrum, read_spectrum
+from .turning import TurningSea
+from .two_peaks import TwoPeaks
 
 __all__ = [
     "BASE_PERIOD",
@@ -28,6 +30,8 @@ __all__ = [
     "Synthesis",
     "TabulatedSpectrum",
     "TimeGrid",
+    "TurningSea",
+    "TwoPeaks",
     "WaveRealisation",
     "blend_signals",
     "check_blend",

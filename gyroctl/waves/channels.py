@@ -6,6 +6,7 @@ same components as the moments, and are blended in like them.
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from gyroctl.waves.pressure import followed, half_range, powers_along
 
 if TYPE_CHECKING:
     from gyroctl.plant import Plant
+    from gyroctl.waves.components import Components
 
 
 class Response(NamedTuple):
@@ -29,10 +31,10 @@ class Response(NamedTuple):
     regular: NDArray[np.complex128]  # (channels,), of the equivalent regular wave
 
 
-def response(plant: Plant, sea: Wave, omega: NDArray[np.float64]) -> Response:
-    """Signals of `plant` in `sea` with components at `omega` (k,) [rad/s]."""
+def response(plant: Plant, sea: Wave, waves: Components) -> Response:
+    """Signals of `plant` in `sea` with its components."""
     regular = transfers(plant, np.array([sea.wp]), sea.heading)[:, 0] * equivalent_amplitude(sea)
-    return Response(transfers(plant, omega, sea.heading), regular)
+    return Response(waves.in_direction(partial(transfers, plant), sea.heading), regular)
 
 
 def transfers(plant: Plant, omega: NDArray[np.float64], heading: float) -> NDArray[np.complex128]:

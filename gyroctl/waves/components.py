@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +16,14 @@ from gyroctl.waves.regular import Bichromatic, Regular
 from gyroctl.waves.spectrum import SeaState
 from gyroctl.waves.superposition import ChirpSum, HarmonicSum, LineSum, Superposition
 from gyroctl.waves.tabulated import TabulatedSpectrum
+from gyroctl.waves.turning import TurningSea
+from gyroctl.waves.two_peaks import TwoPeaks
 
-Sea = SeaState | DriftingSea | TabulatedSpectrum | Regular | Bichromatic | ElevationRecord
+Sea = SeaState | DriftingSea | TurningSea | TwoPeaks | TabulatedSpectrum | Regular | Bichromatic | ElevationRecord
 """Any sea of this package."""
+
+Transfer = Callable[[NDArray[np.float64], float], NDArray[np.complex128]]
+"""From frequencies (k,) [rad/s] and a heading [deg] to signals per metre of wave (rows, k)."""
 
 
 class Components(NamedTuple):
@@ -28,6 +34,14 @@ class Components(NamedTuple):
     random: int  # number of phases drawn from the seed: k, or 0 where the sea fixes them
     captured: float  # variance of the waves before any scaling over that of the sea [-]
     superpose: Superposition
+    headings: tuple[float, ...] = ()  # of equal parts of the waves, in order; none where all have the sea's [deg]
+
+    def in_direction(self, transfer: Transfer, heading: float) -> NDArray[np.complex128]:
+        """Transfer to some signals of all waves, (rows, k): each by its own heading, or all by `heading` [deg]."""
+        if not self.headings:
+            return transfer(self.omega, heading)
+        parts = np.split(self.omega, len(self.headings))
+        return np.concatenate([transfer(*one) for one in zip(parts, self.headings, strict=True)], axis=1)
 
 
 def components(sea: Sea, grid: TimeGrid) -> Components:
@@ -38,21 +52,23 @@ def components(sea: Sea, grid: TimeGrid) -> Components:
     InputError
         Field ``sea``: no sea of this package. Field ``run.duration``: longer than an elevation record.
     """
-    if isinstance(sea, SeaState | TabulatedSpectrum):
+    if isinstance(sea, SeaState | TwoPeaks | TabulatedSpectrum):
         return _of_spectrum(sea, grid)
     if isinstance(sea, DriftingSea):
         return _of_stages(sea, grid)
+    if isinstance(sea, TurningSea):
+        return _of_headings(sea, grid)
     if isinstance(sea, Regular | Bichromatic):
         omega, amplitude = sea.lines
         drawn = omega.size if isinstance(sea, Bichromatic) else 0
         return Components(omega, amplitude.astype(np.complex128), drawn, 1.0, LineSum(omega, grid.time))
     if isinstance(sea, ElevationRecord):
         return _of_record(sea, grid)
-    mend = "Give a SeaState, DriftingSea, TabulatedSpectrum, Regular, Bichromatic or ElevationRecord"
+    mend = f"Give one of {', '.join(kind.__name__ for kind in get_args(Sea))}"
     raise InputError("sea", sea, "is no sea", mend)
 
 
-def _of_spectrum(sea: SeaState | TabulatedSpectrum, grid: TimeGrid) -> Components:
+def _of_spectrum(sea: SeaState | TwoPeaks | TabulatedSpectrum, grid: TimeGrid) -> Components:
     omega = grid.harmonics
     amplitude = np.sqrt(2.0 * sea.spectrum(omega) * (2.0 * np.pi / grid.period))
     variance, wanted = 0.5 * float(amplitude @ amplitude), sea.hs**2 / 16.0
@@ -75,6 +91,19 @@ def _of_stages(sea: DriftingSea, grid: TimeGrid) -> Components:
         sum(stage.random for stage in stages),
         float(part**2 @ [stage.captured for stage in stages]),
         FadedSum(stages[0].superpose, windows / np.where(part > 0.0, part, 1.0)[:, None]),
+    )
+
+
+def _of_headings(sea: TurningSea, grid: TimeGrid) -> Components:
+    still, weights = _of_spectrum(sea.still, grid), sea.weights(grid.time)
+    part = np.sqrt(np.mean(weights, axis=1))  # of the amplitude: their squares add up to 1, and so to its variance
+    return Components(
+        np.tile(still.omega, len(part)),
+        np.concatenate([share * still.amplitude for share in part]),
+        still.random,
+        still.captured,
+        FadedSum(still.superpose, weights / np.where(part > 0.0, part, 1.0)[:, None]),
+        sea.headings,
     )
 
 

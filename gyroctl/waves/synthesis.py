@@ -150,7 +150,7 @@ class Synthesis:
         if plant.excitation.sha256 != self.hydrodynamics:
             problem = "the waves were made for another excitation, beyond the linear model it must be the same"
             raise InputError("plant.excitation", plant.name, problem, "Realise the waves with this plant")
-        found = response(plant, self.sea, self.waves.omega)
+        found = response(plant, self.sea, self.waves)
         return found._replace(components=found.components * self.waves.amplitude)
 
     def superposed(self, of_wave: NDArray[np.complex128], seed: int, out: NDArray[np.float64]) -> None:
@@ -159,7 +159,12 @@ class Synthesis:
 
     def _turned(self, amplitudes: NDArray[np.complex128], seed: int) -> NDArray[np.complex128]:
         phases = self.phases(seed)
-        return amplitudes * np.exp(1j * phases) if phases.size else amplitudes
+        if not phases.size:
+            return amplitudes
+        turned: NDArray[np.complex128] = np.exp(1j * phases)
+        if self.waves.headings:  # a sea that turns has the same waves at each heading
+            turned = np.tile(turned, len(self.waves.headings))
+        return amplitudes * turned
 
 
 def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float = 0.05) -> Synthesis:
@@ -194,7 +199,7 @@ def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float = 0.05
     _check_share(sea, waves, plant.excitation)
     if isinstance(plant, Sized):
         check_sea(plant, sea)
-    moments = plant.excitation(waves.omega, sea.heading) * waves.amplitude
+    moments = waves.in_direction(plant.excitation, sea.heading) * waves.amplitude
     return Synthesis(sea, grid, waves, moments, regular, plant.excitation.sha256)
 
 

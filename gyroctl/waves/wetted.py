@@ -6,11 +6,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyroctl.waves.blending import blend_signals, check_blend
 from gyroctl.waves.excitation import equivalent_amplitude
 from gyroctl.waves.pressure import pressure_rows, wetted_surface
 from gyroctl.waves.synthesis import Synthesis
+from gyroctl.waves.turning import TurningSea
 
 if TYPE_CHECKING:
     from gyroctl.plant import Plant
@@ -45,12 +47,21 @@ def held_moments(
         return None
     sea, length = synthesis.sea, check_blend(blend, synthesis.grid.duration)
     surface = wetted_surface(geometry.hull, plant.depth, sea.heading, geometry.rho, geometry.g)
-    of_wave = pressure_rows(surface, synthesis.waves.omega, geometry.g)
+
+    def rows_of(omega: NDArray[np.float64], heading: float) -> NDArray[np.complex128]:
+        facing = np.deg2rad(heading)
+        turned = surface._replace(along=float(np.cos(facing)), across=float(np.sin(facing)))
+        return pressure_rows(turned, omega, geometry.g)
+
+    of_wave = synthesis.waves.in_direction(rows_of, sea.heading)
     regular = pressure_rows(surface, np.array([sea.wp]), geometry.g)[:, 0] * equivalent_amplitude(sea)
     rows, signals = np.empty((len(seeds), synthesis.grid.n, ROWS)), np.empty((ROWS, synthesis.grid.n))
     for seed, target in zip(seeds, rows, strict=True):
         synthesis.superposed(of_wave, seed, signals)
         blend_signals(signals, regular, sea.wp, synthesis.grid.dt, length)
         target[:] = signals.T
-    fields = Pressure.of(surface, rows, synthesis.grid.dt, np.array(of_run, dtype=np.int64))
+    turning = None
+    if isinstance(sea, TurningSea):
+        turning = np.array([np.deg2rad(sea.heading), np.deg2rad(sea.heading_end), sea.over])
+    fields = Pressure.of(surface, rows, synthesis.grid.dt, np.array(of_run, dtype=np.int64), turning)
     return Held.begun(WettedSurface(surface, float(beyond.position is not None)), fields, len(of_run))

@@ -93,14 +93,17 @@ def draw_offdesign(groups: Mapping[str, Sequence[tuple[str, Mapping[str, Row]]]]
 
 
 def draw_robustness(
-    tables: Mapping[str, Mapping[str, Row]], kept: Mapping[str, Mapping[str, Estimate]], asked: Mapping[str, Any]
+    tables: Mapping[str, Mapping[str, Row]],
+    kept: Mapping[str, Mapping[str, Estimate]],
+    asked: Mapping[str, Any],
+    title: str,
 ) -> Figure:
     """Lock probability and kept power over cases and laws, as two maps with numbers."""
     from matplotlib.colors import LinearSegmentedColormap
 
     laws = list(dict.fromkeys(law for table in tables.values() for law in table))
     size = (3.6 + 1.5 * len(laws), 2.2 + 0.38 * len(tables))
-    figure, axes = sheet(1, 2, size, "Laws on devices that differ from their design", note(asked))
+    figure, axes = sheet(1, 2, size, title, note(asked))
     lock = {name: {law: row.lock for law, row in table.items()} for name, table in tables.items()}
     scale = LinearSegmentedColormap.from_list("lock", LOCK_SCALE)
     for axis, found, span, title in (

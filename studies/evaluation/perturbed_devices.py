@@ -6,6 +6,7 @@ The laws stay as they are and plan with the nominal model. Every truth is built 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ from gyroctl.harness.sensing import Sensors
 from gyroctl.hydrodynamics import ExcitationTable
 from gyroctl.plant import Plant
 from gyroctl.plant.measurement import CHANNELS
+from gyroctl.waves import Sea
 
 NOMINAL = "nominal"
 
@@ -49,6 +51,8 @@ class Truth(NamedTuple):
     name: str  # what differs
     plant: Plant
     settings: Settings  # sensors and actuators
+    sea: Sea | None = None  # where it is not that of the table
+    told: Mapping[str, Any] = {}  # parameters that a law is given which has them
 
 
 def truths(settings: Settings | None = None) -> tuple[Truth, ...]:
@@ -77,9 +81,11 @@ def truths(settings: Settings | None = None) -> tuple[Truth, ...]:
     equipped["one sample late"] = _actuated(given, delay=given.actuators.delay + 1)
     equipped["two samples late"] = _actuated(given, delay=given.actuators.delay + 2)
     equipped["5 % sensor noise"] = replace(given, sensors=noisy_sensors(given.sensors))
+    known = {"delay": given.actuators.delay + 1}
     return (
         *(Truth(name, plant, given) for name, plant in devices.items()),
         *(Truth(name, zhang2017(), changed) for name, changed in equipped.items()),
+        Truth("one sample late, told", zhang2017(), equipped["one sample late"], told=known),
         Truth("finer radiation", zhang2017(radiation="fine"), given),
     )
 

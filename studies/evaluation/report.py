@@ -13,7 +13,7 @@ from gyroctl.studies.evaluation.information import information_table
 from gyroctl.studies.evaluation.offdesign import offdesign_table
 from gyroctl.studies.evaluation.physics import DURATION, LAWS, SEEDS, physics_table
 from gyroctl.studies.evaluation.request import Request
-from gyroctl.studies.evaluation.robustness import robustness_table
+from gyroctl.studies.evaluation.robustness import faults_table, robustness_table
 from gyroctl.studies.evaluation.seas import seas_table
 from gyroctl.studies.evaluation.seeds import states_in_words
 from gyroctl.studies.style import save
@@ -30,6 +30,7 @@ TABLES: dict[str, Table] = {
     "information": information_table,
     "robustness": robustness_table,
     "physics": physics_table,
+    "faults": faults_table,
 }
 """Tables by name."""
 
@@ -42,9 +43,10 @@ TITLES = {
     "information": "The price of information",
     "robustness": "Devices that differ from the design",
     "physics": "The laws in real water",
+    "faults": "Faults and other devices in real water",
 }
 
-USUAL = {"physics": (LAWS, SEEDS, DURATION)}
+USUAL = {"physics": (LAWS, SEEDS, DURATION), "faults": ("nmpc[plant=realistic],coupling,load_angle", ("1:8",), 400.0)}
 """Laws, seeds and length [s] of a table that has its own, where they are not asked for."""
 
 

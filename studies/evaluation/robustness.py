@@ -1,8 +1,9 @@
-"""Table `robustness`: the laws on devices that differ from their design."""
+"""Tables `robustness` and `faults`: the laws on devices that differ from their design, the latter in real water."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.devices import zhang2017
@@ -10,7 +11,9 @@ from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.statistics import Estimate, paired_ratio
 from gyroctl.studies.evaluation.cases import Case, Outcome, best_pair_of, common_seeds, run_case
-from gyroctl.studies.evaluation.perturbed_devices import NOMINAL, truths
+from gyroctl.studies.evaluation.entrants import Entrant
+from gyroctl.studies.evaluation.faults import faults
+from gyroctl.studies.evaluation.perturbed_devices import NOMINAL, Truth, truths
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.rows import Row, rows
 from gyroctl.studies.evaluation.targets import missed_by_limit
@@ -29,6 +32,11 @@ from gyroctl.waves import SeaState
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+IN_WATER = (
+    "Every case stands on the realistic device with a coupling that lags by 20 ms. The laws stay as they are; of a "
+    "case they know nothing but a delay, where the case says that they are told. `best_constant` is the pair that was "
+    "searched for the linear device."
+)
 OWN = "of its nominal power"
 UNCHANGED = (
     "`best_constant` is the pair that was searched for the nominal device. Like the laws it stays as it is on the "
@@ -39,17 +47,31 @@ HEADINGS = ("case", *LOCK, "power [W]", OWN, "of best constant", *PARTS, "CV", P
 
 def robustness_table(ask: Request, gamma: float = 5.0) -> tuple[dict[str, Any], str, Figure]:
     """Run every law on every truth; returns content, markdown and figure as the other tables."""
+    return _table(ask, gamma, truths(ask.settings), UNCHANGED, "Laws on devices that differ from their design")
+
+
+def faults_table(
+    ask: Request, gamma: float = 5.0, cases: Sequence[Truth] | None = None
+) -> tuple[dict[str, Any], str, Figure]:
+    """Run every law in real water, with each fault, on each device and in each sea of `faults`, or of other cases."""
+    chosen = faults(ask.settings, gamma, ask.duration) if cases is None else cases
+    return _table(ask, gamma, chosen, IN_WATER, "Faults and other devices in real water")
+
+
+def _table(
+    ask: Request, gamma: float, cases: Sequence[Truth], words: str, title: str
+) -> tuple[dict[str, Any], str, Figure]:
     from gyroctl.studies.evaluation.draw import draw_robustness
 
     found: dict[str, Outcome] = {}
     failed: dict[str, str] = {}
-    cases = truths(ask.settings)
-    nominal = best_pair_of(Case(NOMINAL, zhang2017(), SeaState(gamma=gamma), ask.settings), ask)
+    sea = SeaState(gamma=gamma)
+    nominal = best_pair_of(Case(NOMINAL, zhang2017(), sea, ask.settings), ask)
     for i, truth in enumerate(cases):
-        ask.say(f"robustness: {truth.name} ({i + 1} of {len(cases)})")
-        case = Case(truth.name, truth.plant, SeaState(gamma=gamma), truth.settings)
+        ask.say(f"{truth.name} ({i + 1} of {len(cases)})")
+        case = Case(truth.name, truth.plant, truth.sea or sea, truth.settings)
         try:
-            found[truth.name] = run_case(case, [nominal, *ask.entrants], ask)
+            found[truth.name] = run_case(case, [nominal, *(told(one, truth) for one in ask.entrants)], ask)
         except InputError as error:
             if truth.name == NOMINAL:  # all others are told relative to it
                 raise
@@ -59,12 +81,14 @@ def robustness_table(ask: Request, gamma: float = 5.0) -> tuple[dict[str, Any], 
     laws = list(tables[NOMINAL])
     content = {
         "gamma": gamma,
-        "design": _device(zhang2017()),
+        "design": _device(cases[0].plant),
         "truths": {
             truth.name: {
                 **_device(truth.plant),
                 "sensors": truth.settings.sensors,
                 "actuators": truth.settings.actuators,
+                "sea": None if truth.sea is None else {"kind": type(truth.sea).__name__, **asdict(truth.sea)},
+                "told": dict(truth.told),
             }
             for truth in cases
         },
@@ -75,11 +99,20 @@ def robustness_table(ask: Request, gamma: float = 5.0) -> tuple[dict[str, Any], 
         "failed": failed | {what: why for outcome in found.values() for what, why in outcome.failures.items()},
     }
     locked = [(name, *(_locked(table.get(law)) for law in laws), _counts(table)) for name, table in tables.items()]
-    parts = [UNCHANGED, "## Locked runs\n\n" + markdown_table(("case", *laws, "runs"), locked)]
+    parts = [words, "## Locked runs\n\n" + markdown_table(("case", *laws, "runs"), locked)]
     for law in laws:
         lines = [_line(name, table[law], kept[name].get(law)) for name, table in tables.items() if law in table]
         parts.append(f"## {law}\n\n{row_table(HEADINGS, lines)}")
-    return content, "\n\n".join(parts), draw_robustness(tables, kept, ask.record())
+    return content, "\n\n".join(parts), draw_robustness(tables, kept, ask.record(), title)
+
+
+def told(entrant: Entrant, truth: Truth) -> Entrant:
+    """Law as it takes part in a case: with what the case tells it, where it has such parameters."""
+    if not truth.told:
+        return entrant
+    built = entrant.build()
+    own = {name: value for name, value in truth.told.items() if hasattr(built, name)}
+    return replace(entrant, parameters={**entrant.parameters, **own})
 
 
 def kept_power(outcome: Outcome, nominal: Outcome) -> dict[str, Estimate]:

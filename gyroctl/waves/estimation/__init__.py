@@ -7,6 +7,7 @@ and change nothing but the arrays of the state that they are given::
     state = estimator.init()
     update(estimator, state, y, cc, cg)                  # every period: y (7,), the command since the last sample
     state.x_hat, state.me_hat                            # (14,) in the plant's order, (2,) [Nm]
+    look_to_then(estimator, state)                       # state.then: where a command of now begins to act
 
     predictor = Predictor.design(plant, estimator=estimator, step=0.1, past=12.0, horizon=8.0)
     memory = predictor.init()
@@ -26,7 +27,7 @@ Python, with a check of the horizon. A compiled function that calls these should
 from __future__ import annotations
 
 from gyroctl.waves.estimation import observer, probe
-from gyroctl.waves.estimation.observer import SENSOR_NOISE, EstimatorState, MomentEstimator, update
+from gyroctl.waves.estimation.observer import SENSOR_NOISE, EstimatorState, MomentEstimator, look_to_then, update
 from gyroctl.waves.estimation.predictor import Predictor, PredictorState, forecast, forecast_spread, observe, predict
 from gyroctl.waves.estimation.probe import Probe, foresee
 from gyroctl.waves.estimation.skill import Replay, coverage, relative_error, replay, replay_moments
@@ -47,6 +48,7 @@ __all__ = [
     "forecast",
     "forecast_spread",
     "foresee",
+    "look_to_then",
     "observe",
     "predict",
     "relative_error",

@@ -15,11 +15,16 @@ from numpy.typing import NDArray
 
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
 from gyroctl.plant.plant import Plant
+from gyroctl.waves.spectrum import SeaState
 
 Array = NDArray[np.float64]
 
 ANGLES = 16
 """Ring angles of the average: more than enough for terms of the first and second harmonic."""
+
+
+LEAST_NOISE = 1e-6
+"""Standard deviation that a sensor is taken to have at least: the Riccati equation wants some noise. [rad, rad/s]"""
 
 
 class FloatModel(NamedTuple):
@@ -109,6 +114,38 @@ def stationary_gains(model: FloatModel, sensor_noise: Array, period: float) -> G
     before = solve_discrete_are(transition.T, model.C.T, noise, R)
     gain = np.linalg.solve(model.C @ before @ model.C.T + R, model.C @ before).T
     return Gains(transition, noise, gain, before - gain @ model.C @ before)
+
+
+def gains_of(
+    plant: Plant, sea: SeaState, noise: Array, period: float, spread: float, unmodelled: float
+) -> tuple[FloatModel, Gains]:
+    """Averaged model and gains of the float."""
+    omega = np.linspace(0.3, 12.0, 1200)
+    response = np.abs(plant.excitation(omega, sea.heading)) ** 2 * sea.spectrum(omega)
+    scale = np.sqrt(np.sum(response, axis=1) * (omega[1] - omega[0]))
+    model = float_model(plant, sea.wp, spread, (float(scale[0]), float(scale[1])), unmodelled)
+    floor = np.maximum(noise[3:], LEAST_NOISE)
+    return model, stationary_gains(model, floor, period)
+
+
+def gains_of_the_rest(model: FloatModel, whole: Gains, sensor_noise: Array, period: float) -> Array:
+    """Gains (16, s, 4) for each set of lost sensors: the bits of the first index are phi1, phi3, phi1', phi3'.
+
+    The columns of lost sensors are zero; with all lost the model runs by itself. Other arguments as of
+    `stationary_gains`.
+    """
+    found = np.zeros((16, *whole.gain.shape))
+    found[0] = whole.gain
+    for lost in range(1, 15):
+        left = [j for j in range(4) if not lost >> j & 1]
+        found[lost][:, left] = stationary_gains(model._replace(C=model.C[left]), sensor_noise[left], period).gain
+    return found
+
+
+def innovation_spread(model: FloatModel, gains: Gains, sensor_noise: Array) -> Array:
+    """Variances (4,) of what the stationary filter does not foresee of its measurements."""
+    before = gains.transition @ gains.variance @ gains.transition.T + gains.noise
+    return np.asarray(np.diag(model.C @ before @ model.C.T) + sensor_noise**2)
 
 
 def transfer(model: FloatModel, transition: Array, gain: Array, omega: Array, period: float) -> NDArray[np.complex128]:

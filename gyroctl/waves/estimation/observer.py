@@ -6,19 +6,22 @@ held and with moments that swing on at the peak frequency. Correction has two pa
 - the float with its moments, by the stationary Kalman gain of the averaged model (`averaged`). Given the ring, the
   float is linear, and what is left of the ring's angle in its equations is small, so a constant gain loses nothing;
 - ring and flywheel, by a Kalman filter of three states whose transition follows the coupling.
+
+A sensor may be lost. A reading is not believed that is no number, or that repeats the last one to the bit or is exactly
+zero while the model says that it has moved, see `doubt`. The ring's filter goes on without it; the float has a constant
+gain for each set of sensors that are left, designed beforehand.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.plant import kernel
-from gyroctl.plant.beyond import coupling_torque, signal_rows
+from gyroctl.plant.beyond import signal_rows
 from gyroctl.plant.compiled import inlined, part, stamped
 from gyroctl.plant.equations import (
     OMEGA_RATE,
@@ -35,8 +38,10 @@ from gyroctl.plant.equations import (
 )
 from gyroctl.plant.kernel import rows, slip_rate, steps_for
 from gyroctl.plant.plant import Plant
-from gyroctl.waves.estimation import wave_signals
-from gyroctl.waves.estimation.moment_model import Array, FloatModel, Gains, float_model, stationary_gains
+from gyroctl.waves.estimation import lost_readings, ring_filter, wave_signals
+from gyroctl.waves.estimation.lost_readings import doubt, known_or
+from gyroctl.waves.estimation.moment_model import LEAST_NOISE, Array, gains_of, gains_of_the_rest, innovation_spread
+from gyroctl.waves.estimation.ring_filter import correct_ring, predict_ring
 from gyroctl.waves.estimation.wave_signals import (
     at_rest,
     phase_along,
@@ -51,10 +56,7 @@ from gyroctl.waves.spectrum import SeaState
 SENSOR_NOISE = (1.1e-3, 0.02, 0.1, 1e-3, 1e-3, 4e-3, 4e-3)
 """Standard deviations of psi (with its resolution), psi', omega', phi1, phi3, phi1', phi3'. [rad, rad/s]"""
 
-SOURCES = (*kernel.SOURCES, wave_signals.__file__, __file__)
-
-SOME = 1e-3
-"""Slip below which the torque of any coupling is a straight line. [rad/s]"""
+SOURCES = (*ring_filter.SOURCES, wave_signals.__file__, lost_readings.__file__, __file__)
 
 COARSEST = 0.025
 """Longest Runge-Kutta step; where the coupling is strong, shorter ones follow the decay of the slip, see `steps_for`.
@@ -72,7 +74,9 @@ class MomentEstimator(NamedTuple):
     wp: float  # frequency at which the moments swing on [rad/s]
     spread: float  # and their damping ratio [-]
     gain: Array  # (f + 4, 4): float rows, Me1, Me1', Me3, Me3' from phi1, phi3, phi1', phi3'
+    partial: Array  # (16, f + 4, 4): gains by the sensors that are lost, 1 phi1, 2 phi3, 4 phi1', 8 phi3', added up
     float_noise: Array  # (4,) variances of phi1, phi3, phi1', phi3' per sample
+    float_spread: Array  # (4,) variances of their innovations
     ring_noise: Array  # (3,) variances of psi, psi', omega' per sample
     ring_drift: Array  # (3,) variances that a period adds to them
     delay: int  # age of a command when it acts, in samples
@@ -130,7 +134,8 @@ class MomentEstimator(NamedTuple):
         if len(lag) != 2 or not all(math.isfinite(each) and each >= 0.0 for each in lag):
             raise InputError("estimator.lag", lag, "must be two numbers, none negative", "Give seconds of cc and of cg")
         sea, plant = sea or SeaState(), seen_from(plant)
-        _, gains = gains_of(plant, sea, noise, period, spread, unmodelled)
+        model, gains = gains_of(plant, sea, noise, period, spread, unmodelled)
+        floor = np.maximum(noise[3:], LEAST_NOISE)
         return cls(
             plant.coefficients,
             signal_table(plant, sea),
@@ -140,7 +145,9 @@ class MomentEstimator(NamedTuple):
             sea.wp,
             float(spread),
             np.ascontiguousarray(gains.gain),
+            gains_of_the_rest(model, gains, floor, period),
             noise[3:] ** 2,
+            innovation_spread(model, gains, floor),
             noise[:3] ** 2,
             np.array(ring_drift, float) ** 2,
             int(delay),
@@ -158,6 +165,10 @@ class MomentEstimator(NamedTuple):
             queue=np.zeros((self.delay + 1, 2)),
             held=np.zeros(2),
             innovation=np.zeros(7),
+            last=np.zeros(7),
+            missing=np.zeros(7),
+            then=np.zeros(n),
+            kept=np.zeros(n + 6),
             work=np.zeros((6, max(rows(self.k), signal_rows(self.k.beyond)))),
             begun=np.zeros(1),
         )
@@ -172,21 +183,13 @@ class EstimatorState(NamedTuple):
     ring: Array  # (3, 3) variance of psi, psi', omega'
     queue: Array  # (delay + 1, 2) commands that have not acted yet
     held: Array  # (2,) controls at the sample, on their way to what was commanded [Nms]
-    innovation: Array  # (7,) measurement less prediction, in the order of the measurements
+    innovation: Array  # (7,) measurement less prediction, in the order of the measurements; 0 where one is missing
+    last: Array  # (7,) last readings that were numbers
+    missing: Array  # (7,) 1 for readings that were not believed
+    then: Array  # (n,) state from which on the next command acts, see `look_to_then`
+    kept: Array  # (n + 6,) working space of it
     work: Array  # (6, rows)
     begun: Array  # (1,) samples so far
-
-
-def gains_of(
-    plant: Plant, sea: SeaState, noise: Array, period: float, spread: float, unmodelled: float
-) -> tuple[FloatModel, Gains]:
-    """Averaged model and gains of the float."""
-    omega = np.linspace(0.3, 12.0, 1200)
-    response = np.abs(plant.excitation(omega, sea.heading)) ** 2 * sea.spectrum(omega)
-    scale = np.sqrt(np.sum(response, axis=1) * (omega[1] - omega[0]))
-    model = float_model(plant, sea.wp, spread, (float(scale[0]), float(scale[1])), unmodelled)
-    floor = np.maximum(noise[3:], 1e-6)  # the Riccati equation wants some noise
-    return model, stationary_gains(model, floor, period)
 
 
 def _checked(sensor_noise: tuple[float, ...]) -> Array:
@@ -223,14 +226,18 @@ def update(estimator: MomentEstimator, state: EstimatorState, y: NDArray[np.floa
     state : EstimatorState
         Holds `x_hat` and `me_hat` of this sample afterwards.
     y : (7,) array
-        psi, psi', omega', phi1, phi3, phi1', phi3' as measured. [rad, rad/s]
+        psi, psi', omega', phi1, phi3, phi1', phi3' as measured; NaN where a sensor tells nothing. [rad, rad/s]
     cc, cg : float
         Command since the last sample; ignored at the first. [Nms]
     """
     x, wave, queue = state.x_hat, state.wave, state.queue
     if state.begun[0] == 0.0:
-        x[PSI], x[PSI_RATE], x[OMEGA_RATE] = y[0], y[1], y[2]
-        x[PHI1], x[PHI3], x[PHI1_RATE], x[PHI3_RATE] = y[3], y[4], y[5], y[6]
+        x[PSI], x[PSI_RATE] = known_or(y[0], 0.0), known_or(y[1], estimator.wp)
+        x[OMEGA_RATE] = known_or(y[2], estimator.k.N * x[PSI_RATE])
+        x[PHI1], x[PHI3], x[PHI1_RATE] = known_or(y[3], 0.0), known_or(y[4], 0.0), known_or(y[5], 0.0)
+        x[PHI3_RATE] = known_or(y[6], 0.0)
+        for i in range(7):
+            state.last[i] = known_or(y[i], 0.0)
         state.begun[0] = 1.0
         for i in range(queue.shape[0]):
             queue[i, 0], queue[i, 1] = cc, cg
@@ -250,9 +257,32 @@ def update(estimator: MomentEstimator, state: EstimatorState, y: NDArray[np.floa
     e = state.innovation
     e[0], e[1], e[2] = y[0] - x[PSI], y[1] - x[PSI_RATE], y[2] - x[OMEGA_RATE]
     e[3], e[4], e[5], e[6] = y[3] - x[PHI1], y[4] - x[PHI3], y[5] - x[PHI1_RATE], y[6] - x[PHI3_RATE]
+    doubt(state.ring, estimator.ring_noise, estimator.float_spread, y, state.last, e, state.missing)
     correct_ring(estimator, state)
     correct_float(estimator, state)
     state.me_hat[0], state.me_hat[1] = wave[0], wave[2]
+
+
+@stamped(SOURCES)
+def look_to_then(estimator: MomentEstimator, state: EstimatorState) -> None:
+    """Write the state from which on the next command acts into `state.then`: of now, run on under what is under way."""
+    n, kept = state.x_hat.size, state.kept
+    for i in range(n):
+        kept[i] = state.x_hat[i]
+    for i in range(4):
+        kept[n + i] = state.wave[i]
+    for i in range(2):
+        kept[n + 4 + i] = state.held[i]
+    for i in range(1, state.queue.shape[0]):
+        predict_state(estimator, state, state.queue[i, 0], state.queue[i, 1])
+        for j in range(2):
+            state.held[j] = arrived(state.held[j], state.queue[i, j], estimator.lag[j], estimator.period)
+    for i in range(n):
+        state.then[i], state.x_hat[i] = state.x_hat[i], kept[i]
+    for i in range(4):
+        state.wave[i] = kept[n + i]
+    for i in range(2):
+        state.held[i] = kept[n + 4 + i]
 
 
 @part(SOURCES)
@@ -304,70 +334,11 @@ def predict_state(estimator: MomentEstimator, state: EstimatorState, cc: float, 
         wave[2 * j + 1] = c * (turn * b - decay * m) - sn * (turn * m + decay * b)
 
 
-@inlined
-def secant(more: Any, cc: float, slip: float) -> float:
-    """Coupling that gives the torque at a slip [rad/s]: weaker than the command where the torque is curbed. [Nms]"""
-    if more is None:
-        return cc
-    some = max(abs(slip), SOME)
-    return float(coupling_torque(more, cc, some)) / some
-
-
-@part(SOURCES)
-def predict_ring(estimator: MomentEstimator, state: EstimatorState, cc: float, cg: float) -> None:
-    """Carry the variance of psi, psi', omega' over one period."""
-    k, P, h = estimator.k, state.ring, estimator.period
-    cc = secant(k.beyond, cc, state.x_hat[OMEGA_RATE] - k.N * state.x_hat[PSI_RATE])
-    # the slip decays within a period: an L-stable Pade step (1, 2) of its two states, a trapezoid for psi
-    a, b = -h * k.N * k.N * cc * k.Gpp, h * k.N * cc * k.Gpp
-    c, d = h * k.N * cc * k.Goo, -h * (cc + cg) * k.Goo
-    aa, ab, ca, dd = a * a + b * c, a * b + b * d, c * a + d * c, c * b + d * d
-    la, lb = 1.0 - 2.0 / 3.0 * a + aa / 6.0, -2.0 / 3.0 * b + ab / 6.0
-    lc, ld = -2.0 / 3.0 * c + ca / 6.0, 1.0 - 2.0 / 3.0 * d + dd / 6.0
-    ra, rb, rc, rd = 1.0 + a / 3.0, b / 3.0, c / 3.0, 1.0 + d / 3.0
-    det = la * ld - lb * lc
-    fa, fb = (ld * ra - lb * rc) / det, (ld * rb - lb * rd) / det
-    fc, fd = (la * rc - lc * ra) / det, (la * rd - lc * rb) / det
-    F = state.work[3:6, 0:3]
-    F[0, 0], F[0, 1], F[0, 2] = 1.0, 0.5 * h * (1.0 + fa), 0.5 * h * fb
-    F[1, 0], F[1, 1], F[1, 2] = 0.0, fa, fb
-    F[2, 0], F[2, 1], F[2, 2] = 0.0, fc, fd
-    G = state.work[3:6, 3:6]
-    for i in range(3):
-        for j in range(3):
-            G[i, j] = F[i, 0] * P[0, j] + F[i, 1] * P[1, j] + F[i, 2] * P[2, j]
-    for i in range(3):
-        for j in range(3):
-            P[i, j] = G[i, 0] * F[j, 0] + G[i, 1] * F[j, 1] + G[i, 2] * F[j, 2]
-        P[i, i] += estimator.ring_drift[i]
-
-
-@part(SOURCES)
-def correct_ring(estimator: MomentEstimator, state: EstimatorState) -> None:
-    """Correct psi, psi', omega' by their measurements, one after the other: their noises are independent."""
-    x, P, e, gain = state.x_hat, state.ring, state.innovation, state.work[3]
-    move0, move1, move2 = 0.0, 0.0, 0.0
-    for i in range(3):
-        moved = move0 if i == 0 else (move1 if i == 1 else move2)
-        whole = P[i, i] + estimator.ring_noise[i]
-        for j in range(3):
-            gain[j] = P[j, i] / whole
-        left = e[i] - moved
-        move0, move1, move2 = move0 + gain[0] * left, move1 + gain[1] * left, move2 + gain[2] * left
-        r0, r1, r2 = P[i, 0], P[i, 1], P[i, 2]
-        for j in range(3):
-            P[j, 0] -= gain[j] * r0
-            P[j, 1] -= gain[j] * r1
-            P[j, 2] -= gain[j] * r2
-    x[PSI] += move0
-    x[PSI_RATE] += move1
-    x[OMEGA_RATE] += move2
-
-
 @part(SOURCES)
 def correct_float(estimator: MomentEstimator, state: EstimatorState) -> None:
-    """Correct float and moments by the constant gain."""
-    x, wave, e, gain, moved = state.x_hat, state.wave, state.innovation, estimator.gain, state.work[3]
+    """Correct float and moments by the constant gain of the sensors that tell something."""
+    x, wave, e, lost, moved = state.x_hat, state.wave, state.innovation, state.missing, state.work[3]
+    gain = estimator.partial[int(lost[3] + 2.0 * lost[4] + 4.0 * lost[5] + 8.0 * lost[6])]
     f = x.size - 4  # psi, omega and their rates are not of the float
     for i in range(f + 4):
         move = gain[i, 0] * e[3] + gain[i, 1] * e[4] + gain[i, 2] * e[5] + gain[i, 3] * e[6]
