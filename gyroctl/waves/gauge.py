@@ -44,9 +44,9 @@ class Gauge(NamedTuple):
     gauge_noise: float = 0.003  # standard deviation of the white noise of a reading [m]
     drift: float = 0.01  # standard deviation of the slow drift of the mean level [m]
     drift_time: float = 100.0  # time in which the drift forgets itself [s]
-    misplaced: float = 0.0  # how much farther than `distance` it truly stands [m]
+    misplaced: float = 0.05  # how much farther than `distance` it truly stands [m]
     heading: float = 0.0  # direction that the waves are believed to travel to, up-wave of which it stands [deg]
-    placing: float = 0.03  # standard deviation of the distance that the law reckons with [m]
+    placing: float = 0.05  # standard deviation of the distance that the law reckons with [m]
 
 
 def check(gauge: Gauge) -> None:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from gyroctl.errors import InputError, in_words
 from gyroctl.provenance import made
 from gyroctl.reports.wording import seed_ranges
+from gyroctl.studies.evaluation import gauge
 from gyroctl.studies.evaluation.information import information_table
 from gyroctl.studies.evaluation.offdesign import offdesign_table
 from gyroctl.studies.evaluation.physics import DURATION, LAWS, SEEDS, physics_table
@@ -30,6 +31,7 @@ TABLES: dict[str, Table] = {
     "information": information_table,
     "robustness": robustness_table,
     "physics": physics_table,
+    "gauge": gauge.gauge_table,
 }
 """Tables by name."""
 
@@ -42,9 +44,10 @@ TITLES = {
     "information": "The price of information",
     "robustness": "Devices that differ from the design",
     "physics": "The laws in real water",
+    "gauge": "What a wave gauge up-wave is worth",
 }
 
-USUAL = {"physics": (LAWS, SEEDS, DURATION)}
+USUAL = {"physics": (LAWS, SEEDS, DURATION), "gauge": ("nmpc", gauge.SEEDS, gauge.DURATION)}
 """Laws, seeds and length [s] of a table that has its own, where they are not asked for."""
 
 
