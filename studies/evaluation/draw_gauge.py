@@ -27,7 +27,8 @@ def draw_gauge(cases: Mapping[str, Sequence[Mapping[str, Any]]], asked: Mapping[
         _errors(axes[0], places, [line["power"] for line in shown], colour, name)
         _errors(axes[1], places, [line["cv"] for line in shown], colour, name)
         for style, error in zip(("-", "--", "-.", ":"), list(shown[0]["error"]), strict=False):
-            values = [max(line["error"].get(error, np.nan), 1e-4) for line in shown]
+            found = [line["error"].get(error, 0.0) for line in shown]
+            values = [value if value > 0.0 else np.nan for value in found]  # perfect preview is off the axis
             what = error.removeprefix("error of ")
             axes[2].plot(places, values, style, color=colour, marker="o", ms=3, lw=1.2, label=f"{name}, {what}")
         for axis in axes:

@@ -157,6 +157,6 @@ def in_words(content: Mapping[str, Any]) -> str:
         f"A reading every {gauge['sampling']:g} s, with white noise of {gauge['gauge_noise']:g} m and a drift of "
         f"{gauge['drift']:g} m that forgets itself in {gauge['drift_time']:g} s; the gauge stands "
         f"{gauge['misplaced']:g} m farther than the law believes. Reversals of the rolling are those of a run. "
-        "Errors are mean square errors of what the planner foresees in its own closed loop over the variance of the moment at "
-        f"rest, on {len(judged['seeds'])} realisations of {judged['duration_s']:g} s."
+        "Errors are mean square errors of what the planner foresees in its own closed loop over the variance of the "
+        f"moment at rest, on {len(judged['seeds'])} realisations of {judged['duration_s']:g} s."
     )
