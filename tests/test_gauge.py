@@ -105,6 +105,16 @@ def test_readings_hold_what_was_measured_and_nothing_beyond() -> None:
     assert set(vars(shutter.readings)) == {"values", "sampling", "duration"}
 
 
+def test_law_is_told_no_reading_before_the_run(device: gy.Plant) -> None:
+    waves = gy.realise(device, gy.SeaState(), 1, 20.0)
+    law: Any
+    law, shutter = informed(gy.law("nmpc", information="gauge"), waves, device)
+    assert np.isfinite(law.seen.values[0]) and np.isnan(law.seen.values[1:]).all()
+    assert shutter is not None
+    shutter.open(5.0)
+    assert np.isfinite(law.seen.values[:51]).all() and np.isnan(law.seen.values[51:]).all()
+
+
 @dataclass(frozen=True)
 class TwoFutures:
     """Waves of one seed up to an instant and of another one after it, at every place."""

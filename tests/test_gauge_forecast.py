@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 import gyroctl as gy
 from gyroctl.controllers.nmpc.foresight import Foresight
+from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.waves.estimation import MomentEstimator, Predictor, predict
 from gyroctl.waves.estimation.gauge_forecast import GaugeForecast, GaugeState, predict_from_gauge, prepare
 from gyroctl.waves.estimation.predictor import PredictorState, take
-from gyroctl.waves.gauge import Gauge, Readings, elevation_up_wave, measured
+from gyroctl.waves.gauge import Gauge, Readings, elevation_up_wave, error, measured
 
 Array = NDArray[np.float64]
 SEA = gy.SeaState()
@@ -74,6 +75,34 @@ def test_covariances_are_those_of_realisations(device: gy.Plant) -> None:
         wanted = [c.ahead[j, lead] * scale @ c.rows[0] for lead in ahead]
         np.testing.assert_allclose(across[j], wanted, atol=0.04 * size[j])
         assert max(np.abs(wanted)) > 0.3 * size[j]
+
+
+def test_noise_and_drift_are_reckoned_with_as_they_are_made(device: gy.Plant) -> None:
+    gauge = CLEAN._replace(sampling=0.2, gauge_noise=0.004, drift=0.01, drift_time=5.0)
+    own = made(device, gauge)[0].own
+    errors = np.stack([error(gauge, 4000, seed) for seed in range(40)])
+    for lag in (0, 1, 5, 25, 50):
+        found = np.mean(errors[:, : 4000 - lag] * errors[:, lag:])
+        assert own[lag] == pytest.approx(found, abs=0.05 * 0.01**2)
+
+
+def test_doubt_about_the_place_turns_waves_into_noise_of_their_spectrum(device: gy.Plant) -> None:
+    """Wherever the gauge stands it sees the same spectrum; on the mean over the places a part of each wave is left."""
+    spread = 0.2
+    (sure, state, spectrum), (doubting, _, _) = (made(device, CLEAN._replace(placing=s)) for s in (0.0, spread))
+    scale = state.scale**2
+    for age in (0, 7, 30):
+        whole = sure.rows[0] * scale @ sure.rows[age] + (spectrum @ sure.doubtful)[age]
+        parted = doubting.rows[0] * scale @ doubting.rows[age] + (spectrum @ doubting.doubtful)[age]
+        # the noise is integrated over a bin, the waves stand at its centre: alike to the width of a bin
+        assert parted == pytest.approx(whole, abs=0.02 * spectrum.sum() * 0.1)
+    at, weight = np.polynomial.hermite_e.hermegauss(60)
+    weight /= weight.sum()
+    k = wavenumber(sure.omega, device.depth)
+    for age in (0, 11):
+        angle = k * 10.0 - sure.omega * 0.1 * age
+        mean = np.cos(angle[:, None] + k[:, None] * spread * at) @ weight
+        np.testing.assert_allclose(doubting.rows[age, : k.size], mean, atol=1e-9)
 
 
 # --- the estimate against dense linear algebra ----------------------------------------------------------------------
@@ -214,6 +243,41 @@ def test_where_readings_are_missing_the_sensors_tell(device: gy.Plant, lost: str
     foresight.read((samples - 1) * STEP, False, memory, state, ahead)
     predict(foresight.predictor, memory, alone)
     assert np.array_equal(ahead, alone) == (lost != "none")
+
+
+def test_newest_reading_counts_and_none_after_it(device: gy.Plant) -> None:
+    gauge, estimator = Gauge(sampling=0.3), parts(device)[0]
+    waves = gy.realise(device, SEA, 100000, 40.0)
+    values, at = measured(gauge, waves, device), 299  # 29.9 s: the reading of 29.7 s is the newest
+    ahead = []
+    for changed in (None, 100, 99):
+        own = values.copy()
+        if changed is not None:
+            own[changed] += 0.05
+        foresight = Foresight.gauged(device, estimator, 4.0, gauge, Readings(own, gauge.sampling, 40.0))
+        memory, state = fed(foresight, waves, at + 1)
+        ahead.append(np.empty((2, 40)))
+        foresight.read(at * STEP, False, memory, state, ahead[-1])
+    np.testing.assert_array_equal(ahead[0], ahead[1])
+    assert np.abs(ahead[0] - ahead[2]).max() > 0.1
+
+
+def test_forecast_goes_by_the_spectrum_once_it_is_learnt(device: gy.Plant) -> None:
+    gauge, estimator = Gauge(), parts(device)[0]
+    waves = gy.realise(device, SEA, 100000, 40.0)
+    readings = Readings(measured(gauge, waves, device), gauge.sampling, 40.0)
+    foresight = Foresight.gauged(device, estimator, 4.0, gauge, readings)
+    memory, state = fed(foresight, waves, 300)
+    out = [np.empty((2, 40)) for _ in range(4)]
+    foresight.read(29.9, False, memory, state, out[0])
+    memory.memory.spectrum[:] = gy.SeaState(wp=2.5).spectrum(foresight.predictor.learner.omega)
+    foresight.read(29.9, False, memory, state, out[1])
+    np.testing.assert_array_equal(out[0], out[1])
+    foresight.read(29.9, True, memory, state, out[2])
+    assert foresight.gauge is not None
+    foresight.read(29.9, False, memory, foresight.gauge.init(), out[3])
+    np.testing.assert_array_equal(out[2], out[3])
+    assert not np.array_equal(out[1], out[2])
 
 
 def test_what_the_gauge_tells_follows_the_spectrum_that_is_learnt(device: gy.Plant) -> None:
