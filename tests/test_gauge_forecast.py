@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import gyroctl as gy
 from gyroctl.controllers.nmpc.foresight import Foresight
 from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.waves.estimation import MomentEstimator, Predictor, predict
-from gyroctl.waves.estimation.gauge_forecast import GaugeForecast, GaugeState, predict_from_gauge, prepare
+from gyroctl.waves.estimation.gauge_forecast import GaugeForecast, GaugeState, find_place, predict_from_gauge, prepare
 from gyroctl.waves.estimation.predictor import PredictorState, take
 from gyroctl.waves.gauge import Gauge, Readings, elevation_up_wave, error, measured
 
@@ -229,6 +230,49 @@ def fed(foresight: Foresight, waves: gy.WaveRealisation, samples: int) -> tuple[
     return memory, foresight.gauge.init()
 
 
+@pytest.mark.parametrize("off", [-0.4, 0.25])
+def test_gauge_that_is_found_elsewhere_is_as_one_that_was_known_to_stand_there(device: gy.Plant, off: float) -> None:
+    gauge, past = Gauge(6.0, misplaced=off), int(parts(device)[1].learner.ages[-1]) + 1
+    (c, state, _), (known, sure, _) = made(device, gauge), made(device, gauge._replace(distance=6.0 + off))
+    state.place[0] = off
+    waves = gy.realise(device, SEA, 100000, 60.0)
+    values, history = measured(gauge, waves, device)[:551], history_of(device, waves, 550, past)
+    for one, other in zip(told(c, state, values, history), told(known, sure, values, history), strict=True):
+        np.testing.assert_allclose(one, other, atol=1e-6 * np.abs(other).max())
+
+
+@pytest.mark.parametrize(("misplaced", "heading"), [(0.3, 0.0), (-0.4, 0.0), (0.0, 20.0), (9.0, 0.0)])
+def test_place_of_the_gauge_is_found(device: gy.Plant, misplaced: float, heading: float) -> None:
+    """From the moments of the float; a gauge at an angle stands nearer by d (1 - cos), and none is looked for afar."""
+    c, state, _ = made(device, Gauge())
+    waves = gy.realise(device, SEA, 100000, 300.0)
+    values = measured(Gauge(misplaced=misplaced, heading=heading), waves, device)
+    past = int(c.floating.ages[-1]) + 1
+    for at in range(300, 3000, 50):
+        find_place(c, state, values, at, 0, history_of(device, waves, at, past), past)
+        assert abs(state.place[0]) <= 0.3 * 10.0
+    stands = (10.0 + misplaced) * math.cos(math.radians(heading)) - 10.0
+    if misplaced < 3.0:
+        assert state.place[0] == pytest.approx(stands, abs=0.03)
+
+
+def test_place_is_not_left_without_a_reason(device: gy.Plant) -> None:
+    """Moments that tell nothing: the gauge is taken back to where it is believed."""
+    c, state, _ = made(device, Gauge())
+    state.place[0] = 0.2
+    values = measured(Gauge(), gy.realise(device, SEA, 100000, 60.0), device)
+    for _ in range(200):
+        find_place(deafened(c), state, values, 500, 0, np.zeros((int(c.floating.ages[-1]) + 1, 3)), 500)
+    assert abs(state.place[0]) < 0.02
+
+
+def test_readings_that_have_ended_are_not_gone_by(device: gy.Plant) -> None:
+    c, state, _ = made(device, Gauge())
+    now, out, past = np.zeros(2), np.full((2, 40), 7.0), int(c.floating.ages[-1]) + 1
+    assert not predict_from_gauge(c, state, np.zeros(300), 299, 5, np.zeros((past, 3)), past, now, out)
+    assert np.all(out == 7.0)
+
+
 @pytest.mark.parametrize("lost", ["a reading", "the beginning", "none"])
 def test_where_readings_are_missing_the_sensors_tell(device: gy.Plant, lost: str) -> None:
     gauge, estimator = Gauge(), parts(device)[0]
@@ -275,7 +319,9 @@ def test_forecast_goes_by_the_spectrum_once_it_is_learnt(device: gy.Plant) -> No
     np.testing.assert_array_equal(out[0], out[1])
     foresight.read(29.9, True, memory, state, out[2])
     assert foresight.gauge is not None
-    foresight.read(29.9, False, memory, foresight.gauge.init(), out[3])
+    fresh = foresight.gauge.init()
+    fresh.place[:] = state.place
+    foresight.read(29.9, False, memory, fresh, out[3])
     np.testing.assert_array_equal(out[2], out[3])
     assert not np.array_equal(out[1], out[2])
 

@@ -17,7 +17,7 @@ from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
 from gyroctl.waves.estimation import MomentEstimator, Predictor, PredictorState, predict, probe
-from gyroctl.waves.estimation.gauge_forecast import GaugeForecast, GaugeState, predict_from_gauge, prepare
+from gyroctl.waves.estimation.gauge_forecast import GaugeForecast, GaugeState, find_place, predict_from_gauge, prepare
 from gyroctl.waves.estimation.predictor import GENERIC
 from gyroctl.waves.estimation.probe import Probe, error_of
 from gyroctl.waves.gauge import Gauge, Readings
@@ -153,11 +153,12 @@ class Foresight(NamedTuple):
             )
         if learnt or gauge.ready[0] == 0:
             prepare(c, memory.memory.spectrum, gauge)
-        last = math.floor(t / c.sampling + 1e-6)
+        last = min(math.floor(t / c.sampling + 1e-6), readings.values.size - 1)
         steps = round((t - last * c.sampling) / self.period)
-        told = last < readings.values.size and predict_from_gauge(
-            c, gauge, readings.values, last, steps, memory.history, memory.samples[0], memory.now, ahead
-        )
+        given = readings.values, last, steps, memory.history, memory.samples[0]
+        if learnt:
+            find_place(c, gauge, *given)
+        told = predict_from_gauge(c, gauge, *given, memory.now, ahead)
         if not told:
             predict(self.predictor, memory, ahead)
 

@@ -10,6 +10,10 @@ covariance ``drift^2 exp(-lag / T)``; waves too short to be told apart; and the 
 off by a normal deviation s, the wave of a bin is seen with its phase off by k s: on the mean exp(-k^2 s^2 / 2) of it is
 left, and the rest is noise of its spectrum.
 
+Where the gauge truly stands is learnt. If it is off by some way, waves at the float are turned by k times that against
+what the gauge says; so every few seconds the likelihood of the moments is asked for a little nearer and a little
+farther, and the place takes a Newton step (`find_place`). Waves that come at an angle are, to the gauge, a shorter way.
+
 The gauge does not move, so what it tells changes only with the spectrum that is learnt: `prepare` works out, every few
 seconds, how the amplitudes follow from the last readings, and what is left open. That is what the moments at the float
 are then reckoned against at each sample, as `placed` does it against the spectrum alone.
@@ -45,6 +49,12 @@ SHORTEST, SLOWEST = 12.0, 5.0
 SLACK = 1.3
 """Factor on that time: a group is as long as its spectrum is narrow. [-]"""
 
+APART, MOST = 0.02, 0.1
+"""Distances at which the likelihood is compared, and longest step of the place. [m]"""
+
+REMEMBERED, WIDEST = 0.96, 0.3
+"""Part of what is known of the place that is left at the next step, and its greatest part of the distance. [-]"""
+
 LEAST = 1e-4
 """White noise of a reading that is always reckoned with. [m]"""
 
@@ -59,6 +69,9 @@ class GaugeForecast(NamedTuple):
     doubtful: Array  # (all bins, n): noise of the readings per spectrum of a bin, over the lag [rad/s]
     floating: Placed  # how the float saw the waves; where it does not move its reach is none
     omega: Array  # (b,) [rad/s]
+    k: Array  # (b,) wave numbers [rad/m]
+    bound: float  # how far from where it is believed the gauge is looked for [m]
+    trust: float  # precision of the believed place [1/m^2]
     ahead: Array  # (2, leads, 2 b): moments at rest at each step from the last reading on, of the parts [Nm/m]
 
     @classmethod
@@ -100,13 +113,17 @@ class GaugeForecast(NamedTuple):
             np.ascontiguousarray(lost[:, None] * swing),
             predictor.placed or _at_rest(plant, predictor, estimator, gauge.heading),
             learner.omega[few],
+            k[few],
+            WIDEST * gauge.distance,
+            1.0 / max(gauge.placing, APART) ** 2,
             _ahead(plant, gauge.heading, learner.omega[few], step, predictor.horizon + rare),
         )
 
     def init(self) -> GaugeState:
         """Return a state in which nothing has been prepared."""
         n, twice = self.rows.shape
-        return GaugeState(np.zeros(1, np.int64), np.zeros((twice, n)), np.zeros((twice, twice)), np.zeros(twice))
+        place = np.array([0.0, self.trust])
+        return GaugeState(np.zeros(1, np.int64), np.zeros((twice, n)), np.zeros((twice, twice)), np.zeros(twice), place)
 
 
 class GaugeState(NamedTuple):
@@ -116,6 +133,7 @@ class GaugeState(NamedTuple):
     follows: Array  # (2 b, n): relative amplitudes, given the readings [1/m]
     root: Array  # (2 b, 2 b), upper W: what they leave open has the precision W' W
     scale: Array  # (2 b,) deviations of the amplitudes under the spectrum alone [m]
+    place: Array  # how much farther the gauge is than believed [m], and with what precision that is known [1/m^2]
 
 
 def steps_between(sampling: float, step: float) -> int:
@@ -240,55 +258,26 @@ def predict_from_gauge(
     bool
         False where nothing was written: too few readings, or one that is no number.
     """
-    n, twice = c.rows.shape
-    if last < n - 1 or state.ready[0] == 0:
+    twice = c.rows.shape[1]
+    bins, mean = twice // 2, np.zeros(twice)
+    if steps + out.shape[1] >= c.ahead.shape[1]:  # the last reading is too old: none has come since
         return False
-    for age in range(n):
-        if not math.isfinite(values[last - age]):
-            return False
-    at, bins, length = c.floating, twice // 2, history.shape[0]
-    W, scale = state.root, state.scale
-    mean, column = np.zeros(twice), np.empty(twice)
-    for b in range(twice):
-        follows = state.follows[b]
-        for age in range(n):
-            mean[b] += follows[age] * values[last - age]
-    known = 0
-    while known < at.ages.size and at.ages[known] < samples:
-        known += 1
-    size = 2 * known
-    X, v = np.empty((twice, size)), np.empty(size)
-    since = c.step * steps
-    for a in range(known):
-        row = (samples - 1 - at.ages[a]) % length
-        place, phase = at.reach * history[row, 2], at.phase[a]
-        one, three = 0.0, 0.0
-        for b in range(bins):
-            real, imaginary = cos_sin(phase[b] + c.omega[b] * since - at.k[b] * place)
-            X[b, 2 * a] = scale[b] * (at.seen[0, b] * real - at.seen[1, b] * imaginary)
-            X[bins + b, 2 * a] = -scale[b] * (at.seen[0, b] * imaginary + at.seen[1, b] * real)
-            X[b, 2 * a + 1] = scale[b] * (at.seen[2, b] * real - at.seen[3, b] * imaginary)
-            X[bins + b, 2 * a + 1] = -scale[b] * (at.seen[2, b] * imaginary + at.seen[3, b] * real)
-            one += X[b, 2 * a] * mean[b] + X[bins + b, 2 * a] * mean[bins + b]
-            three += X[b, 2 * a + 1] * mean[b] + X[bins + b, 2 * a + 1] * mean[bins + b]
-        v[2 * a], v[2 * a + 1] = history[row, 0] - one, history[row, 1] - three
-    forward(W, X, column)
-    U = np.empty((size, size))
-    for r in range(size):
-        for s in range(r, size):
-            lag = at.ages[s // 2] - at.ages[r // 2]
-            U[r, s] = at.noise[2 * (r % 2) + s % 2, lag] if lag < at.noise.shape[1] else 0.0
-        for b in range(twice):
-            column[b] = X[b, r]
-        add_rows(column, X, 0, twice, U[r], r, size)
+    if state.ready[0] == 0 or not told_by_gauge(c, state, values, last, mean):
+        return False
+    size = 2 * known_of(c.floating.ages, samples)
+    X, v, U = np.empty((twice, size)), np.empty(size), np.empty((size, size))
+    reckon(c, state, mean, state.place[0], steps, history, samples, X, v, U)
     solve_in_place(U, v)
-    open_ = np.zeros((twice, 1))
+    more = np.zeros((twice, 1))
     for b in range(twice):
         for s in range(size):
-            open_[b, 0] += X[b, s] * v[s]
-    backward(W, open_, column)
-    for b in range(twice):
-        mean[b] = scale[b] * (mean[b] + open_[b, 0])
+            more[b, 0] += X[b, s] * v[s]
+    backward(state.root, more, np.empty(twice))
+    for b in range(bins):  # from where the gauge is believed to where it is
+        real, imaginary = cos_sin(-c.k[b] * state.place[0])
+        one, other = mean[b] + more[b, 0], mean[bins + b] + more[bins + b, 0]
+        mean[b] = state.scale[b] * (one * real - other * imaginary)
+        mean[bins + b] = state.scale[b] * (one * imaginary + other * real)
     for j in range(2):
         now[j] = 0.0
         for b in range(twice):
@@ -299,6 +288,103 @@ def predict_from_gauge(
                 total += wave[b] * mean[b]
             out[j, lead] = total
     return True
+
+
+@stamped(SOURCES)
+def find_place(
+    c: GaugeForecast, state: GaugeState, values: Array, last: int, steps: int, history: Array, samples: int
+) -> None:
+    """Take a step to where the moments at the float are most likely, given the readings; as `predict_from_gauge`."""
+    twice = c.rows.shape[1]
+    mean, cost = np.zeros(twice), np.zeros(3)
+    if state.ready[0] == 0 or not told_by_gauge(c, state, values, last, mean):
+        return
+    size = 2 * known_of(c.floating.ages, samples)
+    X, v, U, w = np.empty((twice, size)), np.empty(size), np.empty((size, size)), np.empty(size)
+    for i in range(3):
+        reckon(c, state, mean, state.place[0] + (i - 1) * APART, steps, history, samples, X, v, U)
+        for r in range(size):
+            w[r] = v[r]
+        solve_in_place(U, v)
+        for r in range(size):
+            cost[i] += 0.5 * w[r] * v[r] + math.log(U[r, r])
+    slope = (cost[2] - cost[0]) / (2.0 * APART)
+    bend = (cost[2] - 2.0 * cost[1] + cost[0]) / APART**2
+    state.place[1] = max(REMEMBERED * state.place[1] + max(bend, 0.0), c.trust)
+    step = (slope + (1.0 - REMEMBERED) * c.trust * state.place[0]) / state.place[1]
+    state.place[0] -= min(max(step, -MOST), MOST)
+    state.place[0] = min(max(state.place[0], -c.bound), c.bound)
+
+
+@stamped(SOURCES)
+def told_by_gauge(c: GaugeForecast, state: GaugeState, values: Array, last: int, mean: Array) -> bool:
+    """Relative amplitudes (2 b,) by the gauge alone, into `mean`; whether there are readings enough."""
+    n, twice = c.rows.shape
+    if last < n - 1:
+        return False
+    for age in range(n):
+        if not math.isfinite(values[last - age]):
+            return False
+    for b in range(twice):
+        follows = state.follows[b]
+        for age in range(n):
+            mean[b] += follows[age] * values[last - age]
+    return True
+
+
+@stamped(SOURCES)
+def known_of(ages: NDArray[np.int64], samples: int) -> int:
+    """How many of the ages have been observed."""
+    known = 0
+    while known < ages.size and ages[known] < samples:
+        known += 1
+    return known
+
+
+@stamped(SOURCES)
+def reckon(
+    c: GaugeForecast,
+    state: GaugeState,
+    mean: Array,
+    off: float,
+    steps: int,
+    history: Array,
+    samples: int,
+    X: Array,
+    v: Array,
+    U: Array,
+) -> None:
+    """Set the moments that the float felt against what the gauge says, were it `off` farther than believed. [m]
+
+    `v` (size,) is what the gauge does not explain, the upper half of `U` (size, size) its covariance, `X` (2 b, size)
+    the covariance of the amplitudes with it, up to the factor `root`.
+    """
+    at, bins, length, scale = c.floating, X.shape[0] // 2, history.shape[0], state.scale
+    size, since = v.size, c.step * steps
+    column, turn = np.empty(2 * bins), np.empty(bins)
+    for b in range(bins):
+        turn[b] = c.omega[b] * since - c.k[b] * off
+    for a in range(size // 2):
+        row = (samples - 1 - at.ages[a]) % length
+        place, phase = at.reach * history[row, 2], at.phase[a]
+        one, three = 0.0, 0.0
+        for b in range(bins):
+            real, imaginary = cos_sin(phase[b] + turn[b] - at.k[b] * place)
+            X[b, 2 * a] = scale[b] * (at.seen[0, b] * real - at.seen[1, b] * imaginary)
+            X[bins + b, 2 * a] = -scale[b] * (at.seen[0, b] * imaginary + at.seen[1, b] * real)
+            X[b, 2 * a + 1] = scale[b] * (at.seen[2, b] * real - at.seen[3, b] * imaginary)
+            X[bins + b, 2 * a + 1] = -scale[b] * (at.seen[2, b] * imaginary + at.seen[3, b] * real)
+            one += X[b, 2 * a] * mean[b] + X[bins + b, 2 * a] * mean[bins + b]
+            three += X[b, 2 * a + 1] * mean[b] + X[bins + b, 2 * a + 1] * mean[bins + b]
+        v[2 * a], v[2 * a + 1] = history[row, 0] - one, history[row, 1] - three
+    forward(state.root, X, column)
+    for r in range(size):
+        for s in range(r, size):
+            lag = at.ages[s // 2] - at.ages[r // 2]
+            U[r, s] = at.noise[2 * (r % 2) + s % 2, lag] if lag < at.noise.shape[1] else 0.0
+        for b in range(2 * bins):
+            column[b] = X[b, r]
+        add_rows(column, X, 0, 2 * bins, U[r], r, size)
 
 
 @stamped(SOURCES)
