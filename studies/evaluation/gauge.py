@@ -32,7 +32,7 @@ BAR_AT, BAR = 10.0, 0.9
 SEEDS, DURATION = ("1:8",), 600.0
 """What the table takes where nothing else is asked for; length in s."""
 
-JUDGED_ON, JUDGED_FOR = 2, 400.0
+JUDGED_ON, JUDGED_FOR = 2, 300.0
 """Realisations on which the forecast is judged, and their length [s]: an error is a mean over many waves."""
 
 SENSORS, ORACLE = "sensors", "perfect preview"
