@@ -138,6 +138,7 @@ def gauge() -> str:
         ]
         heads = ("information", *FULL, "of perfect preview", "reversals", *errors)
         text += [f"**{case}**", table(heads, rows)]
+    text.append("![What a wave gauge up-wave is worth](gauge.png)")
     text += [f"{in_words(found)} Runs of {found['request']['duration_s']:g} s. {failures(found)}", caption("gauge")]
     return "\n\n".join(text)
 
