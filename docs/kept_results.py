@@ -116,6 +116,14 @@ def _information(report: Mapping[str, Any]) -> dict[str, Any]:
     return {**_asked(report), "gamma": report["gamma"], "levels": levels, "differences": report["differences"]}
 
 
+def _gauge(report: Mapping[str, Any]) -> dict[str, Any]:
+    own = ("level", "of_oracle", "error")
+    cases = {
+        case: [{**_only(line, own), **_only(line, ROW)} for line in lines] for case, lines in report["cases"].items()
+    }
+    return {**_asked(report), **_only(report, ("gamma", "gauge", "judged", "bar")), "cases": cases}
+
+
 def _physics(report: Mapping[str, Any]) -> dict[str, Any]:
     cases = {case: [_only(row, ROW) for row in rows] for case, rows in report["cases"].items()}
     orders = {case: _only(order, ("words", "holding")) for case, order in report["orders"].items()}
@@ -162,6 +170,7 @@ KEEPERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
     "robustness": _robustness,
     "faults": _robustness,
     "information": _information,
+    "gauge": _gauge,
     "physics": _physics,
     "bound": _bound,
     "margins": _margins,

@@ -80,6 +80,12 @@ RUNS = {
         "physics.json",
         "55 min",
     ),
+    "gauge": Run(
+        "gyroctl evaluate gauge --seeds 100000:100003 --duration 400 --allow-tuning-seeds",
+        "gyroctl evaluate gauge --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
+        "gauge.json",
+        "25 min",
+    ),
     "bound_gamma1": Run(BOUND.format(1), QUICK.format(1), "bound.json", "30 min"),
     "bound_gamma5": Run(BOUND.format(5), QUICK.format(5), "bound.json", "30 min"),
     "bound_gamma50": Run(BOUND.format(50) + OWN_SET, QUICK.format(50), "bound.json", "35 min"),

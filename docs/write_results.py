@@ -152,6 +152,9 @@ def _key(name: str) -> str:
 
 
 def _drawn(path: Path, name: str) -> bool:
+    """Whether a picture shows its results; one whose results are not kept yet has nothing to show."""
+    if not (ROOT / pictures.PICTURES[name].source).is_file():
+        return True
     return path.is_file() and pictures.key_of(path) == _key(name)
 
 

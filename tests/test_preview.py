@@ -116,8 +116,8 @@ def test_law_that_reads_beyond_its_preview_reads_nothing(device: gy.Plant, waves
         run_law(device, law, waves, SETTINGS)
 
 
-def test_law_that_copies_its_window_at_the_start_has_what_was_open_then(waves: Any) -> None:
-    law, _ = informed(Declared(preview=2.0), waves)
+def test_law_that_copies_its_window_at_the_start_has_what_was_open_then(device: gy.Plant, waves: Any) -> None:
+    law, _ = informed(Declared(preview=2.0), waves, device)
     copy = np.array(law.waves.moments)  # type: ignore[attr-defined]
     seen = round(2.0 / waves.dt) + 1
     assert np.isfinite(copy[:, :seen]).all() and np.isnan(copy[:, seen:]).all()
@@ -174,7 +174,7 @@ def test_probe_of_a_window_has_its_error(device: gy.Plant, waves: Any) -> None:
 
 @pytest.mark.parametrize("law", [Silent(), Silent("none"), replace(Looker(), information="sensors")])
 def test_law_from_sensors_never_gets_the_realisation(device: gy.Plant, waves: Any, law: Any) -> None:
-    assert informed(law, waves) == (law, None)
+    assert informed(law, waves, device) == (law, None)
     record, _ = run_law(device, law, waves, SETTINGS)
     np.testing.assert_array_equal(record.commands, np.tile(PAIR, (record.commands.shape[0], 1)))
     assert sight(law).preview == 0.0
@@ -324,4 +324,4 @@ def test_windows_are_not_shared_between_runs(device: gy.Plant, waves: Any) -> No
     first, _ = run_law(device, law, waves, SETTINGS)
     second, _ = run_law(device, law, waves, SETTINGS)
     np.testing.assert_array_equal(first.commands, second.commands)
-    assert isinstance(informed(law, waves)[0].waves, Window)  # type: ignore[attr-defined]
+    assert isinstance(informed(law, waves, device)[0].waves, Window)  # type: ignore[attr-defined]

@@ -1,12 +1,13 @@
 """The moments over the horizon, by level of information.
 
-`sensors`: predicted from what the sensors let one estimate. `forecast`: a probe tells them some seconds ahead, and the
-prediction goes on from there. `oracle`: the probe sees the whole horizon.
+`sensors`: predicted from what the sensors let one estimate. `gauge`: from that and the elevation up-wave. `forecast`: a
+probe tells them some seconds ahead, and the prediction goes on from there. `oracle`: the probe sees the whole horizon.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -15,8 +16,11 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
-from gyroctl.waves.estimation import MomentEstimator, Predictor, PredictorState, probe
+from gyroctl.waves.estimation import MomentEstimator, Predictor, PredictorState, predict, probe
+from gyroctl.waves.estimation.gauge_forecast import GaugeForecast, GaugeState, find_place, predict_from_gauge, prepare
+from gyroctl.waves.estimation.predictor import GENERIC
 from gyroctl.waves.estimation.probe import Probe, error_of
+from gyroctl.waves.gauge import Gauge, Readings
 from gyroctl.waves.window import Window
 
 
@@ -44,6 +48,8 @@ class Foresight(NamedTuple):
     window: Window | None  # through which the probe sees; none where it was told the whole realisation
     intervals: int  # of the horizon
     period: float  # [s]
+    gauge: GaugeForecast | None = None  # none where no gauge is read
+    readings: Readings | None = None  # of the gauge; none before a run
 
     @classmethod
     def design(
@@ -103,6 +109,58 @@ class Foresight(NamedTuple):
         blank = Probe.design(predictor, np.zeros(window.moments.shape), window.dt, lead, noise)
         error = error_of(window.deviation, noise, blank.told.shape, window.seed)
         return cls(predictor, blank._replace(told=error), window, intervals, period)
+
+    @classmethod
+    def gauged(
+        cls, plant: Plant, estimator: MomentEstimator, horizon: float, gauge: Gauge, readings: Readings | None = None
+    ) -> Foresight:
+        """Let the moments come from a gauge up-wave and the sensors together.
+
+        Parameters
+        ----------
+        plant, estimator, horizon
+            As of `design`.
+        gauge : Gauge
+            What is believed of the gauge.
+        readings : Readings, optional
+            What is read of it.
+
+        Raises
+        ------
+        InputError
+            For a gauge whose readings do not fit the period.
+        """
+        period, sea = estimator.period, replace(GENERIC, heading=gauge.heading)
+        predictor = Predictor.design(plant, period, horizon=horizon, sea=sea, estimator=estimator)
+        told = GaugeForecast.design(plant, predictor, estimator, gauge)
+        return cls(predictor, None, None, round(horizon / period), period, told, readings)
+
+    def read(
+        self, t: float, learnt: bool, memory: PredictorState, gauge: GaugeState, ahead: NDArray[np.float64]
+    ) -> None:
+        """Write the moments at the end of each interval from `t` [s] on into `ahead` (2, n), as gauge and sensors tell.
+
+        Where a reading is missing or none has been made for long enough, by the sensors alone. `learnt` says that the
+        spectrum has just changed.
+        """
+        c, readings = self.gauge, self.readings
+        if c is None or readings is None:
+            raise InputError(
+                "nmpc.seen",
+                None,
+                "a law that reads a gauge was given no readings",
+                "Let comparison or simulation inform it, or call law.informed(readings) first",
+            )
+        if learnt or gauge.ready[0] == 0:
+            prepare(c, memory.memory.spectrum, gauge)
+        last = min(math.floor(t / c.sampling + 1e-6), readings.values.size - 1)
+        steps = round((t - last * c.sampling) / self.period)
+        given = readings.values, last, steps, memory.history, memory.samples[0]
+        if learnt:
+            find_place(c, gauge, *given)
+        told = predict_from_gauge(c, gauge, *given, memory.now, ahead)
+        if not told:
+            predict(self.predictor, memory, ahead)
 
     def foresee(self, t: float, known: Probe, memory: PredictorState, ahead: NDArray[np.float64]) -> None:
         """Write the moments at the end of each interval from `t` [s] on into `ahead` (2, n), as a probe tells them."""

@@ -55,6 +55,7 @@ from gyroctl.plant.equations import OMEGA, OMEGA_RATE
 from gyroctl.waves.estimation import MomentEstimator, look_to_then, predict
 from gyroctl.waves.estimation.learning import learn
 from gyroctl.waves.estimation.predictor import take
+from gyroctl.waves.gauge import Gauge, Readings
 
 BEFORE = (0.052, 3.5e-4)
 """Command before the first sample. [Nms]"""
@@ -101,12 +102,14 @@ class Nmpc:
     """
 
     # where the moments ahead come from: "oracle", the realisation itself; "forecast", a probe that tells them some
-    # seconds ahead, and a prediction from there; "sensors" alone. The state comes from the sensors in all three.
+    # seconds ahead, and a prediction from there; "gauge", the elevation up-wave and the sensors; "sensors" alone. The
+    # state comes from the sensors in all of them.
     information: Information = "sensors"
     horizon: float = 4.0  # how far a plan looks [s]
     period: float = 0.1  # control interval [s]
     effort: Effort = Effort()  # how a plan is made
     probe: Preview = Preview()  # what a probe tells, for "forecast"
+    gauge: Gauge = Gauge()  # what is read up-wave, for "gauge"
     command: PowerCommand = PowerCommand()  # the generator's power
     aims: Aims = Aims()  # what a plan weighs
     cc_max: float = 0.3  # limits of a plan [Nms]
@@ -119,12 +122,13 @@ class Nmpc:
     delay: int = 0
     plant: Plant = field(default_factory=zhang2017, repr=False)  # the design model
     fallback: Any = field(default_factory=Fallback)  # acts where planning fails: any object with `init` and `step`
-    seen: Waves | None = field(default=None, repr=False)  # waves that the law may look into; given by `informed`
+    # waves that the law may look into, or readings of its gauge; given by `informed`
+    seen: Waves | Readings | None = field(default=None, repr=False)
     clock: Callable[[], float] = field(default=time.perf_counter, repr=False)  # time [s]
 
     def __post_init__(self) -> None:
         """Refuse what no plan can be made with."""
-        check({name: getattr(self, name) for name in SETTINGS})
+        check({name: getattr(self, name) for name in SETTINGS}, self.gauge)
         if isinstance(self.delay, bool) or not isinstance(self.delay, int) or not 0 <= self.delay <= LATEST:
             mend = f"Give 0 to {LATEST}, in samples, without it none"
             raise InputError("nmpc.delay", self.delay, "is no delay that can be made up for", mend)
@@ -144,15 +148,15 @@ class Nmpc:
     def preview(self) -> float:
         """How far ahead it is told the moments. [s]"""
         lead = round(self.probe.lead / self.period) * self.period
-        return {"sensors": 0.0, "forecast": lead, "oracle": math.inf}[self.information]
+        return {"sensors": 0.0, "gauge": 0.0, "forecast": lead, "oracle": math.inf}[self.information]
 
     @property
     def intervals(self) -> int:
         """Control intervals of the horizon."""
         return round(self.horizon / self.period)
 
-    def informed(self, waves: Waves) -> Nmpc:
-        """Return the law with the realisation, or the window on it, that it may look into."""
+    def informed(self, waves: Waves | Readings) -> Nmpc:
+        """Return the law with the realisation, or the window on it, that it may look into; or with what it reads."""
         knowing = replace(self, seen=waves)
         knowing._foresight  # noqa: B018 - refuses waves that are too short, before the run
         return knowing
@@ -200,9 +204,13 @@ class Nmpc:
         if self._foresight.probe is not None:
             self._foresight.foresee(t, self._foresight.probe, forecast, memory.ahead)
         else:
-            if take(c.predictor, forecast, estimate.me_hat[0], estimate.me_hat[1], placed(estimate)):
+            learnt = take(c.predictor, forecast, estimate.me_hat[0], estimate.me_hat[1], placed(estimate))
+            if learnt:
                 learn(c.predictor.learner, forecast.memory)
-            predict(c.predictor, forecast, memory.ahead)
+            if memory.gauge is not None:
+                self._foresight.read(t, learnt, forecast, memory.gauge, memory.ahead)
+            else:
+                predict(c.predictor, forecast, memory.ahead)
         between(forecast.now, memory.ahead, self.period, memory.moments)
         powered(law, w, speed)
         more, status = posed(law, w, estimate.then), GOOD
@@ -279,9 +287,9 @@ class Nmpc:
 
     @cached_property
     def _first(self) -> Memory:
-        return first_memory(
-            self._constants, BEFORE, self.intervals, width_of(kind_of(self.plant)), int(self.effort.rivals), BINS
-        )
+        told = self._foresight.gauge
+        gauge, width = None if told is None else told.init(), width_of(kind_of(self.plant))
+        return first_memory(self._constants, BEFORE, self.intervals, width, int(self.effort.rivals), BINS, gauge)
 
     @cached_property
     def _texts(self) -> Texts:
@@ -313,9 +321,13 @@ class Nmpc:
 
     @cached_property
     def _foresight(self) -> Foresight:
+        if self.information == "gauge":
+            readings = self.seen if isinstance(self.seen, Readings) else None
+            return Foresight.gauged(self.plant, self._estimator, self.horizon, self.gauge, readings)
         lead = {"sensors": None, "forecast": self.probe.lead, "oracle": math.inf}[self.information]
         far = self.horizon + self.delay * self.period  # the plan begins where the command acts
-        return Foresight.design(self.plant, self._estimator, far, lead, self.probe.noise, self.seen)
+        seen = None if isinstance(self.seen, Readings) else self.seen
+        return Foresight.design(self.plant, self._estimator, far, lead, self.probe.noise, seen)
 
 
 def prepare(function: Callable[[Any], Any], given: Any) -> None:

@@ -17,6 +17,7 @@ from gyroctl.plant.compiled import inlined, put
 from gyroctl.plant.equations import PHI1, PSI
 from gyroctl.plant.trigonometry import cos_sin
 from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, update
+from gyroctl.waves.estimation.gauge_forecast import GaugeState
 
 FloatArray = NDArray[np.float64]
 Counts = NDArray[np.int64]
@@ -96,9 +97,18 @@ class Memory(NamedTuple):
     ahead: FloatArray  # (2, delay + n) moments at the end of each interval [Nm]
     moments: FloatArray  # (width (2 (delay + n) + 1),) at each model step, see `prediction.width_of` [Nm, Nm/s]
     spent: Counts  # samples by the time they took, see `stopwatch`
+    gauge: GaugeState | None = None  # where a gauge is read
 
 
-def first_memory(c: Constants, pair: tuple[float, float], intervals: int, width: int, rivals: int, bins: int) -> Memory:
+def first_memory(
+    c: Constants,
+    pair: tuple[float, float],
+    intervals: int,
+    width: int,
+    rivals: int,
+    bins: int,
+    gauge: GaugeState | None = None,
+) -> Memory:
     """Memory before the first sample, of a law whose last command was a pair [Nms]."""
     n, new, law = intervals, np.zeros, c.law
     far = n + law.delay
@@ -107,7 +117,7 @@ def first_memory(c: Constants, pair: tuple[float, float], intervals: int, width:
     problem = new(n), new(rivals * n), new(law.rows.size), new(4), weights, new(2 + rivals)
     work = Work(np.full(n, pair[0]), numbers, new(PAST), counts, *problem)
     ahead, moments = new((2, far)), new(width * (2 * far + 1))
-    return Memory(c.estimator.init(), c.predictor.init(), work, ahead, moments, new(bins, np.int64))
+    return Memory(c.estimator.init(), c.predictor.init(), work, ahead, moments, new(bins, np.int64), gauge)
 
 
 @inlined

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, get_args
 
 from gyroctl.controllers.nmpc.planner import FRESH
 from gyroctl.errors import InputError
 from gyroctl.nested import named
+from gyroctl.waves.gauge import Gauge
+from gyroctl.waves.gauge import check as check_gauge
 
-Information = Literal["oracle", "forecast", "sensors"]
+Information = Literal["oracle", "forecast", "gauge", "sensors"]
+LEVELS = get_args(Information)
 
 SETTINGS = ("information", "horizon", "period", "effort", "probe", "command", "aims", "cc_max", "cg_max", "deadline")
 """Fields of the law that are checked, groups among them."""
@@ -65,7 +68,7 @@ class Aims(NamedTuple):
     terminal: float = 0.6733  # share of the float's mechanical energy that counts at the end of the horizon [-]
 
 
-def check(settings: dict[str, Any]) -> None:
+def check(settings: dict[str, Any], gauge: Gauge) -> None:
     """Refuse settings that no plan can be made with.
 
     Raises
@@ -73,10 +76,11 @@ def check(settings: dict[str, Any]) -> None:
     InputError
         For a number, a level or a solver out of range; it names the setting.
     """
+    check_gauge(gauge)
     found = {key: value for name, part in settings.items() for key, value in _numbers(name, part).items()}
-    if found.pop("information") not in ("oracle", "forecast", "sensors"):
+    if found.pop("information") not in LEVELS:
         level = settings["information"]
-        raise InputError("nmpc.information", level, "unknown level", "Choose oracle, forecast or sensors")
+        raise InputError("nmpc.information", level, "unknown level", f"Choose one of {', '.join(LEVELS)}")
     solver = found.pop("solver")
     if solver not in FRESH:
         raise InputError("nmpc.solver", solver, "unknown solver", f"Choose one of {', '.join(FRESH)}")

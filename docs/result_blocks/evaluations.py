@@ -7,6 +7,7 @@ from functools import partial
 from typing import Any
 
 from gyroctl.reports.wording import number
+from gyroctl.studies.evaluation.gauge import in_words
 from result_blocks.source import (
     FULL,
     Row,
@@ -121,6 +122,28 @@ def information() -> str:
     )
 
 
+def gauge() -> str:
+    """What a wave gauge up-wave is worth, by its distance."""
+    found, text = result("gauge"), []
+    for case, lines in found["cases"].items():
+        errors = list(dict.fromkeys(name for line in lines for name in line["error"]))
+        rows = [
+            [
+                line["level"],
+                *full(line),
+                ranged(line["of_oracle"]) if line["of_oracle"] else "",
+                ranged(line["reversals"]),
+                *(f"{number(line['error'][name], 2)}" if name in line["error"] else "" for name in errors),
+            ]
+            for line in lines
+        ]
+        heads = ("information", *FULL, "of perfect preview", "reversals", *errors)
+        text += [f"**{case}**", table(heads, rows)]
+    text.append("![What a wave gauge up-wave is worth](gauge.png)")
+    text += [f"{in_words(found)} Runs of {found['request']['duration_s']:g} s. {failures(found)}", caption("gauge")]
+    return "\n\n".join(text)
+
+
 def offdesign_page() -> str:
     """Every row off the design."""
     found, text = result("offdesign"), ["# Off the design in full"]
@@ -152,6 +175,7 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
     "offdesign": offdesign,
     "robustness": partial(devices, "robustness"),
     "information": information,
+    "gauge": gauge,
 }
 
 PAGES: Mapping[str, Callable[[], str]] = {

@@ -79,6 +79,17 @@ def _physics() -> Figure:
     return draw_physics(tables, found["request"])
 
 
+def _gauge() -> Figure:
+    from gyroctl.studies.evaluation.draw_gauge import draw_gauge
+
+    found = result("gauge")
+    cases = {
+        case: [{**line, "power": _estimate(line["power"]), "cv": _estimate(line["cv"])} for line in lines]
+        for case, lines in found["cases"].items()
+    }
+    return draw_gauge(cases, found["request"])
+
+
 def _forecast() -> Figure:
     from gyroctl.studies.forecast.draw import draw
     from gyroctl.studies.forecast.skill import Skill
@@ -120,6 +131,7 @@ def _water() -> Figure:
 PICTURES: Mapping[str, Picture] = {
     "docs/seas.png": Picture("docs/results/seas.json", _seas),
     "docs/physics.png": Picture("docs/results/physics.json", _physics),
+    "docs/gauge.png": Picture("docs/results/gauge.json", _gauge),
     "docs/forecast.png": Picture("docs/results/forecast.json", _forecast),
     "docs/margins_water.png": Picture("docs/results/margins_water.json", _water),
     "docs/growth.png": Picture("benchmarks/growth.json", draw_growth),

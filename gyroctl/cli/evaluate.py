@@ -15,7 +15,8 @@ def evaluate(
     tables: Annotated[
         list[str] | None,
         typer.Argument(
-            metavar="[TABLE ...]", help="seas, offdesign, information, robustness, physics, faults; all without any."
+            metavar="[TABLE ...]",
+            help="seas, offdesign, information, robustness, physics, faults, gauge; all without any.",
         ),
     ] = None,
     laws: Annotated[
@@ -43,7 +44,7 @@ def evaluate(
         bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a table judges nothing.")
     ] = False,
 ) -> None:
-    """Judge laws on spent or reserve realisations: seas, off the design, information, other devices, faults."""
+    """Judge laws on spent or reserve realisations: seas, off the design, information, devices, water, faults, gauge."""
     from gyroctl.studies.evaluation import evaluate_tables, request
 
     chosen, say = seeds or (), partial(typer.echo, err=True)

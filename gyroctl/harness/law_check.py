@@ -84,7 +84,7 @@ def check_law(name: str, plant: Plant, runs: int = RUNS, tick: Callable[[], None
     period = _period(built, settings)
     checks.append(period)
     waves = lead_in(realise(plant, SeaState(), SEED, SHORT), settings)
-    knowing, shutter = informed(built, waves)
+    knowing, shutter = informed(built, waves, plant)
     if shutter is not None:
         shutter.open(waves.duration)  # what is run again outside the loop finds its window open
     shape = _shape(knowing)
@@ -154,7 +154,7 @@ def _seen(record: Record, settings: Settings, seed: int, period: float) -> tuple
 
 def _information(built: Law) -> Check:
     previews = isinstance(innermost(built), Previewing)
-    if previews == (built.information in ("forecast", "oracle")):
+    if previews == (built.information in ("gauge", "forecast", "oracle")):
         seen = sight(built)
         judged = "" if seen.level == built.information else f", judged as {seen.level}: its preview covers its plan"
         ahead = f", {seen.preview:g} s ahead" if previews and math.isfinite(seen.preview) else ""
@@ -164,7 +164,7 @@ def _information(built: Law) -> Check:
             "information",
             False,
             f"says {built.information!r} but takes the waves by informed()",
-            'Declare "forecast" or "oracle"',
+            'Declare "gauge", "forecast" or "oracle"',
         )
     return Check(
         "information",

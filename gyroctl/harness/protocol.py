@@ -8,8 +8,8 @@ from typing import Any, Literal, Protocol, runtime_checkable
 
 from gyroctl.plant.measurement import Measurement as Measurement
 
-Information = Literal["none", "sensors", "forecast", "oracle"]
-INFORMATION: tuple[Information, ...] = ("none", "sensors", "forecast", "oracle")
+Information = Literal["none", "sensors", "gauge", "forecast", "oracle"]
+INFORMATION: tuple[Information, ...] = ("none", "sensors", "gauge", "forecast", "oracle")
 
 
 @runtime_checkable
@@ -24,7 +24,7 @@ class Law(Protocol):
     ----------
     period : float
         Sampling period, a multiple of the actuators' period. [s]
-    information : {"none", "sensors", "forecast", "oracle"}
+    information : {"none", "sensors", "gauge", "forecast", "oracle"}
         What the law looks at; shown in every table.
     """
 
@@ -49,12 +49,13 @@ class Law(Protocol):
 
 @runtime_checkable
 class Previewing(Protocol):
-    """A law that may look ahead, with the information "forecast" or "oracle"."""
+    """A law that is told of the waves, with the information "gauge", "forecast" or "oracle"."""
 
     def informed(self, waves: Any) -> Law:
         """Return the law with what it may look into: for "oracle" the realisation itself.
 
-        For "forecast" a window on it (`gyroctl.waves.window.Window`), open as far as the member ``preview`` says.
+        For "forecast" a window on it (`gyroctl.waves.window.Window`), open as far as the member ``preview`` says; for
+        "gauge" what was read up to now of the gauge that its member ``gauge`` describes (`gyroctl.waves.gauge`).
         """
         ...
 

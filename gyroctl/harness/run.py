@@ -149,7 +149,7 @@ def run_law(
     held, saturations = np.array(controls_before), np.zeros(1, np.int64)
     signals, wetted = np.ascontiguousarray(waves.signals(plant).T).ravel(), waves.held(plant)
     kernel = Kernel(plant.coefficients, signals, waves.dt, settings.dt, wetted)
-    law, shutter = informed(law, waves)
+    law, shutter = informed(law, waves, plant)
     machine = compile_law(law) if compiled else None
     arguments = (
         every,

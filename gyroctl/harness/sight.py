@@ -1,4 +1,6 @@
-"""What a law can see, which decides among whom it is judged: nothing, its sensors, some seconds of the waves, or all.
+"""What a law can see, which decides among whom it is judged: nothing, its sensors, a gauge, seconds of the waves, all.
+
+A law with the information "gauge" describes the gauge, as a member ``gauge``. It is handed what was read of it by now.
 
 A law with the information "forecast" declares how far ahead it is told the moments, as a member ``preview`` [s], and
 how far it plans, as a member ``horizon`` [s]. It is handed a window that is open that far and no farther. One whose
@@ -12,7 +14,9 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Information, Law, Previewing, innermost
+from gyroctl.plant import Plant
 from gyroctl.waves import WaveRealisation
+from gyroctl.waves.gauge import Gauge, GaugeShutter, measured
 from gyroctl.waves.window import Shutter
 
 LONGEST_PLAN = 4.0
@@ -40,6 +44,16 @@ class Planning(Protocol):
         ...
 
 
+@runtime_checkable
+class Gauged(Protocol):
+    """A law that reads a gauge up-wave, for the information "gauge"."""
+
+    @property
+    def gauge(self) -> Gauge:
+        """The gauge as it stands, and what the law believes of it."""
+        ...
+
+
 class Sight(NamedTuple):
     """Level of information at which a law is judged, and how far ahead it is told the waves. [s]"""
 
@@ -55,7 +69,7 @@ def sight(law: Law) -> Sight:
     InputError
         For a preview that is no time.
     """
-    if law.information in ("none", "sensors"):
+    if law.information in ("none", "sensors", "gauge"):
         return Sight(law.information, 0.0)
     if law.information == "oracle":
         return Sight("oracle", math.inf)
@@ -72,13 +86,25 @@ def sight(law: Law) -> Sight:
     return Sight("oracle" if covered else "forecast", float(preview))
 
 
-def informed(law: Law, waves: WaveRealisation) -> tuple[Law, Shutter | None]:
-    """Give a law what it may see of a realisation, and the shutter of its window where it has one.
+def informed(law: Law, waves: WaveRealisation, plant: Plant) -> tuple[Law, Shutter | GaugeShutter | None]:
+    """Give a law what it may see of a realisation before a plant, and the shutter of its window where it has one.
 
     A law that goes by its sensors gets nothing, even where it has a method ``informed``.
+
+    Raises
+    ------
+    InputError
+        For a law that is to read a gauge and describes none, or waves that no gauge can measure.
     """
     if law.information in ("none", "sensors") or not isinstance(law, Previewing):
         return law, None
+    if law.information == "gauge":
+        inner = innermost(law)
+        if not isinstance(inner, Gauged):
+            mend = "Give it a member gauge, a gyroctl.waves.gauge.Gauge"
+            raise InputError("laws.gauge", None, "a law that reads a gauge describes none", mend)
+        record = GaugeShutter(measured(inner.gauge, waves, plant), inner.gauge.sampling, waves.duration)
+        return law.informed(record.readings), record
     ahead = sight(law).preview
     if math.isinf(ahead):
         return law.informed(waves), None

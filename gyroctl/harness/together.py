@@ -136,7 +136,7 @@ def _told(plant: Plant, loop: Loop) -> _Told:
     size = LANES * samples * (rows(k) + len(CHANNELS)) * 8
     if k.beyond is not None or rows(k) > ROOM or actuators.moves or size > MEMORY:
         return _Told(loop, loop.law, None, None)
-    own, _ = informed(loop.law, waves)
+    own, _ = informed(loop.law, waves, plant)
     machine = compile_law(own)
     if machine is None:
         return _Told(loop, own, None, None)

@@ -41,7 +41,7 @@ class LawResult:
 
     name: str  # in the experiment
     label: str  # in words
-    information: str  # what the law may see: none, sensors, forecast, oracle
+    information: str  # what the law may see: none, sensors, gauge, forecast, oracle
     preview: float  # how far ahead it is told the waves, infinite for all of them [s]
     runs: int
     failures: Mapping[int, str]  # why runs failed, by seed: these have no numbers

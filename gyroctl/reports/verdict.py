@@ -207,9 +207,11 @@ def _smoothest(winner: LawResult | None, fit: list[LawResult]) -> list[str]:
 
 def _without_preview(winner: LawResult | None, fit: list[LawResult]) -> list[str]:
     """What a winner that is told waves to come is worth beside laws that go by their sensors."""
-    if winner is None or winner.information not in ("forecast", "oracle"):
+    if winner is None or winner.information not in ("gauge", "forecast", "oracle"):
         return []
-    ahead = f"{winner.name} is told the waves {plain(winner.preview)} s ahead"
+    gauged, seconds = winner.information == "gauge", plain(winner.preview)
+    told = "reads a wave gauge" if gauged else f"is told the waves {seconds} s ahead"
+    ahead = f"{winner.name} {told}"
     own = next((law for law in fit if law.information in ("none", "sensors")), None)
     if own is None:
         return [f"{ahead}; no law without a preview keeps these limits."]

@@ -86,7 +86,7 @@ def kind(built: Law) -> Kind:
     level = sight(built).level
     if level == "none":
         return "constant"
-    planning = ".nmpc" in type(built).__module__ or level in ("forecast", "oracle")
+    planning = ".nmpc" in type(built).__module__ or level in ("gauge", "forecast", "oracle")
     return "planning" if planning else "simple"
 
 

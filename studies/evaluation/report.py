@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from gyroctl.errors import InputError, in_words
 from gyroctl.provenance import made
 from gyroctl.reports.wording import seed_ranges
+from gyroctl.studies.evaluation import gauge
 from gyroctl.studies.evaluation.information import information_table
 from gyroctl.studies.evaluation.offdesign import offdesign_table
 from gyroctl.studies.evaluation.physics import DURATION, LAWS, SEEDS, physics_table
@@ -31,6 +32,7 @@ TABLES: dict[str, Table] = {
     "robustness": robustness_table,
     "physics": physics_table,
     "faults": faults_table,
+    "gauge": gauge.gauge_table,
 }
 """Tables by name."""
 
@@ -44,9 +46,14 @@ TITLES = {
     "robustness": "Devices that differ from the design",
     "physics": "The laws in real water",
     "faults": "Faults and other devices in real water",
+    "gauge": "What a wave gauge up-wave is worth",
 }
 
-USUAL = {"physics": (LAWS, SEEDS, DURATION), "faults": ("nmpc[plant=realistic],coupling,load_angle", ("1:8",), 400.0)}
+USUAL = {
+    "physics": (LAWS, SEEDS, DURATION),
+    "faults": ("nmpc[plant=realistic],coupling,load_angle", ("1:8",), 400.0),
+    "gauge": ("nmpc", gauge.SEEDS, gauge.DURATION),
+}
 """Laws, seeds and length [s] of a table that has its own, where they are not asked for."""
 
 
