@@ -16,7 +16,7 @@ from gyroctl.studies.bound.misfit import mended, missed
 from gyroctl.studies.bound.outcome import Outcome, summary
 from gyroctl.studies.bound.replay import replay
 from gyroctl.studies.bound.search import (
-    EXCESS,
+    COSTLY,
     Effort,
     Found,
     _picked,
@@ -215,7 +215,7 @@ def test_plans_begin_with_the_best_runs(real: Cut) -> None:
     names = {"a": 1.2e-4, "b": 1.5e-4, "twin of b": 1.5e-4}
     runs = {name: real.run(gy.law("constant", cc=0.104, cg=cg), name) for name, cg in names.items()}
     worth = {name: real.worth(real.counted(run)) for name, run in runs.items()}
-    value = {name: v["harvest_w"] + EXCESS * min(real.motion.room(v), 0.0) for name, v in worth.items()}
+    value = {name: v["harvest_w"] + COSTLY * min(real.motion.room(v), 0.0) for name, v in worth.items()}
     best = max(value, key=lambda name: value[name])
     (picked,) = _picked(real, runs, Effort(picked=1))
     assert value[picked] == value[best]

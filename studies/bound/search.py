@@ -31,6 +31,9 @@ MARGIN = 0.02
 PENALTY = 2000.0
 """Weight of motion beyond the limit of a plan. [J/(rad^2 s)]"""
 
+STIFF = 8000.0
+"""The same beyond the linear plant, where the waves carry the float along and its motion is what binds a plan."""
+
 TERMINAL = 0.3
 """Share of the float's energy that counts at the end of the plan, in the tail. [-]"""
 
@@ -39,6 +42,9 @@ BEAMS = ((12.0, 50), (8.0, 40))
 
 EXCESS = 20.0
 """What motion beyond the limit is reckoned to have brought. [W/rad]"""
+
+COSTLY = 100.0
+"""The same of a run that a plan may begin with: one within the limits, if it is not much worse. [W/rad]"""
 
 RETURN = 5
 """Control intervals after which the replay looks again how to keep to its plan."""
@@ -76,7 +82,7 @@ def quick(plant: Plant) -> Effort:
     """A tenth of the effort, to look around; beyond the linear plant, whose model costs more, from one start alone."""
     if plant.coefficients.beyond is None:
         return Effort(2, 200, 1, 2, 1, finalists=1, repairs=1)
-    return Effort(2, 150, 0, polish=100, finalists=1, repairs=1, oracles=3, picked=1, learning=0)
+    return Effort(2, 150, 0, polish=100, finalists=1, repairs=1, oracles=3, picked=1, learning=1)
 
 
 class Found(NamedTuple):
@@ -140,7 +146,7 @@ def _picked(cut: Cut, runs: Mapping[str, Record], effort: Effort) -> Mapping[str
     if not beyond_linear(cut):
         return runs
     worth = {name: cut.worth(cut.counted(run)) for name, run in runs.items()}
-    order = sorted(runs, key=lambda name: worth[name]["harvest_w"] + EXCESS * min(cut.motion.room(worth[name]), 0.0))
+    order = sorted(runs, key=lambda name: worth[name]["harvest_w"] + COSTLY * min(cut.motion.room(worth[name]), 0.0))
     ended = {round(worth[name]["harvest_w"], 9): name for name in order if worth[name]["locked"]}
     return {name: runs[name] for name in list(ended.values())[: -effort.picked - 1 : -1]}
 
@@ -274,7 +280,7 @@ def _held(cut: Cut, control: Control, intervals: int) -> Record:
 
 def problem_of(cut: Cut, substeps: int, limit: Motion) -> Window:
     """Problem of a window and its tail, with limits of the plan's motion."""
-    priced = weights(cut.plant, PENALTY, *limit, 0.0, 1.0, 0.0, TERMINAL)
+    priced = weights(cut.plant, STIFF if beyond_linear(cut) else PENALTY, *limit, 0.0, 1.0, 0.0, TERMINAL)
     return window(cut, priced, round((cut.duration + TAIL) / cut.settings.actuators.period), substeps)
 
 
