@@ -227,7 +227,7 @@ def test_search_ends_above_the_law_that_it_began_with(real: Cut) -> None:
     """Its plan, followed by the plant, keeps its promise to a twentieth, limits and lock; every stage is told."""
     effort, told = quick(real.plant), []
     found = best_found(real, {}, effort, lambda: told.append(1))
-    assert len(told) == ticks(real, 0, effort)
+    assert len(told) == ticks(real.plant, 0, effort)
     (name,) = found.starts
     begun, _ = found.starts[name]
     assert found.values["harvest_w"] > begun

@@ -152,8 +152,7 @@ def cut(
     if motion is not None and not 0.1 <= motion <= 1.0:
         raise InputError("motion", motion, "a limit of motion is from 0.1 to 1 rad", "Leave it out for the default")
     linear = plant.coefficients.beyond is None
-    lag = (0.0 if linear else LAG) if lag is None else lag
-    settings = replace(SETTINGS, actuators=Actuators(cc_lag=lag))
+    settings = replace(SETTINGS, actuators=Actuators(cc_lag=lag_of(plant, lag)))
     whole = lead_in(realise(plant, sea, seed, LEAD + duration + AHEAD), settings)
     record = _led_in(plant, whole, settings)
     first = round(LEAD / record.period)
@@ -165,6 +164,13 @@ def cut(
         return made
     after = np.abs(record.states[first : first + made.intervals + 1, PHI1])
     return replace(made, motion=Motion(max(LIMIT, float(np.quantile(after, 0.98))), LIMIT3))
+
+
+def lag_of(plant: Plant, lag: float | None) -> float:
+    """Lag of the coupling in a window, see `cut`. [s]"""
+    if lag is not None:
+        return lag
+    return 0.0 if plant.coefficients.beyond is None else LAG
 
 
 def _led_in(plant: Plant, whole: WaveRealisation, settings: Settings) -> Record:

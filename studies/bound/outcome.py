@@ -49,7 +49,7 @@ class Outcome:
 
         Its proof needs a float whose answer is linear, in moments that do not depend on where it is.
         """
-        linear = not beyond_linear(self.cut)
+        linear = not beyond_linear(self.cut.plant)
         return {"cap_w": self.cap_w if linear else None, "linear_cap_w": None if linear else self.cap_w}
 
     def _of_bound(self, found: Found) -> dict[str, Any]:

@@ -16,7 +16,7 @@ from gyroctl.plant import Plant
 from gyroctl.provenance import made
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.bound.cap import momentum, momentum_cap
-from gyroctl.studies.bound.cut import Cut, cut
+from gyroctl.studies.bound.cut import Cut, cut, lag_of
 from gyroctl.studies.bound.draw import picture
 from gyroctl.studies.bound.outcome import Outcome, summary
 from gyroctl.studies.bound.search import FULL, Effort, best_found, beyond_linear, loosened, ticks
@@ -82,10 +82,10 @@ def bound_report(
     if not seeds or len(set(seeds)) < len(seeds):
         raise InputError("seeds", list(seeds), "must be different seeds, one at least", "Give for example 1,2,3")
     cuts = [cut(plant, sea, seed, duration, lag, motion) for seed in seeds]
-    stages = ticks(cuts[0], len(laws), effort, free) + len(laws) + 2
+    stages = ticks(plant, len(laws), effort, free) + len(laws) + 2
     request = {"gamma": sea.gamma, "hs": sea.hs, "wp": sea.wp, "seeds": list(seeds), "duration_s": duration}
-    request |= {"device": plant.name, "lag_s": float(cuts[0].settings.actuators.cc_lag), "laws": list(laws)}
-    request |= {"motion_limit_rad": motion, "beyond_linear": beyond_linear(cuts[0])}
+    request |= {"device": plant.name, "lag_s": lag_of(plant, lag), "laws": list(laws)}
+    request |= {"motion_limit_rad": motion, "beyond_linear": beyond_linear(plant)}
     request["seed_states"] = ledger().states(seeds)
     content: dict[str, Any] = {**made(), "request": request, "meaning": MEANING, "windows": []}
     kept, windows = Kept(content, out / "bound.json"), []

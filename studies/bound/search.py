@@ -80,7 +80,7 @@ FULL = Effort()
 
 def quick(plant: Plant) -> Effort:
     """A tenth of the effort, to look around; beyond the linear plant, whose model costs more, from one start alone."""
-    if plant.coefficients.beyond is None:
+    if not beyond_linear(plant):
         return Effort(2, 200, 1, 2, 1, finalists=1, repairs=1)
     return Effort(2, 150, 0, polish=100, finalists=1, repairs=1, oracles=3, picked=1, learning=1)
 
@@ -116,10 +116,10 @@ def best_found(cut: Cut, runs: Mapping[str, Record], effort: Effort = FULL, tick
         Field ``seeds``: where nothing found keeps lock and motion limit.
     """
     rough = problem_of(cut, ROUGH, closer(cut.motion, MARGIN))
-    if beyond_linear(cut):
+    if beyond_linear(cut.plant):
         runs = {**oracle_runs(cut, effort.oracles), **runs}
     starts: dict[str, Plan] = {}
-    if effort.beams > 0 or not beyond_linear(cut):
+    if effort.beams > 0 or not beyond_linear(cut.plant):
         starts["receding horizon"] = receding(cut.plant, rough, BEAMS[0][0])
     for power, piece in BEAMS[: effort.beams]:
         plans = beam(cut.plant, rough, power, effort.width, piece)
@@ -143,7 +143,7 @@ def best_found(cut: Cut, runs: Mapping[str, Record], effort: Effort = FULL, tick
 
 def _picked(cut: Cut, runs: Mapping[str, Record], effort: Effort) -> Mapping[str, Record]:
     """Runs to begin a plan with: all, or beyond the linear plant the best; two that ended alike count once."""
-    if not beyond_linear(cut):
+    if not beyond_linear(cut.plant):
         return runs
     worth = {name: cut.worth(cut.counted(run)) for name, run in runs.items()}
     order = sorted(runs, key=lambda name: worth[name]["harvest_w"] + COSTLY * min(cut.motion.room(worth[name]), 0.0))
@@ -172,10 +172,10 @@ def _polished(cut: Cut, found: Found, smooth: bool, effort: Effort, tick: Tick) 
     Beyond the linear plant each plan knows what the model missed in the run before it.
     """
     assert found.plan is not None
-    limit, plan, out, learns = closer(cut.motion, MARGIN), found.plan, [], beyond_linear(cut)
+    limit, plan, out, learns = closer(cut.motion, MARGIN), found.plan, [], beyond_linear(cut.plant)
     most = closer(cut.motion, -0.03)
     seen = found
-    for _ in range(_stages(cut, effort)):
+    for _ in range(_stages(cut.plant, effort)):
         problem = problem_of(cut, SUBSTEPS, limit)
         if learns and math.isfinite(seen.values["harvest_w"]):
             problem = mended(cut.plant, problem, seen.record)
@@ -189,9 +189,9 @@ def _polished(cut: Cut, found: Found, smooth: bool, effort: Effort, tick: Tick) 
     return out
 
 
-def _stages(cut: Cut, effort: Effort) -> int:
+def _stages(plant: Plant, effort: Effort) -> int:
     """Number of plans with the fine model, for each that is polished."""
-    return 1 + effort.repairs + (effort.learning if beyond_linear(cut) else 0)
+    return 1 + effort.repairs + (effort.learning if beyond_linear(plant) else 0)
 
 
 def _best(cut: Cut, found: list[Found], runs: Mapping[str, Record], smooth: bool) -> Found:
@@ -202,7 +202,7 @@ def _best(cut: Cut, found: list[Found], runs: Mapping[str, Record], smooth: bool
     for name, record in runs.items():
         counted = cut.counted(record)
         own = Found(cut.worth(counted), counted, f"{name} itself", math.nan, {})
-        if not smooth or beyond_linear(cut) or own.values["power_cv"] < STEADY:
+        if not smooth or beyond_linear(cut.plant) or own.values["power_cv"] < STEADY:
             found = [*found, own]
     kept = [one for one in found if math.isfinite(_score(cut, one))]
     if not kept:
@@ -213,19 +213,19 @@ def _best(cut: Cut, found: list[Found], runs: Mapping[str, Record], smooth: bool
     return max(kept, key=lambda one: _score(cut, one))
 
 
-def ticks(cut: Cut, runs: int, effort: Effort, free: bool = False) -> int:
+def ticks(plant: Plant, runs: int, effort: Effort, free: bool = False) -> int:
     """Number of stages of `best_found`, and of `loosened` after it."""
-    if beyond_linear(cut):
+    if beyond_linear(plant):
         starts = min(runs + effort.oracles, effort.picked) + (1 if effort.beams > 0 else 0)
     else:
         starts = 1 + runs
     starts += effort.beams * (1 + effort.each)
-    return starts + effort.finalists * _stages(cut, effort) + (1 + _stages(cut, effort) if free else 0)
+    return starts + effort.finalists * _stages(plant, effort) + (1 + _stages(plant, effort) if free else 0)
 
 
-def beyond_linear(cut: Cut) -> bool:
-    """Whether the plant of a window is more than the linear one."""
-    return cut.plant.coefficients.beyond is not None
+def beyond_linear(plant: Plant) -> bool:
+    """Whether a plant is more than the linear one."""
+    return plant.coefficients.beyond is not None
 
 
 def closer(motion: Motion, margin: float) -> Motion:
@@ -257,7 +257,7 @@ def _follow(cut: Cut, w: Window, plan: Plan) -> Record:
             way_back = tracker.back(i, reduced(cut.plant, y), acts)
         return float(way_back[i % RETURN]), min(plan.power[i] / max(y[OMEGA_RATE] ** 2, 1.0), cg_max)
 
-    if beyond_linear(cut) or cut.settings.actuators.moves:
+    if beyond_linear(cut.plant) or cut.settings.actuators.moves:
         return replay(cut, control, plan.cc.size)
     return _held(cut, control, plan.cc.size)
 
@@ -280,7 +280,7 @@ def _held(cut: Cut, control: Control, intervals: int) -> Record:
 
 def problem_of(cut: Cut, substeps: int, limit: Motion) -> Window:
     """Problem of a window and its tail, with limits of the plan's motion."""
-    priced = weights(cut.plant, STIFF if beyond_linear(cut) else PENALTY, *limit, 0.0, 1.0, 0.0, TERMINAL)
+    priced = weights(cut.plant, STIFF if beyond_linear(cut.plant) else PENALTY, *limit, 0.0, 1.0, 0.0, TERMINAL)
     return window(cut, priced, round((cut.duration + TAIL) / cut.settings.actuators.period), substeps)
 
 
