@@ -81,7 +81,9 @@ RUNS = {
     "bound_gamma1": Run(BOUND.format(1), QUICK.format(1), "bound.json", "30 min"),
     "bound_gamma5": Run(BOUND.format(5), QUICK.format(5), "bound.json", "30 min"),
     "bound_gamma50": Run(BOUND.format(50) + OWN_SET, QUICK.format(50), "bound.json", "35 min"),
-    "bound_realistic": Run(REAL.format("1-8", ""), REAL.format("100001,100000", " --quick"), "bound.json", "3 h"),
+    "bound_realistic": Run(
+        REAL.format("1-8", ""), REAL.format("100001,100000", " --quick"), "bound.json", "not measured"
+    ),
     "margins": Run(f"{POINT} --cc 0.052 --law load_angle", "", "margins.json", "30 s"),
     "margins_loose": Run(f"{POINT} --cc 0.02", "", "margins.json", "10 s"),
     "margins_water": Run(f"{POINT} --cc 0.052 --water", "", "margins.json", "2 min"),

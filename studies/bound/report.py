@@ -114,7 +114,8 @@ def bound_report(
 
 MEANING = {
     "harvest_w": "mean power generated and change of the flywheel's energy, over the whole window",
-    "smooth": "best found with perfect foresight and constant generator power: a lower estimate of the true bound",
+    "smooth": "best found with perfect foresight and constant generator power: a lower estimate of the true bound; "
+    "beyond the linear plant a law's own run stands for it whatever its power",
     "free": "best found with perfect foresight and a generator power that is free every 0.1 s",
     "cap_w": "what nothing inside the float can exceed in absorbed_w with an angular momentum of momentum_max_nms; "
     "none is known beyond the linear plant",
