@@ -134,7 +134,7 @@ def _physics(report: Mapping[str, Any]) -> dict[str, Any]:
 def _bound(report: Mapping[str, Any]) -> dict[str, Any]:
     windows = [
         {
-            **_only(window, ("seed", "cap_w", "momentum_max_nms")),
+            **_only(window, ("seed", "cap_w", "linear_cap_w", "motion_limits_rad", "momentum_max_nms")),
             "best": _only(window["bounds"]["smooth"], ("harvest_w", "absorbed_w", "planned_w", "origin", "starts")),
             "laws": {
                 law: _only(run, ("harvest_w", "locked", "turns_kept", "within_motion_limit", "fraction"))
@@ -143,7 +143,9 @@ def _bound(report: Mapping[str, Any]) -> dict[str, Any]:
         }
         for window in report["windows"]
     ]
-    return {**_asked(report), "windows": windows, "summary": report["summary"]}
+    asked = _asked(report)
+    asked["request"] |= _only(report["request"], ("device", "lag_s", "motion_limit_rad"))
+    return {**asked, "windows": windows, "summary": report["summary"]}
 
 
 def _margins(report: Mapping[str, Any]) -> dict[str, Any]:

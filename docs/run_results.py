@@ -38,6 +38,10 @@ BOUND = (
     'gyroctl bound --gamma {0} --seeds 1-8 --law "nmpc information=oracle" --law nmpc --law coupling --law load_angle'
 )
 QUICK = "gyroctl bound --gamma {0} --seeds 1 --duration 30 --quick --law coupling --law load_angle"
+REAL = (
+    "gyroctl bound --variant realistic --gamma 5 --seeds {0} --duration 100{1} "
+    '--law "nmpc information=oracle plant=realistic"'
+)
 OWN_SET = ' --law "nmpc information=oracle tuning=gamma50" --law "nmpc tuning=gamma50"'
 SIMPLE = "coupling,load_angle,scheduled_lqr,scheduled_lmi,tracking,stabiliser,threshold"
 POINT = "gyroctl margins --cg 3.5e-4 --height 0.2 --wp 3.14 --no-maps"
@@ -89,6 +93,9 @@ RUNS = {
     "bound_gamma1": Run(BOUND.format(1), QUICK.format(1), "bound.json", "30 min"),
     "bound_gamma5": Run(BOUND.format(5), QUICK.format(5), "bound.json", "30 min"),
     "bound_gamma50": Run(BOUND.format(50) + OWN_SET, QUICK.format(50), "bound.json", "35 min"),
+    "bound_realistic": Run(
+        REAL.format("1-8", ""), REAL.format("100001,100000", " --quick"), "bound.json", "not measured"
+    ),
     "margins": Run(f"{POINT} --cc 0.052 --law load_angle", "", "margins.json", "30 s"),
     "margins_loose": Run(f"{POINT} --cc 0.02", "", "margins.json", "10 s"),
     "margins_water": Run(f"{POINT} --cc 0.052 --water", "", "margins.json", "2 min"),

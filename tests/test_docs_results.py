@@ -30,7 +30,11 @@ RESULT = re.compile(
 """What looks like a figure of a result: power, ratio, count of runs, part, motion, margin, coefficient of variation."""
 
 DEFINED: dict[str, dict[str, str]] = {
-    "docs/bound.md": {r"98 %": "name of a measure", r"0\.35 rad": "limit of motion"},
+    "docs/bound.md": {
+        r"98 %": "name of a measure",
+        r"0\.35 rad|0\.25 rad": "limits of motion",
+        r"20 ms": "setting of the actuators",
+    },
     "docs/conventions.md": {
         r"= 1\.76 W": "the paper's own figures, held by the test that is named",
         r"0\.3 rad": "range of the model",

@@ -288,7 +288,7 @@ def test_window_that_fails_is_named_and_the_others_are_kept(tmp_path: Path, monk
         def __init__(self, seed: int) -> None:
             self.waves = type("Waves", (), {"seed": seed})
 
-    monkeypatch.setattr(report, "cut", lambda plant, sea, seed, duration: Cut(seed))
+    monkeypatch.setattr(report, "cut", lambda plant, sea, seed, duration, *_: Cut(seed))
     monkeypatch.setattr(report, "_searched", searched)
     monkeypatch.setattr(report, "summary", lambda records: {"windows": len(records)})
     monkeypatch.setattr(report, "picture", lambda *_: _figure())

@@ -14,6 +14,7 @@ import gyroctl as gy
 
 ROOT = Path(gy.__file__).resolve().parents[1]
 ROOMS = {
+    "bound",
     "comparison",
     "faults",
     "harness",

@@ -30,15 +30,28 @@ def bound(
     out: Annotated[Path, typer.Option(help="Folder for bound.json and bound.png.")] = Path("results/bound"),
     quick: Annotated[bool, typer.Option(help="Search with a tenth of the effort.")] = False,
     variant: Variant = "corrected",
+    lag: Annotated[
+        float | None,
+        typer.Option(help="Lag of the coupling [s]. Default: none; 0.02 in a plant beyond the linear one."),
+    ] = None,
+    motion: Annotated[
+        float | None,
+        typer.Option(
+            help="Limit of the 98 % motion [rad]. Default: 0.35; beyond the linear plant phi1 as much as a constant "
+            "pair's, 0.35 at least, and phi3 0.25."
+        ),
+    ] = None,
 ) -> None:
     """Search for the best that perfect foresight could do; in a pipe the numbers come as JSON."""
     import gyroctl as gy
     from gyroctl.studies.bound import Effort, bound_report, table
+    from gyroctl.studies.bound import quick as quick_effort
 
     named = {text: _law(text) for text in law or []}
-    effort = Effort(rounds=2, iterations=200, beams=1, width=2, each=1, finalists=1, repairs=1) if quick else Effort()
     sea, windows = gy.SeaState(hs, wp, gamma), _seeds(seeds)
-    content = bound_report(gy.zhang2017(variant), sea, windows, duration, named, out, free, effort)
+    plant = gy.zhang2017(variant)
+    effort = quick_effort(plant) if quick else Effort()
+    content = bound_report(plant, sea, windows, duration, named, out, free, effort, lag=lag, motion=motion)
     answer(content, [*table(content), f"Numbers and figure: {out}"])
     failures(content["failed"])
 

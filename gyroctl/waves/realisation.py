@@ -49,6 +49,8 @@ class WaveRealisation:
         Length of the blend from the regular wave at the start. [s]
     synthesis : Synthesis, optional
         Gives the further signals that a plant asks for.
+    whole : WaveRealisation, optional
+        The realisation of which these waves are the last part, see `since`: it gives the further signals then.
     """
 
     sea: Sea
@@ -61,6 +63,7 @@ class WaveRealisation:
     hydrodynamics: str
     blend: float = 0.0
     synthesis: Synthesis | None = field(default=None, repr=False)
+    whole: WaveRealisation | None = field(default=None, repr=False)
     _further: dict[Any, Any] = field(default_factory=dict, repr=False, init=False)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -89,8 +92,11 @@ class WaveRealisation:
             return self.moments
         key = plant.channels, plant.depth, plant.geometry, plant.parameters.drag_height
         if key not in self._further:
-            found = self._components().signals(plant, [self.seed], self.blend)[0]
-            found[:2] = self.moments
+            if self.whole is None:
+                found = self._components().signals(plant, [self.seed], self.blend)[0]
+                found[:2] = self.moments
+            else:
+                found = self.whole.signals(plant)[:, -self.grid.n :]
             self._further[key] = np.ascontiguousarray(found.T).T  # sample by sample, as the kernel reads them
         made: NDArray[np.float64] = self._further[key]
         return made
@@ -108,7 +114,13 @@ class WaveRealisation:
             return None
         key = "held", plant.depth, plant.geometry, beyond.position is not None
         if key not in self._further:
-            self._further[key] = held_moments(plant, self._components(), [self.seed], blend=self.blend)
+            found = self.whole.held(plant) if self.whole is not None else None
+            if found is None:
+                found = held_moments(plant, self._components(), [self.seed], blend=self.blend)
+            else:
+                rows = np.ascontiguousarray(found.fields.rows[:, -self.grid.n :])
+                found = found._replace(fields=found.fields._replace(rows=rows))
+            self._further[key] = found
         kept: Held = self._further[key]
         room = {name: np.empty_like(getattr(kept.fields, name)) for name in ("now", "weight", "work")}
         return kept.begun(kept.model, kept.fields._replace(**room), 1)  # each run has working space of its own
@@ -139,6 +151,24 @@ class WaveRealisation:
         """Content hash; see `content_hash`."""
         return content_hash(self.sea, self.phases, self.hydrodynamics, self.grid, self.blend)
 
+    def since(self, begin: float) -> WaveRealisation:
+        """Return these waves from an instant of their grid on: what acts then, acts at t = 0 of the part.
+
+        Parameters
+        ----------
+        begin : float
+            A multiple of `dt`. [s]
+
+        Returns
+        -------
+        WaveRealisation
+            The same numbers, those of the further signals included.
+        """
+        at = round(begin / self.dt)
+        grid = self.grid._replace(duration=self.duration - at * self.dt, n=self.grid.n - at)
+        moments = np.ascontiguousarray(self.moments[:, at:])
+        return replace(self, grid=grid, moments=moments, elevation=self.elevation[at:], whole=self)
+
     def blended(self, blend: float = 100.0) -> WaveRealisation:
         """Return these waves led in from the equivalent regular wave; see `blend_signals`.
 
@@ -162,6 +192,8 @@ class WaveRealisation:
         if self.blend != 0.0:
             mend = "Blend the realisation as `realise` returned it"
             raise InputError("run.blend", blend, f"these waves are blended already, over {self.blend:g} s", mend)
+        if self.whole is not None:
+            raise InputError("run.blend", blend, "these waves are the last part of others", "Blend them before")
         moments, elevation = self.moments.copy(), self.elevation[None, :].copy()
         crest = np.array([equivalent_amplitude(self.sea)], dtype=np.complex128)
         blend_signals(moments, self.regular, self.sea.wp, self.dt, length)

@@ -3,6 +3,6 @@
 from gyroctl.studies.bound.cap import momentum_cap
 from gyroctl.studies.bound.cut import Cut, cut
 from gyroctl.studies.bound.report import bound_report, table
-from gyroctl.studies.bound.search import Effort, Found, best_found, loosened
+from gyroctl.studies.bound.search import Effort, Found, best_found, loosened, quick
 
-__all__ = ["Cut", "Effort", "Found", "best_found", "bound_report", "cut", "loosened", "momentum_cap", "table"]
+__all__ = ["Cut", "Effort", "Found", "best_found", "bound_report", "cut", "loosened", "momentum_cap", "quick", "table"]

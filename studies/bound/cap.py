@@ -13,6 +13,12 @@ whose optimum is no less than what any law takes from the float. What a law take
 Absorbed energy is the wave input less radiation, hinge and the float's stored energy. That it is a concave function of
 the motion needs the storage of the radiation filters written out: Mr phi' = d/dt (z'Xz/2) + z'Qz/2 with A'X + XA = -Q,
 X b = p (positive-real lemma). Time is discretised by the midpoint rule, which keeps this balance exactly.
+
+All of it is of the linear float. Beyond the linear plant the waves' moments depend on where the float is: their power
+is no concave function of the motion, the largest moment over all places times a speed that nothing bounds is no bound
+either, and what hinge, radiation and drag leave of that, pointwise, is a hundred times what is there. So no cap of use
+is known there; drag and the losses inside only take, but what the moving position and the wetted surface bring in may
+be of either sign. The linear float's cap in the same waves is a yardstick beside it, and no limit.
 """
 
 from __future__ import annotations
@@ -24,9 +30,12 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import LEDGER, OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
+from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
 from gyroctl.simulation.metrics import Record
 from gyroctl.waves import WaveRealisation
+
+INSIDE = ("slip", "generator", "bearing", "windage", "rolling_resistance", "contact")
+"""Powers of the ledger that are taken inside the float."""
 
 
 class Float(NamedTuple):
@@ -101,7 +110,10 @@ def momentum(plant: Plant, states: NDArray[np.float64]) -> NDArray[np.float64]:
     k = plant.coefficients
     c, s = np.cos(states[:, PSI]), np.sin(states[:, PSI])
     u1 = c * states[:, PHI1_RATE] - s * states[:, PHI3_RATE]
-    h = k.K * u1 + 2.0 * k.N * k.J3 * states[:, PSI_RATE] + k.J4 * states[:, OMEGA_RATE]
+    axis = 2.0 * k.N * k.J3 * states[:, PSI_RATE]
+    if plant.slips:
+        axis = 2.0 * k.J3 * states[:, len(plant.labels) - 1]
+    h = k.K * u1 + axis + k.J4 * states[:, OMEGA_RATE]
     return np.array([h * c, -h * s])
 
 
@@ -121,8 +133,10 @@ def absorbed(plant: Plant, record: Record) -> float:
     outside = 0.5 * np.einsum("is,ij,js->s", x, float_alone(plant).energy, x)
     inside = np.asarray(plant.stored_energy(ends[:, :n].T)) - outside
     taken = float(inside[1] - inside[0])
-    for name in ("slip", "generator"):
-        taken += float(ends[1, n + LEDGER.index(name)] - ends[0, n + LEDGER.index(name)])
+    for name in INSIDE:
+        if name in plant.ledger:
+            row = n + plant.ledger.index(name)
+            taken += float(ends[1, row] - ends[0, row])
     return float(taken / ((record.states.shape[0] - 1) * record.period))
 
 

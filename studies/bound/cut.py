@@ -6,18 +6,20 @@ the locked start by a cautious constant pair. All that follows is counted, the c
 
 from __future__ import annotations
 
-import dataclasses
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import law
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import OMEGA_RATE
+from gyroctl.plant.equations import OMEGA_RATE, PHI1
 from gyroctl.simulation.lock import WINDOW
 from gyroctl.simulation.metrics import Record, evaluate
 from gyroctl.waves import SeaState, WaveRealisation, realise
@@ -33,8 +35,32 @@ AHEAD = 2.0 * TAIL
 
 SETTINGS = Settings(blend=LEAD)
 
+LAG = 0.02
+"""Lag of the coupling where the plant is more than the linear model, unless another one is asked for. [s]"""
+
+LIMIT = 0.35
+"""Limit of the 98 % motion of the linear plant, and the least of |phi1| beyond it. [rad]"""
+
+LIMIT3 = 0.25
+"""Limit of the 98 % of |phi3| where the plant is more than the linear model. [rad]"""
+
 CAUTIOUS = ((0.104, 1.5e-4), (0.104, 5e-5), (0.052, 5e-5))
 """Controls of the lead-in, in the order in which they are tried. [Nms]"""
+
+
+class Motion(NamedTuple):
+    """Limits of the 98 % motion. [rad]"""
+
+    phi1: float
+    phi3: float
+
+    def room(self, values: Mapping[str, float]) -> float:
+        """What the metrics of a run leave of the limits, negative beyond them. [rad]"""
+        return float(min(self.phi1 - values["phi1_p98"], self.phi3 - values["phi3_p98"]))
+
+
+WITHIN = Motion(LIMIT, LIMIT)
+"""Limits in the linear plant."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +81,8 @@ class Cut:
         Hash of the realisation that it was cut from.
     settings : Settings
         Steps, sensors, actuators.
+    motion : Motion
+        Limits of the motion, the same for all runs.
     """
 
     plant: Plant
@@ -63,6 +91,7 @@ class Cut:
     duration: float
     sha256: str
     settings: Settings = SETTINGS
+    motion: Motion = WITHIN
 
     @property
     def intervals(self) -> int:
@@ -89,7 +118,9 @@ class Cut:
         return {**values, "flywheel_max": float(speed.max())}
 
 
-def cut(plant: Plant, sea: SeaState, seed: int, duration: float) -> Cut:
+def cut(
+    plant: Plant, sea: SeaState, seed: int, duration: float, lag: float | None = None, motion: float | None = None
+) -> Cut:
     """Cut a window out of a realisation: the first `duration` after the lead-in.
 
     Parameters
@@ -102,31 +133,52 @@ def cut(plant: Plant, sea: SeaState, seed: int, duration: float) -> Cut:
         Of the realisation.
     duration : float
         Length of the window. [s]
+    lag : float, optional
+        Time constant of the coupling; none in the linear plant, `LAG` beyond it. [s]
+    motion : float, optional
+        Limit of the 98 % of |phi1| and |phi3|. By default `LIMIT` in the linear plant. Beyond it the float surges with
+        the waves whatever the law does: |phi1| is then limited to that of the lead-in's constant pair through the same
+        window, or `LIMIT` where that is more, and |phi3| to `LIMIT3`. [rad]
 
     Raises
     ------
     InputError
         Field ``duration``: too short to judge lock, or longer than can be planned. Field ``hs``: where a cautious
-        constant pair does not keep the lock in the lead-in.
+        constant pair does not keep the lock in the lead-in. Field ``motion``: no angle that can be planned for.
     """
     if not 2.0 * WINDOW <= duration <= 1000.0:
         mend = "Give seconds, for example 200; several windows need several seeds"
         raise InputError("duration", duration, "a window is from 20 to 1000 s long", mend)
-    whole = lead_in(realise(plant, sea, seed, LEAD + duration + AHEAD), SETTINGS)
-    start, at = _led_in(plant, whole), round(LEAD / whole.dt)
-    grid = whole.grid._replace(duration=duration + AHEAD, n=whole.grid.n - at)
-    moments = np.ascontiguousarray(whole.moments[:, at:])
-    waves = dataclasses.replace(whole, grid=grid, moments=moments, elevation=whole.elevation[at:])
-    return Cut(plant, waves, start, duration, whole.sha256)
+    if motion is not None and not 0.1 <= motion <= 1.0:
+        raise InputError("motion", motion, "a limit of motion is from 0.1 to 1 rad", "Leave it out for the default")
+    linear = plant.coefficients.beyond is None
+    settings = replace(SETTINGS, actuators=Actuators(cc_lag=lag_of(plant, lag)))
+    whole = lead_in(realise(plant, sea, seed, LEAD + duration + AHEAD), settings)
+    record = _led_in(plant, whole, settings)
+    first = round(LEAD / record.period)
+    start = record.states[first, : len(plant.labels)].copy()
+    made = Cut(plant, whole.since(LEAD), start, duration, whole.sha256, settings)
+    if motion is not None:
+        return replace(made, motion=Motion(motion, motion))
+    if linear:
+        return made
+    after = np.abs(record.states[first : first + made.intervals + 1, PHI1])
+    return replace(made, motion=Motion(max(LIMIT, float(np.quantile(after, 0.98))), LIMIT3))
 
 
-def _led_in(plant: Plant, whole: WaveRealisation) -> NDArray[np.float64]:
-    """State at the end of the lead-in, under the first cautious pair that keeps the lock."""
+def lag_of(plant: Plant, lag: float | None) -> float:
+    """Lag of the coupling in a window, see `cut`. [s]"""
+    if lag is not None:
+        return lag
+    return 0.0 if plant.coefficients.beyond is None else LAG
+
+
+def _led_in(plant: Plant, whole: WaveRealisation, settings: Settings) -> Record:
+    """Run of the first cautious pair that keeps the lock through the lead-in."""
     for cc, cg in CAUTIOUS:
-        record, _ = run_law(plant, law("constant", cc=cc, cg=cg), whole, SETTINGS)
-        first = round(LEAD / record.period)
-        if _metrics(plant, _begin(record, first), whole)["locked"]:
-            return record.states[first, : len(plant.labels)].copy()
+        record, _ = run_law(plant, law("constant", cc=cc, cg=cg), whole, settings)
+        if _metrics(plant, _begin(record, round(LEAD / record.period)), whole)["locked"]:
+            return record
     problem = f"no constant pair keeps the lock through the lead-in of seed {whole.seed}"
     raise InputError("hs", whole.sea.hs, problem, "Choose another seed, or a higher Hs")
 
@@ -134,7 +186,7 @@ def _led_in(plant: Plant, whole: WaveRealisation) -> NDArray[np.float64]:
 def _begin(record: Record, n: int) -> Record:
     """First n samples of a run."""
     moved = None if record.moved is None else record.moved[:n]
-    return Record(record.states[: n + 1], record.commands[:n], record.controls[:n], record.period, 0, moved)
+    return Record(record.states[: n + 1], record.commands[:n], record.controls[:n], record.period, 0, moved, record.lag)
 
 
 def _metrics(plant: Plant, record: Record, waves: WaveRealisation) -> dict[str, float]:

@@ -29,15 +29,21 @@ def picture(windows: Sequence[Outcome], sea: SeaState, duration: float) -> Figur
     styles = law_styles(list(first.laws), "best_constant")
     note = (
         f"{sea_name(sea.gamma)}, Hs {sea.hs:g} m; windows of {duration:g} s, all runs from the same state; harvest: "
-        "generated and gained by the flywheel; best found: perfect foresight"
+        f"generated and gained by the flywheel; best found: perfect foresight; {plant.name}, coupling lag "
+        f"{1e3 * first.cut.settings.actuators.cc_lag:g} ms, 98 % motion at most {first.cut.motion.phi1:.2f}, "
+        f"{first.cut.motion.phi3:.2f} rad in the first window"
     )
+    linear = first.caps()["cap_w"] is not None
+    of_cap = "cap of the float, slip included" if linear else "cap of the linear float, no limit here"
     figure, axes = sheet(1, 2, (10.5, 4.4), "Bound and what the laws reach", note)
     seeds = [str(window.cut.waves.seed) for window in windows]
     place = np.arange(len(windows))
     left, right = axes
     for i, window in enumerate(windows):
-        words = "cap of the float, slip included" if i == 0 else None
-        left.plot([i - 0.3, i + 0.3], [window.cap_w] * 2, color=PAPER_COLOUR, lw=2.0, label=words)
+        words = of_cap if i == 0 else None
+        left.plot(
+            [i - 0.3, i + 0.3], [window.cap_w] * 2, "-" if linear else ":", color=PAPER_COLOUR, lw=2.0, label=words
+        )
     for name in first.bounds:
         marker, dash, colour = BOUND_LOOKS[name]
         words = f"best found, {name} power"

@@ -11,7 +11,7 @@ import numpy as np
 from gyroctl.simulation.metrics import Record
 from gyroctl.studies.bound.cap import absorbed
 from gyroctl.studies.bound.cut import Cut
-from gyroctl.studies.bound.search import MOTION, Found
+from gyroctl.studies.bound.search import Found, beyond_linear
 
 POWERS = ("harvest_w", "mean_power", "generated_w", "flywheel_w", "stored_w")
 SHOWN = (*POWERS, "power_cv", "phi1_p98", "phi3_p98", "slip_loss_w", "wave_input_w", "cycle_slips", "flywheel_max")
@@ -30,18 +30,27 @@ class Outcome:
     bounds: Mapping[str, Found]  # "smooth", and "free" where it was asked for
     laws: Mapping[str, Record]  # their runs
     momentum: float  # largest angular momentum in any of these runs [Nms]
-    cap_w: float  # no law with no more than that can take more from the float [W]
+    cap_w: float  # no law with no more than that can take more from the float, where that is linear [W]
 
     def record(self) -> dict[str, Any]:
         """Numbers for JSON."""
         return {
             "seed": self.cut.waves.seed,
             "sha256": self.cut.sha256,
-            "cap_w": self.cap_w,
+            **self.caps(),
+            "motion_limits_rad": self.cut.motion._asdict(),
             "momentum_max_nms": self.momentum,
             "bounds": {name: self._of_bound(found) for name, found in self.bounds.items()},
             "laws": {name: self._of_law(run) for name, run in self.laws.items()},
         }
+
+    def caps(self) -> dict[str, float | None]:
+        """The cap, and by what name: beyond the linear plant none is known, and that of the linear one stands beside.
+
+        Its proof needs a float whose answer is linear, in moments that do not depend on where it is.
+        """
+        linear = not beyond_linear(self.cut.plant)
+        return {"cap_w": self.cap_w if linear else None, "linear_cap_w": None if linear else self.cap_w}
 
     def _of_bound(self, found: Found) -> dict[str, Any]:
         return {
@@ -59,7 +68,7 @@ class Outcome:
             **{key: values[key] for key in (*SHOWN, *STEP)},
             "absorbed_w": absorbed(self.cut.plant, run),
             "locked": bool(values["locked"]),
-            "within_motion_limit": max(values["phi1_p98"], values["phi3_p98"]) <= MOTION,
+            "within_motion_limit": self.cut.motion.room(values) >= 0.0,
             "fraction": {bound: harvest / found.values["harvest_w"] for bound, found in self.bounds.items()},
         }
 
@@ -82,7 +91,13 @@ def summary(windows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             "fraction": {bound: means["harvest_w"] / bounds[bound]["harvest_w"] for bound in bounds},
             "fraction_lowest": {bound: min(run["fraction"][bound] for run in runs) for bound in bounds},
         }
-    return {"cap_w": _mean(windows, "cap_w"), "bounds": bounds, "laws": laws}
+    caps = {name: None if windows[0][name] is None else _mean(windows, name) for name in ("cap_w", "linear_cap_w")}
+    limits = {
+        name: [min(column), max(column)]
+        for name in ("phi1", "phi3")
+        for column in [[w["motion_limits_rad"][name] for w in windows]]
+    }
+    return {**caps, "motion_limits_rad": limits, "bounds": bounds, "laws": laws}
 
 
 def _largest(rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:

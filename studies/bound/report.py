@@ -16,10 +16,10 @@ from gyroctl.plant import Plant
 from gyroctl.provenance import made
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.bound.cap import momentum, momentum_cap
-from gyroctl.studies.bound.cut import Cut, cut
+from gyroctl.studies.bound.cut import Cut, cut, lag_of
 from gyroctl.studies.bound.draw import picture
 from gyroctl.studies.bound.outcome import Outcome, summary
-from gyroctl.studies.bound.search import FULL, MOTION, Effort, best_found, loosened, ticks
+from gyroctl.studies.bound.search import FULL, Effort, best_found, beyond_linear, loosened, ticks
 from gyroctl.studies.style import save, styled
 from gyroctl.waves import SeaState
 from gyroctl.writing import Kept, plain
@@ -35,6 +35,8 @@ def bound_report(
     free: bool = False,
     effort: Effort = FULL,
     quiet: bool = False,
+    lag: float | None = None,
+    motion: float | None = None,
 ) -> dict[str, Any]:
     """Find the bound of each window and what part of it the laws reach.
 
@@ -58,6 +60,10 @@ def bound_report(
         How hard to search.
     quiet : bool
         No progress bar.
+    lag : float, optional
+        Time constant of the coupling, by default as `cut` has it. [s]
+    motion : float, optional
+        Limit of the 98 % motion, by default as `cut` has it. [rad]
 
     Returns
     -------
@@ -75,10 +81,11 @@ def bound_report(
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
     if not seeds or len(set(seeds)) < len(seeds):
         raise InputError("seeds", list(seeds), "must be different seeds, one at least", "Give for example 1,2,3")
-    stages = ticks(len(laws), effort) + len(laws) + 2 + (effort.repairs + 2 if free else 0)
-    cuts = [cut(plant, sea, seed, duration) for seed in seeds]
+    cuts = [cut(plant, sea, seed, duration, lag, motion) for seed in seeds]
+    stages = ticks(plant, len(laws), effort, free) + len(laws) + 2
     request = {"gamma": sea.gamma, "hs": sea.hs, "wp": sea.wp, "seeds": list(seeds), "duration_s": duration}
-    request |= {"device": plant.name, "motion_limit_rad": MOTION, "laws": list(laws)}
+    request |= {"device": plant.name, "lag_s": lag_of(plant, lag), "laws": list(laws)}
+    request |= {"motion_limit_rad": motion, "beyond_linear": beyond_linear(plant)}
     request["seed_states"] = ledger().states(seeds)
     content: dict[str, Any] = {**made(), "request": request, "meaning": MEANING, "windows": []}
     kept, windows = Kept(content, out / "bound.json"), []
@@ -107,9 +114,14 @@ def bound_report(
 
 MEANING = {
     "harvest_w": "mean power generated and change of the flywheel's energy, over the whole window",
-    "smooth": "best found with perfect foresight and constant generator power: a lower estimate of the true bound",
+    "smooth": "best found with perfect foresight and constant generator power: a lower estimate of the true bound; "
+    "beyond the linear plant a law's own run stands for it whatever its power",
     "free": "best found with perfect foresight and a generator power that is free every 0.1 s",
-    "cap_w": "what nothing inside the float can exceed in absorbed_w with an angular momentum of momentum_max_nms",
+    "cap_w": "what nothing inside the float can exceed in absorbed_w with an angular momentum of momentum_max_nms; "
+    "none is known beyond the linear plant",
+    "linear_cap_w": "that of the linear float in the same waves, with the same momentum: no limit of this plant",
+    "motion_limits_rad": "limits of the 98 % motion; asked for (motion_limit_rad), else 0.35 in the linear plant, and "
+    "beyond it for phi1 the 98 % of the lead-in's constant pair through the window where that is more, for phi3 0.25",
     "absorbed_w": "generated, slipped and stored inside",
     "fraction": "harvest of the law over that of the bound, same waves and same state at the start",
 }
@@ -118,7 +130,12 @@ MEANING = {
 def table(content: Mapping[str, Any]) -> list[str]:
     """Lines of the table."""
     whole = content["summary"]
-    lines = [f"{'':24} {'harvest':>9} {'CV':>6} {'98 % phi1':>10} {'of bound':>9} {'lowest':>7}  lock, motion"]
+    asked, limits = content["request"], whole["motion_limits_rad"]
+    told = ", ".join(f"{name} {_range(limits[name])} rad" for name in ("phi1", "phi3"))
+    lines = [
+        f"{asked['device']}; coupling lag {1e3 * asked['lag_s']:g} ms; limits of the 98 % motion: {told}",
+        f"{'':24} {'harvest':>9} {'CV':>6} {'98 % phi1':>10} {'of bound':>9} {'lowest':>7}  lock, motion",
+    ]
     for name, bound in whole["bounds"].items():
         lines.append(
             f"{'best found, ' + name:24} {bound['harvest_w']:7.2f} W {bound['power_cv']:6.3f} "
@@ -130,12 +147,19 @@ def table(content: Mapping[str, Any]) -> list[str]:
             f"{100 * law['fraction']['smooth']:7.1f} % {100 * law['fraction_lowest']['smooth']:5.1f} %  "
             f"{law['locked']}/{law['runs']}, {law['within_motion_limit']}/{law['runs']}"
         )
-    smooth = whole["bounds"]["smooth"]
-    lines.append(
-        f"Cap on what can be taken from the float: {whole['cap_w']:.2f} W; the best found takes "
-        f"{smooth['absorbed_w']:.2f} W, slip included."
-    )
+    taken = f"the best found takes {whole['bounds']['smooth']['absorbed_w']:.2f} W, slip included."
+    if whole["cap_w"] is not None:
+        lines.append(f"Cap on what can be taken from the float: {whole['cap_w']:.2f} W; {taken}")
+    else:
+        words = "No cap is known in this plant; that of the linear float in the same waves, no limit here:"
+        lines.append(f"{words} {whole['linear_cap_w']:.2f} W; {taken}")
     return lines
+
+
+def _range(ends: Sequence[float]) -> str:
+    """Least and most, or the one number that both are."""
+    low, high = (f"{end:.2f}" for end in ends)
+    return low if low == high else f"{low} to {high}"
 
 
 def _searched(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress) -> Outcome:

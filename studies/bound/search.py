@@ -8,23 +8,31 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.problem import FLYWHEEL, weights
 from gyroctl.errors import InputError
+from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE
 from gyroctl.plant.kernel import hold_one, rows, slip_rate, steps_for
 from gyroctl.simulation.metrics import Record
-from gyroctl.studies.bound.cut import TAIL, Cut
+from gyroctl.studies.bound.cut import TAIL, Cut, Motion
+from gyroctl.studies.bound.misfit import mended
+from gyroctl.studies.bound.oracles import HABITS, oracle_runs
+from gyroctl.studies.bound.replay import Control, replay
 from gyroctl.studies.bound.shooting import optimise
 from gyroctl.studies.bound.starts import beam, receding
 from gyroctl.studies.bound.tracker import Tracker
 from gyroctl.studies.bound.window import SUBSTEPS, Plan, Window, reduced, window
 
-MOTION = 0.35
-"""Limit of the 98 % motion. [rad]"""
+MARGIN = 0.02
+"""What a plan keeps below the limits of motion at first. [rad]"""
 
 PENALTY = 2000.0
 """Weight of motion beyond the limit of a plan. [J/(rad^2 s)]"""
+
+STIFF = 8000.0
+"""The same beyond the linear plant, where the waves carry the float along and its motion is what binds a plan."""
 
 TERMINAL = 0.3
 """Share of the float's energy that counts at the end of the plan, in the tail. [-]"""
@@ -34,6 +42,9 @@ BEAMS = ((12.0, 50), (8.0, 40))
 
 EXCESS = 20.0
 """What motion beyond the limit is reckoned to have brought. [W/rad]"""
+
+COSTLY = 100.0
+"""The same of a run that a plan may begin with: one within the limits, if it is not much worse. [W/rad]"""
 
 RETURN = 5
 """Control intervals after which the replay looks again how to keep to its plan."""
@@ -59,9 +70,19 @@ class Effort:
     polish: int = 250  # iterations per round with the fine model, on the best
     finalists: int = 2  # starts that are polished
     repairs: int = 1  # times that the motion limit of the plan is moved until the true 98 % motion fits
+    oracles: int = len(HABITS)  # runs of the planning law that are tried, beyond the linear plant
+    picked: int = 4  # runs of laws that plans begin with, the best of them, beyond the linear plant
+    learning: int = 2  # times more that a plan is made anew with what its model missed, beyond the linear plant
 
 
 FULL = Effort()
+
+
+def quick(plant: Plant) -> Effort:
+    """A tenth of the effort, to look around; beyond the linear plant, whose model costs more, from one start alone."""
+    if not beyond_linear(plant):
+        return Effort(2, 200, 1, 2, 1, finalists=1, repairs=1)
+    return Effort(2, 150, 0, polish=100, finalists=1, repairs=1, oracles=3, picked=1, learning=1)
 
 
 class Found(NamedTuple):
@@ -94,26 +115,40 @@ def best_found(cut: Cut, runs: Mapping[str, Record], effort: Effort = FULL, tick
     InputError
         Field ``seeds``: where nothing found keeps lock and motion limit.
     """
-    rough = problem_of(cut, ROUGH, MOTION - 0.02)
-    starts: dict[str, Plan] = {"receding horizon": receding(cut.plant, rough, BEAMS[0][0])}
+    rough = problem_of(cut, ROUGH, closer(cut.motion, MARGIN))
+    if beyond_linear(cut.plant):
+        runs = {**oracle_runs(cut, effort.oracles), **runs}
+    starts: dict[str, Plan] = {}
+    if effort.beams > 0 or not beyond_linear(cut.plant):
+        starts["receding horizon"] = receding(cut.plant, rough, BEAMS[0][0])
     for power, piece in BEAMS[: effort.beams]:
         plans = beam(cut.plant, rough, power, effort.width, piece)
         for index, plan in enumerate(plans[:: max(len(plans) // effort.each, 1)][: effort.each]):
             starts[f"beam from {power:g} W, {index + 1}"] = plan
         tick()
-    starts |= {name: _plan_of(rough, record) for name, record in runs.items()}
+    starts |= {name: _plan_of(cut, rough, record) for name, record in _picked(cut, runs, effort).items()}
     found: list[Found] = []
     table: dict[str, tuple[float, float]] = {}
     for name, start in starts.items():
         plan = optimise(cut.plant, rough, start, True, effort.rounds, effort.iterations)
         found.append(verify(cut, rough, plan, name))
-        table[name] = (_planned(cut, start), _score(found[-1]))
+        table[name] = (_planned(cut, start), _score(cut, found[-1]))
         tick()
     # a plan that the replay could not hold, or whose motion is a little too large, may still be the best start
-    found.sort(key=_promise, reverse=True)
+    found.sort(key=lambda one: _promise(cut, one), reverse=True)
     for one in found[: effort.finalists]:
         found += _polished(cut, one, True, effort, tick)
     return _best(cut, found, runs, True)._replace(starts=table)
+
+
+def _picked(cut: Cut, runs: Mapping[str, Record], effort: Effort) -> Mapping[str, Record]:
+    """Runs to begin a plan with: all, or beyond the linear plant the best; two that ended alike count once."""
+    if not beyond_linear(cut.plant):
+        return runs
+    worth = {name: cut.worth(cut.counted(run)) for name, run in runs.items()}
+    order = sorted(runs, key=lambda name: worth[name]["harvest_w"] + COSTLY * min(cut.motion.room(worth[name]), 0.0))
+    ended = {round(worth[name]["harvest_w"], 9): name for name in order if worth[name]["locked"]}
+    return {name: runs[name] for name in list(ended.values())[: -effort.picked - 1 : -1]}
 
 
 def loosened(
@@ -122,7 +157,7 @@ def loosened(
     """Improve on the best of constant power with a generator power that is free in each interval; else as there."""
     found = [smooth]
     if smooth.plan is not None:
-        rough = problem_of(cut, ROUGH, MOTION - 0.02)
+        rough = problem_of(cut, ROUGH, closer(cut.motion, MARGIN))
         # many more unknowns, which would rather live on the gaps than on the waves: close them firmly from the start
         plan = optimise(cut.plant, rough, smooth.plan, False, effort.rounds + 1, effort.iterations, rho=400.0)
         found.append(verify(cut, rough, plan, smooth.origin))
@@ -132,37 +167,70 @@ def loosened(
 
 
 def _polished(cut: Cut, found: Found, smooth: bool, effort: Effort, tick: Tick) -> list[Found]:
-    """Go on with the fine model, and move the motion limit of the plan until the true motion fits."""
+    """Go on with the fine model, and move the motion limit of the plan until the true motion fits.
+
+    Beyond the linear plant each plan knows what the model missed in the run before it.
+    """
     assert found.plan is not None
-    limit, plan, out = MOTION - 0.02, found.plan, []
-    for _ in range(effort.repairs + 1):
+    limit, plan, out, learns = closer(cut.motion, MARGIN), found.plan, [], beyond_linear(cut.plant)
+    most = closer(cut.motion, -0.03)
+    seen = found
+    for _ in range(_stages(cut.plant, effort)):
         problem = problem_of(cut, SUBSTEPS, limit)
+        if learns and math.isfinite(seen.values["harvest_w"]):
+            problem = mended(cut.plant, problem, seen.record)
         plan = optimise(cut.plant, problem, plan, smooth, 2, effort.polish, rho=400.0)
-        out.append(verify(cut, problem, plan, found.origin))
-        if out[-1].values["locked"]:
-            limit += 0.8 * (MOTION - 0.003 - max(out[-1].values["phi1_p98"], out[-1].values["phi3_p98"]))
-            limit = min(max(limit, 0.2), MOTION + 0.03)
+        seen = verify(cut, problem, plan, found.origin)
+        out.append(seen)
+        if seen.values["locked"]:
+            room = 0.8 * closer(cut.motion, 0.003).room(seen.values)
+            limit = Motion(*(min(max(now + room, 0.2), top) for now, top in zip(limit, most, strict=True)))
         tick()
     return out
 
 
+def _stages(plant: Plant, effort: Effort) -> int:
+    """Number of plans with the fine model, for each that is polished."""
+    return 1 + effort.repairs + (effort.learning if beyond_linear(plant) else 0)
+
+
 def _best(cut: Cut, found: list[Found], runs: Mapping[str, Record], smooth: bool) -> Found:
-    """Best of the plans and, where a law did better, its own run."""
+    """Best of the plans and, where a law did better, its own run.
+
+    Beyond the linear plant whatever its power: there the plans are those of a model that is not the plant.
+    """
     for name, record in runs.items():
         counted = cut.counted(record)
         own = Found(cut.worth(counted), counted, f"{name} itself", math.nan, {})
-        if not smooth or own.values["power_cv"] < STEADY:
+        if not smooth or beyond_linear(cut.plant) or own.values["power_cv"] < STEADY:
             found = [*found, own]
-    kept = [one for one in found if math.isfinite(_score(one))]
+    kept = [one for one in found if math.isfinite(_score(cut, one))]
     if not kept:
         problem = "nothing found keeps the lock and the motion limit in this window"
-        raise InputError("seeds", cut.waves.seed, problem, "Choose another seed, or a lower Hs")
-    return max(kept, key=_score)
+        raise InputError(
+            "seeds", cut.waves.seed, problem, "Choose another seed, a lower Hs, or a wider limit of motion"
+        )
+    return max(kept, key=lambda one: _score(cut, one))
 
 
-def ticks(runs: int, effort: Effort) -> int:
-    """Number of stages of `best_found`."""
-    return 1 + effort.beams * (1 + effort.each) + runs + effort.finalists * (effort.repairs + 1)
+def ticks(plant: Plant, runs: int, effort: Effort, free: bool = False) -> int:
+    """Number of stages of `best_found`, and of `loosened` after it."""
+    if beyond_linear(plant):
+        starts = min(runs + effort.oracles, effort.picked) + (1 if effort.beams > 0 else 0)
+    else:
+        starts = 1 + runs
+    starts += effort.beams * (1 + effort.each)
+    return starts + effort.finalists * _stages(plant, effort) + (1 + _stages(plant, effort) if free else 0)
+
+
+def beyond_linear(plant: Plant) -> bool:
+    """Whether a plant is more than the linear one."""
+    return plant.coefficients.beyond is not None
+
+
+def closer(motion: Motion, margin: float) -> Motion:
+    """Limits of motion less a margin [rad]."""
+    return Motion(motion.phi1 - margin, motion.phi3 - margin)
 
 
 def verify(cut: Cut, w: Window, plan: Plan, origin: str) -> Found:
@@ -179,47 +247,59 @@ def _planned(cut: Cut, plan: Plan) -> float:
 
 
 def _follow(cut: Cut, w: Window, plan: Plan) -> Record:
-    k, waves, actuators = cut.plant.coefficients, cut.waves, cut.settings.actuators
+    """Follow a plan through the plant; the way back to it is found from the true state."""
+    tracker, cg_max = Tracker(cut.plant, w, plan), cut.settings.actuators.cg_max
+    way_back = plan.cc
+
+    def control(i: int, y: NDArray[np.float64], acts: float) -> tuple[float, float]:
+        nonlocal way_back
+        if i % RETURN == 0:
+            way_back = tracker.back(i, reduced(cut.plant, y), acts)
+        return float(way_back[i % RETURN]), min(plan.power[i] / max(y[OMEGA_RATE] ** 2, 1.0), cg_max)
+
+    if beyond_linear(cut.plant) or cut.settings.actuators.moves:
+        return replay(cut, control, plan.cc.size)
+    return _held(cut, control, plan.cc.size)
+
+
+def _held(cut: Cut, control: Control, intervals: int) -> Record:
+    """Replay in the linear plant, each interval of steps that do not depend on the one before."""
+    k, waves, period = cut.plant.coefficients, cut.waves, cut.settings.actuators.period
     flat = np.ascontiguousarray(waves.moments.T).ravel()
     y = np.zeros(rows(k))
-    states, controls = np.zeros((plan.cc.size + 1, y.size)), np.zeros((plan.cc.size, 2))
+    states, controls = np.zeros((intervals + 1, y.size)), np.zeros((intervals, 2))
     y[: cut.start.size] = cut.start
     states[0] = y
-    period, tracker = actuators.period, Tracker(cut.plant, w, plan)
-    for i in range(plan.cc.size):
-        if i % RETURN == 0:
-            way_back = tracker.back(i, reduced(y[: cut.start.size]))
-        cc = float(way_back[i % RETURN])
-        cg = min(plan.power[i] / max(y[OMEGA_RATE] ** 2, 1.0), actuators.cg_max)
-        controls[i] = cc, cg
+    for i in range(intervals):
+        controls[i] = cc, cg = control(i, y, 0.0)
         steps = 2 * steps_for(period, cut.settings.dt, slip_rate(k, cc))  # twice: the coupling switches hard here
         y = hold_one(y, k, cc, cg, i * period, period, steps, flat, waves.dt)
         states[i + 1] = y
     return Record(states, controls, controls, period, 0)
 
 
-def problem_of(cut: Cut, substeps: int, limit: float) -> Window:
-    """Problem of a window and its tail, with a limit of the plan's motion [rad]."""
-    priced = weights(cut.plant, PENALTY, limit, limit, 0.0, 1.0, 0.0, TERMINAL)
+def problem_of(cut: Cut, substeps: int, limit: Motion) -> Window:
+    """Problem of a window and its tail, with limits of the plan's motion."""
+    priced = weights(cut.plant, STIFF if beyond_linear(cut.plant) else PENALTY, *limit, 0.0, 1.0, 0.0, TERMINAL)
     return window(cut, priced, round((cut.duration + TAIL) / cut.settings.actuators.period), substeps)
 
 
-def _plan_of(w: Window, record: Record) -> Plan:
+def _plan_of(cut: Cut, w: Window, record: Record) -> Plan:
     """What a law did, as a plan."""
     n = w.intervals
     power = record.controls[:n, 1] * record.states[:n, OMEGA_RATE] ** 2
-    return Plan(record.controls[:n, 0].copy(), power, reduced(record.states[: n + 1, : w.start.size + 1]))
+    asked = np.minimum(np.maximum(record.commands[:n, 0], 0.0), w.cc_max)
+    return Plan(asked, power, reduced(cut.plant, record.states[: n + 1]))
 
 
-def _promise(found: Found) -> float:
+def _promise(cut: Cut, found: Found) -> float:
     """What a plan may be worth once its motion is brought within the limit. [W]"""
     v = found.values
     harvest = v["harvest_w"] if v["locked"] else found.planned_w - 1.0
-    return harvest - EXCESS * max(v["phi1_p98"] - MOTION, v["phi3_p98"] - MOTION, 0.0) * v["locked"]
+    return harvest - EXCESS * max(-cut.motion.room(v), 0.0) * v["locked"]
 
 
-def _score(found: Found) -> float:
+def _score(cut: Cut, found: Found) -> float:
     """Harvest, or NaN where the run broke a limit."""
-    v = found.values
-    kept = v["locked"] and v["phi1_p98"] <= MOTION and v["phi3_p98"] <= MOTION
-    return v["harvest_w"] if kept else math.nan
+    kept = found.values["locked"] and cut.motion.room(found.values) >= 0.0
+    return found.values["harvest_w"] if kept else math.nan

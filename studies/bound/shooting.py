@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc.problem import FLYWHEEL, stage_cost, terminal_cost
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
-from gyroctl.studies.bound.window import Plan, Window, follow, model_of, sizes_of
+from gyroctl.studies.bound.window import Plan, Window, acting, asked, follow, model_of, sizes_of
 
 PIECE = 50
 """Control intervals between two joints."""
@@ -72,13 +72,15 @@ def shoot(
     states : (piece substeps + 1, m) array
         Working space.
     """
-    m, s, n = w.start.size, w.substeps, cc.size
+    m, s, n, width = w.start.size, w.substeps, cc.size, w.width
     u, weight, by_x, by_u = np.empty(2), np.zeros(m), np.zeros(m), np.zeros(2)
+    acts, by_acting = np.empty(n * s), np.empty(n * s)
+    acting(w, w.before, cc, acts)
     cost, gaps = 0.0, 0.0
-    slopes.nodes[:, :] = 0.0
+    slopes.nodes[:, :], slopes.cc[:] = 0.0, 0.0
     for p in range(nodes.shape[0]):
         a, b = p * joints.piece, min(n, (p + 1) * joints.piece)
-        follow(step, w, a, nodes[p], cc[a:b], power[a:b], states)
+        follow(step, w, a, nodes[p], acts[s * a : s * b], power[a:b], states)
         end = states[s * (b - a)]
         weight[:] = 0.0
         if b == n:
@@ -97,15 +99,16 @@ def shoot(
             cost += w.period * (_stage(states[s * (i - a + 1)], w.weights, by_x) - power[i])
             for row in range(m):
                 weight[row] += w.period * by_x[row]
-            u[0], u[1] = cc[i], power[i]
-            slopes.cc[i], slopes.power[i] = 0.0, -w.period
+            u[1], slopes.power[i] = power[i], -w.period
             for q in range(s * (i + 1) - 1, s * i - 1, -1):
-                pullback(states[q - s * a], u, w.moments[2 * q : 2 * q + 4], w.h, w.k, weight, by_x, by_u)
-                slopes.cc[i] += by_u[0]
+                u[0], given = acts[q], w.moments[width * q : width * (q + 2)]
+                pullback(states[q - s * a], u, given, w.h, w.k, weight, by_x, by_u)
+                by_acting[q] = by_u[0]
                 slopes.power[i] += by_u[1]
                 weight[:] = by_x
         for row in range(m):
             slopes.nodes[p, row] += weight[row]
+    asked(w, by_acting, slopes.cc)
     return cost + gaps
 
 
@@ -172,19 +175,26 @@ def optimise(
 
 
 def _gaps(step: Any, w: Window, cc: Any, power: Any, nodes: Any, states: Any) -> NDArray[np.float64]:
-    gaps = np.empty((len(nodes) - 1, w.start.size))
+    gaps, acts = np.empty((len(nodes) - 1, w.start.size)), _acts(w, cc)
     for p in range(len(nodes) - 1):
         part = slice(p * PIECE, (p + 1) * PIECE)
-        follow(step, w, part.start, nodes[p], cc[part], power[part], states)
+        follow(step, w, part.start, nodes[p], acts[part].ravel(), power[part], states)
         gaps[p] = states[PIECE * w.substeps] - nodes[p + 1]
     return gaps
 
 
 def _path(step: Any, w: Window, cc: Any, power: Any, nodes: Any, states: Any) -> NDArray[np.float64]:
     """States at every interval, piece by piece."""
-    path = np.empty((cc.size + 1, w.start.size))
+    path, acts = np.empty((cc.size + 1, w.start.size)), _acts(w, cc)
     for p, node in enumerate(nodes):
         a, b = p * PIECE, min(cc.size, (p + 1) * PIECE)
-        follow(step, w, a, node, cc[a:b], power[a:b], states)
+        follow(step, w, a, node, acts[a:b].ravel(), power[a:b], states)
         path[a : b + 1] = states[: (b - a) * w.substeps + 1 : w.substeps]
     return path
+
+
+def _acts(w: Window, cc: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Coupling that acts in each model step, (n, substeps). [Nms]"""
+    acts = np.empty(cc.size * w.substeps)
+    acting(w, w.before, cc, acts)
+    return acts.reshape(-1, w.substeps)

@@ -16,7 +16,7 @@ from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import FLYWHEEL, Problem
 from gyroctl.controllers.nmpc.solvers.descent import descend
 from gyroctl.plant import Plant
-from gyroctl.studies.bound.window import Plan, Window, cost_of, follow, model_of
+from gyroctl.studies.bound.window import Plan, Window, acting, cost_of, follow, model_of
 
 
 class Habit(NamedTuple):
@@ -112,25 +112,27 @@ def _continued(plant: Plant, w: Window, track: Track, habit: Habit, until: int) 
     """Go on with a track up to interval `until`."""
     step, pullback = model_of(plant)
     n, s, begin = w.intervals, w.substeps, track.cc.size
-    pairs = w.moments.reshape(-1, 2)
+    known = w.moments.reshape(-1, w.width)
     h = np.array([w.period / STEPS])
     cc, used, path = np.empty(until), np.empty(until), np.empty((until + 1, w.start.size))
     cc[:begin], used[:begin], path[: begin + 1] = track.cc, track.power, track.states
     length, level, plan = track.length, track.level, track.plan
     before = float(cc[begin - 1]) if begin else habit.cc_first
+    now_acts = acting(w, w.before, track.cc, np.empty(begin * s))  # all the way again: the coupling that has come of it
     for i in range(begin, until, habit.every):
         ahead = min(habit.horizon, n - i)
         plan = np.concatenate([plan, np.full(max(ahead - plan.size, 0), habit.cc_first)])[:ahead]
         error = path[i, FLYWHEEL] - w.start[FLYWHEEL]
         level = max(level + 5e-4 * habit.every * w.period * error, 0.0)
         now = min(max(level + 0.3 * error, 0.3), w.power_max)
-        moments = np.ascontiguousarray(pairs[s * i : s * (i + ahead) + 1 : s // STEPS]).ravel()
+        moments = np.ascontiguousarray(known[s * i : s * (i + ahead) + 1 : s // STEPS]).ravel()
         problem = Problem(path[i].copy(), moments, now, before, habit.cc_max, w.period, h, w.k, w.weights)
         _, _, length = descend(step, pullback, problem, plan, length, habit.iterations if i else 100)
         m = min(habit.every, until - i)
         cc[i : i + m], used[i : i + m] = plan[:m], now
-        states = np.empty((m * s + 1, w.start.size))
-        follow(step, w, i, path[i], cc[i : i + m], used[i : i + m], states)
+        states, means = np.empty((m * s + 1, w.start.size)), np.empty(m * s)
+        now_acts = acting(w, now_acts, cc[i : i + m], means)
+        follow(step, w, i, path[i], means, used[i : i + m], states)
         path[i + 1 : i + m + 1] = states[s::s]
         before, plan = float(plan[m - 1]), plan[m:]
     value = -cost_of(w._replace(closing=0.0), used, path)
