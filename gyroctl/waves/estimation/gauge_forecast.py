@@ -36,7 +36,7 @@ from gyroctl.plant.trigonometry import cos_sin
 from gyroctl.waves.estimation import placed as places
 from gyroctl.waves.estimation.moment_model import Array, float_model, transfer
 from gyroctl.waves.estimation.observer import MomentEstimator
-from gyroctl.waves.estimation.placed import HIGHEST, Placed, solve_in_place
+from gyroctl.waves.estimation.placed_values import HIGHEST, Placed, solve_in_place
 from gyroctl.waves.estimation.predictor import Predictor
 from gyroctl.waves.estimation.wave_signals import seen_from
 from gyroctl.waves.gauge import Gauge
