@@ -19,9 +19,6 @@ from gyroctl.plant.trigonometry import cos_sin
 from gyroctl.waves import SeaState
 from gyroctl.waves.estimation.wave_signals import phase_along, regression
 
-SMALL = 1e-12
-"""Added to the square of a torque, relative to its cap, before the root. [-]"""
-
 
 class Reach(NamedTuple):
     """How the waves at rest tell what acts on the float."""
@@ -53,7 +50,11 @@ def design_of(plant: Plant, sea: SeaState | None = None) -> Design | None:
     """
     smooth, sea = plant.rolling.smooth, sea or SeaState()
     terms = smooth.coefficients.beyond
-    if terms is None or all(term is None for term in terms):
+    if terms is None:
+        return None
+    # what bearing, windage and rolling take hardly depends on the plan, and costs a tenth of the prediction
+    terms = terms._replace(losses=None)
+    if all(term is None for term in terms):
         return None
     rows = dict(zip(smooth.channels, regression(smooth, sea), strict=True))
 
@@ -123,9 +124,15 @@ def eased(terms: Beyond, cc: Any, slip: Any) -> Any:
         over = slip / terms.curve.slip
         part = 1.0 / (1.0 + over * over)
     if terms.cap is not None:
-        size = np.sqrt((part * cc * slip / terms.cap.torque) ** 2 + SMALL)
-        part = part * np.tanh(size) / size
+        part = part * saturated((part * cc * slip / terms.cap.torque) ** 2)
     return part
+
+
+def saturated(square: Any) -> Any:
+    """``tanh(x) / x`` by the square of x: the Pade approximant (7, 6), right to 1e-6 at 2.5 and to 2e-4 at 4."""
+    over = 135135.0 + square * (17325.0 + square * (378.0 + square))
+    under = 135135.0 + square * (62370.0 + square * (3150.0 + 28.0 * square))
+    return over / under
 
 
 def _is_number(leaf: Any) -> bool:
