@@ -337,7 +337,7 @@ class _NotInformed:
 @pytest.mark.parametrize(
     ("field", "value", "part"),
     [
-        ("information", "none", "oracle, forecast or sensors"),
+        ("information", "none", "oracle, forecast, gauge, sensors"),
         ("horizon", 4.05, "multiple"),
         ("horizon", -1.0, "positive"),
         ("iterations", 0, "positive"),

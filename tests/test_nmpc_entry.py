@@ -70,7 +70,7 @@ def test_a_step_is_a_sample_of_the_machine_and_leaves_its_state_alone() -> None:
         call(machine.entry.address, 0.1 * sample, np.array(SEEN), machine.p, s, u)
         before = state.row.copy()
         command, later = law.step(0.1 * sample, SEEN, state)
-        assert command == tuple(u) and np.array_equal(state.row, before)
+        assert command == tuple(u) and state.row.tobytes() == before.tobytes()
         state = later
     one, two = law.memory(state), law.memory(last_state(law, s))
     np.testing.assert_array_equal(one.work.plan, two.work.plan)
@@ -91,8 +91,8 @@ def test_run_goes_on_from_a_kept_state() -> None:
         assert command == answers[sample]
 
 
-def test_a_lost_measurement_is_forgotten() -> None:
-    """A state that is no number is begun anew: the estimate is then that of a law that has just begun."""
+def test_a_lost_measurement_leaves_the_estimate_whole() -> None:
+    """A reading that is no number is left out: the plan goes on, and no number of the estimate is lost."""
     law = Nmpc()
     lost = SEEN._replace(phi1=math.nan)
     for one in (law, by_python(law)):
@@ -100,11 +100,10 @@ def test_a_lost_measurement_is_forgotten() -> None:
         for sample in range(3):
             _, state = one.step(0.1 * sample, SEEN, state)
         _, state = one.step(0.3, lost, state)
-        assert one.memory(state).work.counts[FAILURES] == 1 and one.memory(state).work.counts[FALLBACKS] == 0
+        assert one.memory(state).work.counts[FAILURES] == 0 and one.memory(state).work.counts[FALLBACKS] == 0
+        assert one.memory(state).estimate.missing[3] == 1.0
         command, state = one.step(0.4, SEEN, state)
-        fresh = one.memory(one.step(0.0, SEEN, one.init())[1])
-        np.testing.assert_array_equal(one.memory(state).estimate.x_hat, fresh.estimate.x_hat)
-        assert np.isfinite(command).all() and one.memory(state).work.counts[FAILURES] == 1
+        assert np.isfinite(one.memory(state).estimate.x_hat).all() and np.isfinite(command).all()
 
 
 class Inner(NamedTuple):

@@ -8,7 +8,7 @@ from nmpc_subproblems import CC_MAX, DEVICE, PULLBACK, STEP, TANGENT, M, N, hori
 from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.planner import NEWTON, TOLERANCE, planner_of
-from gyroctl.controllers.nmpc.prediction import STEPS, orders_of
+from gyroctl.controllers.nmpc.prediction import STEPS, linear_kind
 from gyroctl.controllers.nmpc.problem import Problem, gradient, predict
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
 from gyroctl.controllers.nmpc.solvers.osqp_solver import OsqpSolver
@@ -113,22 +113,29 @@ def test_a_state_that_is_no_number_leaves_the_plan() -> None:
         assert found.status == NOT_FINITE and np.array_equal(plan, kept)
 
 
-def test_plan_from_elsewhere_is_taken_where_it_costs_less() -> None:
-    """From several starts: the cost that is told is that of the plan, and the less of the two."""
+def test_rival_changes_places_with_the_plan_where_it_costs_less() -> None:
+    """Two rivals from several starts: the cost that is told is that of the plan, and the least of the three."""
     problem, plan = horizon()
-    planner = planner_of(orders_of(DEVICE), "condensed")
+    planner = planner_of(linear_kind(DEVICE), "condensed")
     now = np.array([problem.power, problem.before, problem.cc_max, problem.period])
-    flat = problem.start, problem.moments, now, np.array(problem.weights), problem.h, problem.k
+    moments = problem.moments[: 2 * (STEPS * N + 1)]
+    flat = problem.start, moments, now, np.array(problem.weights), problem.h, problem.k
     states, room, taken = np.empty((STEPS * N + 1, M)), rti.empty_condensed(N, M), 0
     for begin in (np.zeros(N), np.full(N, 0.5 * CC_MAX), np.roll(plan, 3), np.roll(plan, -9)):
-        costs = []
+        costs, rivals = [], np.concatenate([begin, 0.5 * begin])
         for more in (0, 2):
-            cc, result = plan.copy(), np.array([0.0, 100.0])
-            planner(*flat, cc, begin.copy(), result, 1, more)
+            cc, result, worked = plan.copy(), np.array([0.0, 100.0, 1.0, 1.0]), rivals.copy()
+            planner(*flat, cc, worked, result, 1, more)
             assert predict(STEP, problem, cc, states) == result[0]
             costs.append(result[0])
-        alone = begin.copy()
-        found = rti.iterate_condensed(STEP, TANGENT, problem, alone, 1.0, 2, NEWTON, TOLERANCE, room)
-        assert costs[1] == min(costs[0], found.after)
+        each, alone = [], rivals.reshape(2, N).copy()
+        for rival in alone:
+            each.append(rti.iterate_condensed(STEP, TANGENT, problem, rival, 1.0, 2, NEWTON, TOLERANCE, room))
+        assert costs[1] == min(costs[0], *(found.after for found in each))
+        assert result[2:].tolist() == [found.proximal for found in each], "each remembers its own weight"
+        kept = {row.tobytes() for row in (cc, *worked.reshape(2, N))}
+        other = plan.copy()
+        rti.iterate_condensed(STEP, TANGENT, problem, other, 100.0, 1, NEWTON, TOLERANCE, room)
+        assert kept == {row.tobytes() for row in (other, *alone)}, "the loser goes on as a rival"
         taken += costs[1] < costs[0]
     assert 0 < taken < 4

@@ -8,7 +8,7 @@ from nmpc_subproblems import PULLBACK, STEP, TANGENT, M, N, by_hand, gradient_by
 from scipy.sparse import diags
 
 from gyroctl.controllers.nmpc.prediction import STEPS
-from gyroctl.controllers.nmpc.problem import gradient, predict
+from gyroctl.controllers.nmpc.problem import RING, RING_ANGLE, V1, V3, gradient, predict
 from gyroctl.controllers.nmpc.solvers.osqp_solver import CondensedForm
 from gyroctl.controllers.nmpc.solvers.subproblem import empty_subproblem, evaluate, linearise, slope
 
@@ -41,6 +41,24 @@ def test_slope_at_the_plan_is_that_of_the_true_cost(travel: float) -> None:
     evaluate(qp, 7.0, np.zeros(N), linear, slopes)
     slope(qp, 7.0, np.zeros(N), slopes, found)
     assert np.count_nonzero(slopes[:, :2]) > 10, "the limits on motion must take part"
+    np.testing.assert_allclose(found, true, rtol=0.0, atol=1e-11 * np.max(np.abs(true)))
+
+
+def test_grip_is_linearised_as_the_adjoint_has_it() -> None:
+    """Where the ring speed that grip asks for rules, the program's slope is that of the true cost."""
+    problem, plan = horizon(100002)
+    problem = problem._replace(weights=problem.weights._replace(grip=1.0 / 0.02, floor=1.0))
+    states, qp = np.empty((STEPS * N + 1, M)), empty_subproblem(N, M)
+    predict(STEP, problem, plan, states)
+    linearise(TANGENT, problem, plan, states, qp)
+    true, found, linear, slopes = np.empty(N), np.empty(N), np.empty((N, M)), np.empty((N, 3))
+    gradient(PULLBACK, problem, plan, states, true)
+    evaluate(qp, 7.0, np.zeros(N), linear, slopes)
+    slope(qp, 7.0, np.zeros(N), slopes, found)
+    across = np.sin(states[:, RING_ANGLE]) * states[:, V1] + np.cos(states[:, RING_ANGLE]) * states[:, V3]
+    short = np.maximum(np.abs(across) / 0.02, 1.0) - states[:, RING]
+    assert np.count_nonzero(slopes[:, 2]) == np.count_nonzero(short[STEPS::STEPS] > 0.0) > 10
+    np.testing.assert_allclose(qp.low[2] - qp.outputs[:, 2], short[STEPS::STEPS], atol=1e-12)
     np.testing.assert_allclose(found, true, rtol=0.0, atol=1e-11 * np.max(np.abs(true)))
 
 

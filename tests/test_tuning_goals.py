@@ -27,6 +27,8 @@ def means(**changes: float) -> dict[str, float]:
         "phi3_p98": 0.2,
         "cycle_slips": 0.0,
         "short_reserve": 0.0,
+        "turns_kept": 0.96,
+        "reversed": 0.0,
     }
     return {**base, **changes}
 
@@ -121,3 +123,13 @@ def test_front_keeps_to_the_motion_limit_and_tells_what_ships(tmp_path: Path) ->
     assert text[0].startswith("sea,stage,mean_power_w") and text[0].endswith(",cg")
     assert text[1].startswith("mild,confirm,3,0.3,1,0.5,0,")
     assert isinstance(rows[0], FrontRow)
+
+
+def test_turns_and_reversals_count_where_they_are_asked_for() -> None:
+    bad = means(turns_kept=0.9, reversed=0.25)
+    assert Goal().met(bad) and Goal().score(bad, 1.0) == Goal().score(means(), 1.0)
+    turning, forward = Goal(turns=0.94), Goal(forward=0.9)
+    assert turning.met(means()) and not turning.met(bad) and forward.met(means()) and not forward.met(bad)
+    assert turning.score(bad, 1.0) == pytest.approx(turning.score(means(), 1.0) - 30.0 * 0.04)
+    assert forward.score(bad, 1.0) == pytest.approx(forward.score(means(), 1.0) - 4.0 * 0.25)
+    assert forward.met(means(reversed=0.1)) and forward.score(means(reversed=0.1), 1.0) < forward.score(means(), 1.0)

@@ -11,9 +11,11 @@ from hypothesis import strategies as st
 from small_task import EXAMPLE, SMALL
 
 import gyroctl as gy
+from gyroctl.errors import InputError
 from gyroctl.harness.tuned_sets import read_sets, write_sets
 from gyroctl.tuning.task import Knob, build_task
 from gyroctl.tuning.tune import planned
+from gyroctl.tuning.waters import circumstances_of
 
 # --- tasks ---------------------------------------------------------------------------------------------------------
 
@@ -106,3 +108,31 @@ def test_users_file_is_loaded_once_and_again_when_it_changes(tmp_path: Path) -> 
     assert type(gy.law(name)) is type(gy.law(name, cg=1e-3))  # so that it is compiled once
     (tmp_path / "mine.py").write_text(EXAMPLE.read_text().replace("gain: float = 5e-4", "gain: float = 7e-4"))
     assert gy.law(name).gain == 7e-4
+
+
+def test_a_water_lays_its_own_tables_over_the_rest() -> None:
+    """Knob by knob; what it does not say stays, and its sets have names of their own."""
+    tables = {
+        "law": "constant",
+        "knobs": {"cc": {"start": 0.05, "width": 0.3}, "cg": {"start": 3e-4, "width": 0.5}},
+        "goal": {"power_cv": 0.3},
+        "real": {"knobs": {"cg": {"start": 2e-4}}, "fixed": {"period": 0.2}, "goal": {"motion": 0.5}},
+    }
+    dry, wet = build_task(tables), build_task(tables, water="real")
+    assert [knob.start for knob in dry.knobs] == [0.05, 3e-4] and [knob.start for knob in wet.knobs] == [0.05, 2e-4]
+    assert wet.knobs[1].width == 0.5 and wet.fixed == {"period": 0.2} and dry.fixed == {}
+    dry_goal, wet_goal = dry.goals[""]["gamma5"], wet.goals[""]["gamma5"]
+    assert (dry_goal.motion, dry_goal.turns, dry_goal.forward, dry_goal.power_cv) == (0.34, 0.0, 0.0, 0.3)
+    assert (wet_goal.motion, wet_goal.turns, wet_goal.forward, wet_goal.power_cv) == (0.5, 0.945, 0.95, 0.3)
+    assert (dry.named("all"), dry.named("gamma1"), wet.named("all"), wet.named("gamma1")) == (
+        *("all", "gamma1"),
+        *("real", "real-gamma1"),
+    )
+    assert dry.search.dt == 0.025 and wet.search.dt == 0.01
+
+
+def test_water_that_nobody_knows() -> None:
+    with pytest.raises(InputError, match="--water.*linear, real"):
+        circumstances_of("dead sea")
+    device = circumstances_of("real")
+    assert device.plant.slips and device.settings.actuators.cc_lag == 0.02

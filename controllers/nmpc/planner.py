@@ -15,7 +15,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from gyroctl.controllers.nmpc import by_address
 from gyroctl.controllers.nmpc.by_address import ROW, function_at
-from gyroctl.controllers.nmpc.prediction import Kind, pullback_of, step_of, tangent_of
+from gyroctl.controllers.nmpc.prediction import STEPS, Kind, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
 from gyroctl.controllers.nmpc.solvers import descent
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
@@ -55,9 +55,10 @@ PLAN = types.void(types.intp, types.intp, *[ROW] * 9, types.int64, types.int64)
 
 
 @inlined
-def problem_of(start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any) -> Problem:
-    """Name what comes in flat arrays."""
-    return Problem(start, moments, now[0], now[1], now[2], now[3], h, k, Weights(*to_fixed_tuple(weights, FIELDS)))
+def problem_of(start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any, n: int) -> Problem:
+    """Name what comes in flat arrays, for a plan of n intervals."""
+    priced, width = Weights(*to_fixed_tuple(weights, FIELDS)), moments.size // (STEPS * n + 1)
+    return Problem(start, moments, now[0], now[1], now[2], now[3], h, k, priced, width)
 
 
 def _by_programs(stamp: str, condensed: bool) -> Any:
@@ -80,7 +81,7 @@ def _by_programs(stamp: str, condensed: bool) -> Any:
     ) -> None:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         step, tangent = step_at(step_address), tangent_at(tangent_address)
-        problem = problem_of(start, moments, now, weights, h, k)
+        problem = problem_of(start, moments, now, weights, h, k, cc.size)
         room = (empty_condensed if condensed else empty_room)(cc.size, start.size)
         n = cc.size
         for begun in range(1 + rivals.size // n if more > 0 else 1):  # the plan, then each rival: one compiled place
@@ -123,7 +124,7 @@ def _by_descent(stamp: str) -> Any:
     ) -> None:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         step, pullback = step_at(step_address), pullback_at(pullback_address)
-        problem = problem_of(start, moments, now, weights, h, k)
+        problem = problem_of(start, moments, now, weights, h, k, cc.size)
         _, cost, memory = descend(step, pullback, problem, cc, result[1], iterations)
         result[0], result[1] = cost, memory
         n = cc.size

@@ -62,12 +62,7 @@ class Problem(NamedTuple):
     h: NDArray[np.float64]  # (1,) model step [s]
     k: NDArray[np.float64]  # constants of the model
     weights: Weights
-
-
-@inlined
-def width_in(problem: Problem, n: int) -> int:
-    """Numbers of an instant in a problem of n intervals, see `prediction.width_of`."""
-    return problem.moments.size // (STEPS * n + 1)
+    width: int = 2  # numbers of an instant, see `prediction.width_of`
 
 
 def weights(
@@ -141,7 +136,7 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
         """
         assert stamp
         u, ignored = np.array([0.0, problem.power]), np.zeros(problem.start.size)
-        width = width_in(problem, cc.size)
+        width = problem.width
         cost, last = 0.0, problem.before
         put(problem.start, states[0])
         for i in range(cc.size):
@@ -158,7 +153,7 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
     def gradient(pullback: Any, problem: Problem, cc: Any, states: Any, slope: Any) -> None:
         """Write the gradient of the cost by the plan into `slope` (n,), by the adjoint of the predicted `states`."""
         assert stamp
-        m, width = problem.start.size, width_in(problem, cc.size)
+        m, width = problem.start.size, problem.width
         u, weight = np.array([0.0, problem.power]), np.zeros(m)
         by_x, by_u = np.zeros(m), np.zeros(2)
         terminal_cost(states[STEPS * cc.size], problem.weights, weight)

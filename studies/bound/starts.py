@@ -126,7 +126,7 @@ def _continued(plant: Plant, w: Window, track: Track, habit: Habit, until: int) 
         level = max(level + 5e-4 * habit.every * w.period * error, 0.0)
         now = min(max(level + 0.3 * error, 0.3), w.power_max)
         moments = np.ascontiguousarray(known[s * i : s * (i + ahead) + 1 : s // STEPS]).ravel()
-        problem = Problem(path[i].copy(), moments, now, before, habit.cc_max, w.period, h, w.k, w.weights)
+        problem = Problem(path[i].copy(), moments, now, before, habit.cc_max, w.period, h, w.k, w.weights, w.width)
         _, _, length = descend(step, pullback, problem, plan, length, habit.iterations if i else 100)
         m = min(habit.every, until - i)
         cc[i : i + m], used[i : i + m] = plan[:m], now

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from gyroctl.controllers.nmpc.prediction import Kind, step_of, tangent_of
+from gyroctl.controllers.nmpc.prediction import STEPS, Kind, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
 from gyroctl.controllers.nmpc.solvers.osqp_solver import OsqpSolver
 from gyroctl.controllers.nmpc.solvers.real_time_iterations import empty_room, iterate_with
@@ -22,7 +22,8 @@ def osqp_planner(kind: Kind) -> Callable[..., None]:
     def plan(*given: Any) -> None:
         start, moments, now, weights, h, k, cc, rivals, result, iterations, more = given
         power, before, cc_max, period = now.tolist()
-        problem = Problem(start, moments, power, before, cc_max, period, h, k, Weights(*weights.tolist()))
+        priced, width = Weights(*weights.tolist()), moments.size // (STEPS * cc.size + 1)
+        problem = Problem(start, moments, power, before, cc_max, period, h, k, priced, width)
         if cc.size not in built:
             built[cc.size] = OsqpSolver(cc.size, start.size), empty_room(cc.size, start.size)
         solver, room = built[cc.size]

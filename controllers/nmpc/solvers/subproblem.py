@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.casadi_to_numba import BESIDE, row_of
 from gyroctl.controllers.nmpc.prediction import STEPS, tangent_room
-from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, RING_ANGLE, V1, V3, grip_needed, terminal_cost, width_in
+from gyroctl.controllers.nmpc.problem import PHI1, PHI3, RING, RING_ANGLE, V1, V3, grip_needed, terminal_cost
 from gyroctl.controllers.nmpc.solvers import SOURCES
 from gyroctl.plant.compiled import inlined, part, put, put_table, source_stamp, zero_table, zeros
 
@@ -148,7 +148,7 @@ def _linearise(stamp: str) -> Callable[..., bool]:
         `states` are those that `problem.predict` wrote for the plan, `tangent` comes from `prediction.tangent_of`.
         """
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
-        n, m, width = cc.size, problem.start.size, width_in(problem, cc.size)
+        n, m, width = cc.size, problem.start.size, problem.width
         size, row = m + 1, row_of(m + 1)
         room, columns = np.empty(tangent_room(m, width)), np.empty((BESIDE // STEPS, size, row))
         flat = columns.reshape(BESIDE // STEPS * size * row)
