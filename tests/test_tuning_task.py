@@ -132,7 +132,7 @@ def test_a_water_lays_its_own_tables_over_the_rest() -> None:
 
 
 def test_water_that_nobody_knows() -> None:
-    with pytest.raises(InputError, match="--water.*linear, real"):
+    with pytest.raises(InputError, match=r"--water.*linear, real"):
         circumstances_of("dead sea")
     device = circumstances_of("real")
     assert device.plant.slips and device.settings.actuators.cc_lag == 0.02

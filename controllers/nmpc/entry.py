@@ -71,7 +71,7 @@ SAMPLE = """
         )
         if not isfinite(w.result[0]):
             status = FAILED
-    if acted(law, w, speed, status, u):
+    if acted(law, w, speed, estimate.held[0], status, u):
         fell_back(w, law.fallback[0], law.fallback[1], u)
     note(seconds(clock, room) - begin, {spent})
 """

@@ -120,6 +120,7 @@ class Nmpc:
     # samples by which a command acts later than its measurements were taken, in the sensors and the actuators together,
     # as far as that is known: estimate and plan reckon with it
     delay: int = 0
+    lag: float = 0.0  # time constant with which the coupling follows its command, as far as that is known [s]
     plant: Plant = field(default_factory=zhang2017, repr=False)  # the design model
     fallback: Any = field(default_factory=Fallback)  # acts where planning fails: any object with `init` and `step`
     # waves that the law may look into, or readings of its gauge; given by `informed`
@@ -132,6 +133,9 @@ class Nmpc:
         if isinstance(self.delay, bool) or not isinstance(self.delay, int) or not 0 <= self.delay <= LATEST:
             mend = f"Give 0 to {LATEST}, in samples, without it none"
             raise InputError("nmpc.delay", self.delay, "is no delay that can be made up for", mend)
+        if not (math.isfinite(self.lag) and 0.0 <= self.lag <= self.period):
+            mend = f"Give 0 to {self.period:g} s, without it none"
+            raise InputError("nmpc.lag", self.lag, "is no lag that can be made up for", mend)
         if not math.isclose(self.intervals * self.period, self.horizon, rel_tol=1e-9):
             raise InputError(
                 "nmpc.horizon",
@@ -222,7 +226,7 @@ class Nmpc:
                 status = FAILED
             elif self.clock() - begin > self.deadline:
                 status = LATE
-        if acted(law, w, speed, status, u):
+        if acted(law, w, speed, estimate.held[0], status, u):
             command, fallback = self.fallback.step(t, y, fallback)
             fell_back(w, float(command[0]), float(command[1]), u)
         return (float(u[0]), float(u[1])), NmpcState(row, fallback)
@@ -273,6 +277,7 @@ class Nmpc:
             reserve=float(a.reserve),
             cc_max=float(self.cc_max),
             cg_max=float(self.cg_max),
+            lagging=self.lag / self.period * -math.expm1(-self.period / self.lag) if self.lag > 0.0 else 0.0,
             fresh=FRESH[effort.solver],
             delay=int(self.delay),
             iterations=int(effort.iterations),
@@ -317,7 +322,7 @@ class Nmpc:
 
     @cached_property
     def _estimator(self) -> MomentEstimator:
-        return MomentEstimator.design(self.plant, period=self.period, delay=self.delay)
+        return MomentEstimator.design(self.plant, period=self.period, delay=self.delay, lag=(self.lag, 0.0))
 
     @cached_property
     def _foresight(self) -> Foresight:

@@ -53,6 +53,7 @@ class Numbers(NamedTuple):
     reserve: float  # mean ring speed that past and horizon together are to keep [rad/s]
     cc_max: float  # [Nms]
     cg_max: float  # [Nms]
+    lagging: float  # part of a control interval's mean coupling that is still the one before it [-]
     fresh: float  # what a solver remembers that begins anew
     delay: int  # samples by which a command acts later than its measurements were taken
     iterations: int  # of the solver, per plan
@@ -216,8 +217,11 @@ def elsewhere(kind: int, cc_max: float, plan: Any, other: Any) -> None:
 
 
 @inlined
-def acted(c: Numbers, w: Work, speed: float, status: int, u: Any) -> bool:
-    """Apply the plan, or what stands in for it; return whether the fallback law has to act."""
+def acted(c: Numbers, w: Work, speed: float, held: float, status: int, u: Any) -> bool:
+    """Apply the plan, or what stands in for it; return whether the fallback law has to act.
+
+    A plan tells the mean coupling of an interval. One that lags begins at what is `held` [Nms], so the command leads.
+    """
     numbers, counts = w.numbers, w.counts
     before = numbers[CC]
     cg = min(numbers[POWER] / max(speed * speed, 1.0), c.cg_max)
@@ -237,8 +241,11 @@ def acted(c: Numbers, w: Work, speed: float, status: int, u: Any) -> bool:
             w.plan[:] = before
             counts[FALLBACKS] += 1
         counts[AGE] += 1
-    numbers[CC], numbers[CG] = w.plan[0], cg
-    u[0], u[1] = w.plan[0], cg
+    cc = w.plan[0]
+    if c.lagging > 0.0:
+        cc = min(max((cc - c.lagging * held) / (1.0 - c.lagging), 0.0), c.cc_max)
+    numbers[CC], numbers[CG] = cc, cg
+    u[0], u[1] = cc, cg
     return bool(status != GOOD and counts[AGE] > PATIENCE)
 
 
