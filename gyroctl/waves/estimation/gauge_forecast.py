@@ -71,7 +71,9 @@ def predict_from_gauge(
     bool
         False where nothing was written: too few readings, or one that is no number.
     """
-    if steps + out.shape[1] >= c.waves.ahead.shape[2]:  # the last reading is too old: none has come since
+    if (
+        steps + max(out.shape[1], c.waves.far) >= c.waves.ahead.shape[2]
+    ):  # the last reading is too old: none has come since
         return False
     if state.ready[0] == 0 or not all_read(c, values, last):
         return False

@@ -46,7 +46,7 @@ from gyroctl.waves.gauge import Gauge
 
 SOURCES = (*places.SOURCES, __file__)
 
-FINE = (0.1, 0.4)
+FINE = (0.1, 0.1)
 """Widths of the bins, see `placed.BROAD`: the way from the gauge is longer than what is looked at. [rad/s]"""
 
 SHORTEST, SLOWEST = 12.0, 5.0
@@ -101,13 +101,14 @@ class GaugeForecast(NamedTuple):
             Field ``gauge.sampling``: neither a multiple nor a whole part of the step.
         """
         step, sampling, learner = predictor.step, gauge.sampling, predictor.learner
-        leads = predictor.horizon + steps_between(sampling, step)
+        leads = predictor.horizon + steps_between(sampling, step) - 1
         response = responses(
             plant, gauge.heading, Bins(learner.omega, learner.width), seen_through(plant, estimator, learner.omega)
         )
         past, noise = float(step * learner.ages[-1]), learner.noise[[0, 3], 0]
         moves = predictor.placed is not None
         waves = placed(plant, response, gauge.heading, step, past, leads, noise, moves, FINE)
+        waves = waves._replace(far=min(waves.far, predictor.horizon))
         few = waves.edges[-1]
         omega = np.add.reduceat(learner.omega[:few], waves.edges[:-1]) / np.diff(waves.edges)
         lag, k = sampling * np.arange(count_of(gauge, plant.depth)), wavenumber(learner.omega, plant.depth)
