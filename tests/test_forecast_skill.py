@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 from wave_predictors import LEADS, SEED, known, moments
 
 import gyroctl as gy
+from gyroctl.controllers.nmpc.foresight import Foresight
 from gyroctl.harness.run import Settings, run_law
 from gyroctl.plant.measurement import ROWS
 from gyroctl.studies.forecast import forecast_report
 from gyroctl.studies.forecast.report import REAL_WATER, SEAS
 from gyroctl.studies.forecast.skill import SOURCES
 from gyroctl.waves.estimation import MomentEstimator, Predictor, Probe, foresee, relative_error, replay, replay_moments
+from gyroctl.waves.estimation.probe import floor_of
+from gyroctl.waves.window import Shutter
 
 Array = NDArray[np.float64]
 
@@ -138,6 +141,47 @@ def test_probe_degrades_with_lead_and_noise(device: gy.Plant) -> None:
     out = told(predictor, noisy, 2900)
     worse = relative_error(predictor, LEADS, out[:, :, [round(10 * t) - 1 for t in LEADS]], values, 12.0)
     assert np.all(worse[:, :3] > error[1][:, :3])
+
+
+def covariance_at(predictor: Predictor, plant: gy.Plant, times: Array, others: Array) -> Array:
+    """E Me_i(t) Me_j(s) of moments at two sets of instants, as rows and columns: Me1, Me3 of each."""
+    S, omega, width = predictor.learner.prior, predictor.learner.omega, predictor.learner.width
+    he, lag = plant.excitation(omega, 0.0), np.subtract.outer(times, others)
+    wave = np.exp(1j * lag[..., None] * omega) * np.sinc(0.5 / np.pi * width * lag)[..., None] * S * width
+    blocks = np.real(np.einsum("ib,jb,tsb->tisj", he, he.conj(), wave))
+    return np.asarray(blocks.reshape(2 * times.size, 2 * others.size))
+
+
+@pytest.mark.parametrize("lead", [0.0, 1.0, math.inf])
+def test_noisy_probe_tells_the_mean_of_the_moments_given_what_it_told(device: gy.Plant, lead: float) -> None:
+    """Now, within the lead and beyond it, against dense Gaussian conditioning with the probe's own noise."""
+    values, noise = moments(device, gy.SeaState(), 40.0), 0.2
+    floor = floor_of(values.std(axis=1), noise)
+    assert floor is not None
+    np.testing.assert_allclose(np.square(floor), 0.3**2 + np.square(noise * values.std(axis=1)), rtol=1e-12)
+    predictor = known(device, floor=floor, horizon=4.0)
+    probe, sample = Probe.design(predictor, values, 0.1, lead, noise, seed=1), 250
+    state, out = predictor.init(), np.empty((2, 40))
+    for at in range(sample + 1):
+        foresee(predictor, probe, state, at, out)
+    seen = sample + probe.lead - predictor.learner.ages
+    G = covariance_at(predictor, device, 0.1 * seen, 0.1 * seen) + np.diag(np.tile(np.square(floor), seen.size))
+    g = covariance_at(predictor, device, 0.1 * np.arange(sample, sample + 41), 0.1 * seen)
+    wanted = (g @ np.linalg.solve(G, probe.told[:, seen].T.ravel())).reshape(41, 2).T
+    found = np.column_stack([state.now, out])
+    np.testing.assert_allclose(found, wanted, atol=1e-6 * np.abs(wanted).max())
+
+
+def test_law_reckons_with_the_noise_of_its_probe(device: gy.Plant) -> None:
+    """Told of the whole realisation or of a window on it, in each moment; where there is no noise nothing changes."""
+    estimator, waves = MomentEstimator.design(device), gy.realise(device, gy.SeaState(), 100000, 30.0)
+    window, plain = Shutter(waves, 1.0).window, Predictor.design(device, horizon=4.0).learner
+    for seen in (waves, window):
+        noisy, exact = (Foresight.design(device, estimator, 4.0, 1.0, noise, seen) for noise in (0.2, 0.0))
+        added = noisy.predictor.learner.noise[[0, 3], 0] - plain.noise[[0, 3], 0]
+        np.testing.assert_allclose(added, np.square(0.2 * waves.moments.std(axis=1)), rtol=1e-9)
+        np.testing.assert_array_equal(exact.predictor.learner.noise, plain.noise)
+        assert noisy.probe is not None and exact.probe is not None and noisy.probe.errs and not exact.probe.errs
 
 
 @pytest.mark.parametrize(

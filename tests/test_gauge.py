@@ -15,6 +15,8 @@ from scipy.signal import hilbert
 import gyroctl as gy
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.sight import Sight, informed, sight
+from gyroctl.waves.estimation.gauge_forecast import predict_from_gauge
+from gyroctl.waves.estimation.gauge_readings import prepare
 from gyroctl.waves.gauge import Gauge, GaugeShutter, elevation_up_wave, error, measured
 
 Array = NDArray[np.float64]
@@ -212,3 +214,17 @@ def test_law_that_was_given_no_readings_says_so(device: gy.Plant) -> None:
     law = gy.law("nmpc", information="gauge", plant=device)
     with pytest.raises(gy.InputError, match="no readings"):
         law.step(0.0, gy.Measurement(0.0, 3.0, 70.0, 0.0, 0.0, 0.0, 0.0), law.init())
+
+
+def test_law_that_makes_up_for_a_delay_is_told_as_far_as_it_plans(device: gy.Plant) -> None:
+    """The plan begins where the command acts, and the gauge has to tell of its whole length."""
+    law = gy.law("nmpc", information="gauge", delay=3, horizon=2.0, plant=device)
+    waves = gy.realise(device, gy.SeaState(), 100000, 30.0)
+    gauge = law._foresight.gauge
+    values = measured(law.gauge, waves, device)
+    state, memory = gauge.init(), law.memory(law.init())
+    ahead, now = memory.ahead.copy(), np.zeros(2)
+    prepare(gauge, gy.SeaState().spectrum(law._foresight.predictor.learner.omega), state)
+    assert ahead.shape == (2, 23)
+    assert predict_from_gauge(gauge, state, values, 250, 0, memory.forecast.history, 60, now, ahead)
+    assert np.all(np.abs(ahead).max(axis=0) > 0.0)

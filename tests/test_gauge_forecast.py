@@ -13,7 +13,8 @@ import gyroctl as gy
 from gyroctl.controllers.nmpc.foresight import Foresight
 from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.waves.estimation import MomentEstimator, Predictor, predict
-from gyroctl.waves.estimation.gauge_forecast import GaugeForecast, GaugeState, find_place, predict_from_gauge, prepare
+from gyroctl.waves.estimation.gauge_forecast import find_place, predict_from_gauge
+from gyroctl.waves.estimation.gauge_readings import GaugeForecast, GaugeState, place_readings, prepare
 from gyroctl.waves.estimation.predictor import PredictorState, take
 from gyroctl.waves.gauge import Gauge, Readings, elevation_up_wave, error, measured
 
@@ -46,9 +47,14 @@ def told(c: GaugeForecast, state: GaugeState, values: Array, history: Array, ste
 
 def deafened(c: GaugeForecast) -> GaugeForecast:
     """The same whose moments at the float tell nothing."""
-    noise = c.floating.noise.copy()
-    noise[[0, 3], 0] += 1e12
-    return c._replace(floating=c.floating._replace(noise=noise))
+    return c._replace(waves=c.waves._replace(seen=np.zeros_like(c.waves.seen)))
+
+
+def rows_of(c: GaugeForecast, state: GaugeState) -> Array:
+    """Readings (n, 2 b) of unit amplitudes. [-]"""
+    rows = np.empty((c.own.size, state.root.size))
+    place_readings(c, state, rows)
+    return rows / state.root
 
 
 # --- covariances against realisations -------------------------------------------------------------------------------
@@ -58,8 +64,8 @@ def test_covariances_are_those_of_realisations(device: gy.Plant) -> None:
     """Readings with one another and with the moments ahead, on the mean over time and seeds."""
     gauge = CLEAN._replace(distance=6.0)
     c, state, spectrum = made(device, gauge)
-    scale = state.scale**2
-    readings = c.rows * scale @ c.rows.T
+    scale, rows = state.root**2, rows_of(c, state)
+    readings = rows * scale @ rows.T
     lags = c.own + spectrum @ c.doubtful
     found, across, ahead = np.zeros(4), np.zeros((2, 3)), (5, 20, 38)
     ages = (0, 4, 13, 60)
@@ -71,9 +77,9 @@ def test_covariances_are_those_of_realisations(device: gy.Plant) -> None:
         across += [[np.mean(waves.moments[j, lead:] * level[: n - lead]) / 6.0 for lead in ahead] for j in range(2)]
     expected = [readings[0, age] + lags[age] for age in ages]
     np.testing.assert_allclose(found, expected, atol=0.03 * expected[0])
-    size = np.sqrt(np.sum(c.ahead[:, 0] ** 2 * scale, axis=1) * expected[0])
+    size = np.sqrt(np.sum(c.waves.ahead[:, :, 0] ** 2 * scale, axis=1) * expected[0])
     for j in range(2):
-        wanted = [c.ahead[j, lead] * scale @ c.rows[0] for lead in ahead]
+        wanted = [c.waves.ahead[j, :, lead] * scale @ rows[0] for lead in ahead]
         np.testing.assert_allclose(across[j], wanted, atol=0.04 * size[j])
         assert max(np.abs(wanted)) > 0.3 * size[j]
 
@@ -90,11 +96,11 @@ def test_noise_and_drift_are_reckoned_with_as_they_are_made(device: gy.Plant) ->
 def test_doubt_about_the_place_turns_waves_into_noise_of_their_spectrum(device: gy.Plant) -> None:
     """Wherever the gauge stands it sees the same spectrum; on the mean over the places a part of each wave is left."""
     spread = 0.2
-    (sure, state, spectrum), (doubting, _, _) = (made(device, CLEAN._replace(placing=s)) for s in (0.0, spread))
-    scale = state.scale**2
+    (sure, state, spectrum), (doubting, other, _) = (made(device, CLEAN._replace(placing=s)) for s in (0.0, spread))
+    scale, rows, left = state.root**2, rows_of(sure, state), rows_of(doubting, other)
     for age in (0, 7, 30):
-        whole = sure.rows[0] * scale @ sure.rows[age] + (spectrum @ sure.doubtful)[age]
-        parted = doubting.rows[0] * scale @ doubting.rows[age] + (spectrum @ doubting.doubtful)[age]
+        whole = rows[0] * scale @ rows[age] + (spectrum @ sure.doubtful)[age]
+        parted = left[0] * scale @ left[age] + (spectrum @ doubting.doubtful)[age]
         # the noise is integrated over a bin, the waves stand at its centre: alike to the width of a bin
         assert parted == pytest.approx(whole, abs=0.02 * spectrum.sum() * 0.1)
     at, weight = np.polynomial.hermite_e.hermegauss(60)
@@ -103,7 +109,7 @@ def test_doubt_about_the_place_turns_waves_into_noise_of_their_spectrum(device: 
     for age in (0, 11):
         angle = k * 10.0 - sure.omega * 0.1 * age
         mean = np.cos(angle[:, None] + k[:, None] * spread * at) @ weight
-        np.testing.assert_allclose(doubting.rows[age, : k.size], mean, atol=1e-9)
+        np.testing.assert_allclose(left[age, : k.size], mean, atol=1e-9)
 
 
 # --- the estimate against dense linear algebra ----------------------------------------------------------------------
@@ -115,39 +121,38 @@ def test_estimate_is_the_conditional_mean(variant: str, sampling: float, steps: 
     plant = gy.zhang2017(variant)
     gauge = Gauge(distance=7.0, sampling=sampling, gauge_noise=0.01, drift=0.02, placing=0.1)
     c, state, spectrum = made(plant, gauge)
-    n, twice = c.rows.shape
-    size, bins = 2 * c.floating.ages.size, twice // 2
+    n, twice = c.own.size, state.root.size
+    size, bins = 2 * c.waves.ages.size, twice // 2
     source = np.random.default_rng(3)
     values = 0.07 * source.standard_normal(n)
-    history = source.standard_normal((c.floating.ages[-1] + 1, 3)) * [30.0, 60.0, 0.1]
+    history = source.standard_normal((c.waves.ages[-1] + 1, 3)) * [30.0, 60.0, 0.1]
     rows = np.zeros((n + size, twice))
-    rows[:n] = c.rows
+    rows[:n] = rows_of(c, state)
     noise = np.zeros((n + size, n + size))
     lag = np.abs(np.subtract.outer(np.arange(n), np.arange(n)))
     noise[:n, :n] = (c.own + spectrum @ c.doubtful)[lag]
     given = np.concatenate([values[::-1], np.zeros(size)])
     omega = c.omega
-    for a, age in enumerate(c.floating.ages):
+    for a, age in enumerate(c.waves.ages):
         seen = history[history.shape[0] - 1 - age]
-        where = c.floating.k * c.floating.reach * seen[2]
+        where = c.waves.k * c.waves.reach * seen[2]
         turn = np.exp(1j * (omega * (STEP * (steps - age)) - where))
         for j in range(2):
-            wave = (c.floating.seen[2 * j] + 1j * c.floating.seen[2 * j + 1]) * turn
+            wave = (c.waves.seen[2 * j] + 1j * c.waves.seen[2 * j + 1]) * turn
             rows[n + 2 * a + j] = np.concatenate([wave.real, -wave.imag])
             given[n + 2 * a + j] = seen[j]
-    for r in range(size):
-        for s in range(size):
-            old = c.floating.ages[s // 2] - c.floating.ages[r // 2]
-            i, j, k = (r % 2, s % 2, old) if old >= 0 else (s % 2, r % 2, -old)
-            noise[n + r, n + s] = c.floating.noise[2 * i + j, k]
-    prior = np.tile(spectrum[:bins], 2) * c.floating.width
-    amplitudes = prior * (rows.T @ np.linalg.solve(rows * prior @ rows.T + noise, given))
+    noise[n:, n:] = np.diag(np.tile(c.waves.misfit, size // 2))
+    prior = np.tile(spectrum[:bins], 2) * 0.1
+    follows = np.linalg.solve(rows * prior @ rows.T + noise, rows * prior).T
+    amplitudes, unknown = follows @ given, np.diag(prior) - follows @ (rows * prior)
     now, out = told(c, state, values, history, steps)
     turn = np.exp(1j * STEP * np.outer(np.arange(41) + steps, omega))
     he = plant.excitation(omega, 0.0)
     for j in range(2):
-        wave = he[j] * turn
-        wanted = wave.real @ amplitudes[:bins] - wave.imag @ amplitudes[bins:]
+        wave = np.hstack([(he[j] * turn).real, -(he[j] * turn).imag])
+        wanted = wave @ amplitudes
+        variance = np.einsum("lb,bc,lc->l", wave, unknown, wave)
+        np.testing.assert_allclose(state.waves.variance[j, :41], variance, rtol=1e-5)
         np.testing.assert_allclose(out[j], wanted[1:], atol=1e-6 * np.abs(wanted).max())
         assert now[j] == pytest.approx(wanted[0], abs=1e-6 * np.abs(wanted).max())
 
@@ -160,7 +165,7 @@ def test_single_wave_at_the_gauge_alone_arrives_with_its_phase(device: gy.Plant,
     deaf = deafened(c)
     waves = gy.realise(device, gy.Regular(0.2, omega), 1, 60.0)
     values = elevation_up_wave(waves, device, distance)[::2]
-    history = np.zeros((c.floating.ages[-1] + 1, 3))
+    history = np.zeros((c.waves.ages[-1] + 1, 3))
     lead = 10 if distance < 8.0 else 25
     at = values.size - 1
     _, out = told(deaf, state, values, history)
@@ -183,7 +188,7 @@ def error_of(plant: gy.Plant, gauge: Gauge, offset: float = 0.0, deaf: bool = Fa
     c, state, _ = made(plant, gauge)
     c = deafened(c) if deaf else c
     waves = gy.realise(plant, SEA, 100000, 120.0)
-    values, past = measured(gauge, waves, plant) + offset, int(c.floating.ages[-1]) + 1
+    values, past = measured(gauge, waves, plant) + offset, int(c.waves.ages[-1]) + 1
     truth = waves.moments[:, ::2]
     off = []
     for at in range(400, 1150, 5):
@@ -233,8 +238,9 @@ def fed(foresight: Foresight, waves: gy.WaveRealisation, samples: int) -> tuple[
 @pytest.mark.parametrize("off", [-0.4, 0.25])
 def test_gauge_that_is_found_elsewhere_is_as_one_that_was_known_to_stand_there(device: gy.Plant, off: float) -> None:
     gauge, past = Gauge(6.0, misplaced=off), int(parts(device)[1].learner.ages[-1]) + 1
-    (c, state, _), (known, sure, _) = made(device, gauge), made(device, gauge._replace(distance=6.0 + off))
+    (c, state, spectrum), (known, sure, _) = made(device, gauge), made(device, gauge._replace(distance=6.0 + off))
     state.place[0] = off
+    prepare(c, spectrum, state)
     waves = gy.realise(device, SEA, 100000, 60.0)
     values, history = measured(gauge, waves, device)[:551], history_of(device, waves, 550, past)
     for one, other in zip(told(c, state, values, history), told(known, sure, values, history), strict=True):
@@ -244,12 +250,13 @@ def test_gauge_that_is_found_elsewhere_is_as_one_that_was_known_to_stand_there(d
 @pytest.mark.parametrize(("misplaced", "heading"), [(0.3, 0.0), (-0.4, 0.0), (0.0, 20.0), (9.0, 0.0)])
 def test_place_of_the_gauge_is_found(device: gy.Plant, misplaced: float, heading: float) -> None:
     """From the moments of the float; a gauge at an angle stands nearer by d (1 - cos), and none is looked for afar."""
-    c, state, _ = made(device, Gauge())
+    c, state, spectrum = made(device, Gauge())
     waves = gy.realise(device, SEA, 100000, 300.0)
     values = measured(Gauge(misplaced=misplaced, heading=heading), waves, device)
-    past = int(c.floating.ages[-1]) + 1
+    past = int(c.waves.ages[-1]) + 1
     for at in range(300, 3000, 50):
         find_place(c, state, values, at, 0, history_of(device, waves, at, past), past)
+        prepare(c, spectrum, state)
         assert abs(state.place[0]) <= 0.3 * 10.0
     stands = (10.0 + misplaced) * math.cos(math.radians(heading)) - 10.0
     if misplaced < 3.0:
@@ -262,13 +269,13 @@ def test_place_is_not_left_without_a_reason(device: gy.Plant) -> None:
     state.place[0] = 0.2
     values = measured(Gauge(), gy.realise(device, SEA, 100000, 60.0), device)
     for _ in range(200):
-        find_place(deafened(c), state, values, 500, 0, np.zeros((int(c.floating.ages[-1]) + 1, 3)), 500)
+        find_place(deafened(c), state, values, 500, 0, np.zeros((int(c.waves.ages[-1]) + 1, 3)), 500)
     assert abs(state.place[0]) < 0.02
 
 
 def test_readings_that_have_ended_are_not_gone_by(device: gy.Plant) -> None:
     c, state, _ = made(device, Gauge())
-    now, out, past = np.zeros(2), np.full((2, 40), 7.0), int(c.floating.ages[-1]) + 1
+    now, out, past = np.zeros(2), np.full((2, 40), 7.0), int(c.waves.ages[-1]) + 1
     assert not predict_from_gauge(c, state, np.zeros(300), 299, 5, np.zeros((past, 3)), past, now, out)
     assert np.all(out == 7.0)
 
@@ -313,7 +320,8 @@ def test_forecast_goes_by_the_spectrum_once_it_is_learnt(device: gy.Plant) -> No
     foresight = Foresight.gauged(device, estimator, 4.0, gauge, readings)
     memory, state = fed(foresight, waves, 300)
     out = [np.empty((2, 40)) for _ in range(4)]
-    foresight.read(29.9, False, memory, state, out[0])
+    for _ in range(2):  # the misfit of the newest value is learnt at the first
+        foresight.read(29.9, False, memory, state, out[0])
     memory.memory.spectrum[:] = gy.SeaState(wp=2.5).spectrum(foresight.predictor.learner.omega)
     foresight.read(29.9, False, memory, state, out[1])
     np.testing.assert_array_equal(out[0], out[1])
@@ -321,6 +329,7 @@ def test_forecast_goes_by_the_spectrum_once_it_is_learnt(device: gy.Plant) -> No
     assert foresight.gauge is not None
     fresh = foresight.gauge.init()
     fresh.place[:] = state.place
+    fresh.waves.misfit[:] = state.waves.misfit
     foresight.read(29.9, False, memory, fresh, out[3])
     np.testing.assert_array_equal(out[2], out[3])
     assert not np.array_equal(out[1], out[2])
@@ -332,15 +341,16 @@ def test_what_the_gauge_tells_follows_the_spectrum_that_is_learnt(device: gy.Pla
     state, other = c.init(), c.init()
     prepare(c, SEA.spectrum(predictor.learner.omega), state)
     prepare(c, gy.SeaState(wp=2.6).spectrum(predictor.learner.omega), other)
-    assert not np.allclose(state.follows, other.follows)
+    assert not np.allclose(state.told, other.told)
     prepare(c, SEA.spectrum(predictor.learner.omega), other)
-    np.testing.assert_array_equal(state.follows, other.follows)
+    np.testing.assert_array_equal(state.told, other.told)
+    np.testing.assert_array_equal(state.precision, other.precision)
 
 
 def test_far_gauge_is_looked_back_to_for_longer(device: gy.Plant) -> None:
     estimator, predictor = parts(device)
     near, far = (
-        GaugeForecast.design(device, predictor, estimator, Gauge(distance)).rows.shape[0] for distance in (5.0, 20.0)
+        GaugeForecast.design(device, predictor, estimator, Gauge(distance)).own.size for distance in (5.0, 20.0)
     )
     assert near == round(12.0 / 0.1)
     assert far * 0.1 > 20.0 / 0.9  # waves of 5.6 rad/s need that long

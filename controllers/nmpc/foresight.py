@@ -17,9 +17,10 @@ from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
 from gyroctl.waves.estimation import MomentEstimator, Predictor, PredictorState, predict, probe
-from gyroctl.waves.estimation.gauge_forecast import GaugeForecast, GaugeState, find_place, predict_from_gauge, prepare
+from gyroctl.waves.estimation.gauge_forecast import find_place, predict_from_gauge
+from gyroctl.waves.estimation.gauge_readings import GaugeForecast, GaugeState, prepare
 from gyroctl.waves.estimation.predictor import GENERIC
-from gyroctl.waves.estimation.probe import Probe, error_of
+from gyroctl.waves.estimation.probe import Probe, error_of, floor_of
 from gyroctl.waves.gauge import Gauge, Readings
 from gyroctl.waves.window import Window
 
@@ -101,8 +102,9 @@ class Foresight(NamedTuple):
                 f"is longer than the waves that were told, {waves.duration:g} s",
                 "Give a shorter horizon or longer waves",
             )
-        predictor = Predictor.design(plant, period, horizon=horizon)
         window = waves if isinstance(waves, Window) else None
+        deviation = np.std(waves.moments, axis=1) if window is None else window.deviation
+        predictor = Predictor.design(plant, period, horizon=horizon, floor=floor_of(deviation, noise))
         if window is None:
             whole = Probe.design(predictor, waves.moments, waves.dt, lead, noise, waves.seed)
             return cls(predictor, whole, None, intervals, period)
@@ -151,13 +153,13 @@ class Foresight(NamedTuple):
                 "a law that reads a gauge was given no readings",
                 "Let comparison or simulation inform it, or call law.informed(readings) first",
             )
-        if learnt or gauge.ready[0] == 0:
-            prepare(c, memory.memory.spectrum, gauge)
         last = min(math.floor(t / c.sampling + 1e-6), readings.values.size - 1)
         steps = round((t - last * c.sampling) / self.period)
         given = readings.values, last, steps, memory.history, memory.samples[0]
         if learnt:
             find_place(c, gauge, *given)
+        if learnt or gauge.ready[0] == 0:
+            prepare(c, memory.memory.spectrum, gauge)
         told = predict_from_gauge(c, gauge, *given, memory.now, ahead)
         if not told:
             predict(self.predictor, memory, ahead)

@@ -326,11 +326,11 @@ class Nmpc:
 
     @cached_property
     def _foresight(self) -> Foresight:
+        far = self.horizon + self.delay * self.period  # the plan begins where the command acts
         if self.information == "gauge":
             readings = self.seen if isinstance(self.seen, Readings) else None
-            return Foresight.gauged(self.plant, self._estimator, self.horizon, self.gauge, readings)
+            return Foresight.gauged(self.plant, self._estimator, far, self.gauge, readings)
         lead = {"sensors": None, "forecast": self.probe.lead, "oracle": math.inf}[self.information]
-        far = self.horizon + self.delay * self.period  # the plan begins where the command acts
         seen = None if isinstance(self.seen, Readings) else self.seen
         return Foresight.design(self.plant, self._estimator, far, lead, self.probe.noise, seen)
 

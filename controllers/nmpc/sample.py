@@ -17,7 +17,7 @@ from gyroctl.plant.compiled import inlined, put
 from gyroctl.plant.equations import PHI1, PSI
 from gyroctl.plant.trigonometry import cos_sin
 from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, update
-from gyroctl.waves.estimation.gauge_forecast import GaugeState
+from gyroctl.waves.estimation.gauge_readings import GaugeState
 
 FloatArray = NDArray[np.float64]
 Counts = NDArray[np.int64]

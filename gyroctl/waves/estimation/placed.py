@@ -8,7 +8,8 @@ amplitudes of some bins are estimated, by the normal equations of Gaussian regre
     (I + A' A) z = A' y,    A = R^-1/2 H S^1/2,    y = R^-1/2 m,
 
 with H the moments that a unit wave of each bin gives at the place and age of each value m, S the variances of the
-amplitudes and R those of what no wave explains. The same matrix holds the variance of whatever is foreseen.
+amplitudes and R those of what no wave explains. The same matrix holds the variance of whatever is foreseen. Where a
+gauge has told of the waves before, what it says stands in the place of the unit matrix and of zero (`gauge_forecast`).
 
 Two things are learnt, for they are most of all what the model of the float misses. R, from the newest value of each
 moment: what it leaves unexplained over what it would leave by itself, r^2 / (1 - a' (I + A' A)^-1 a), is one on the
@@ -75,6 +76,7 @@ class Placed(NamedTuple):
     seen: Array  # (4, b): real and imaginary part of the moments as they are seen, Me1 first [Nm/m]
     ahead: Array  # (2, 2 b, 1 + horizon): moments at rest at each step from now on, of the amplitudes' parts [Nm/m]
     misfit: Array  # (2,) variance of what no wave explains, to begin with [Nm^2]
+    least: Array  # (2,) and the least that it is taken for [Nm^2]
 
 
 class PlacedState(NamedTuple):
@@ -89,7 +91,15 @@ class PlacedState(NamedTuple):
 
 
 def placed(
-    plant: Plant, response: Responses, heading: float, step: float, past: float, horizon: int, noise: Array
+    plant: Plant,
+    response: Responses,
+    heading: float,
+    step: float,
+    past: float,
+    horizon: int,
+    noise: Array,
+    moves: bool = True,
+    widths: tuple[float, float] = (BROAD, BROADER),
 ) -> Placed:
     """Prepare the forecast.
 
@@ -107,9 +117,12 @@ def placed(
         [steps]
     noise : (2,) array
         Variances of what no wave explains of the moments seen, to begin with. [Nm^2]
+    moves : bool
+        Whether the float that saw them did; of one at rest nothing else is missed than `noise`.
+    widths : pair of float
+        See `BROAD`. [rad/s]
     """
-    assert plant.geometry is not None
-    edges = _edges(response)
+    edges = _edges(response, widths)
     low, count = edges[:-1], np.diff(edges)
     omega, true, seen = (
         np.add.reduceat(values[..., : edges[-1]], low, axis=-1) / count
@@ -118,18 +131,25 @@ def placed(
     turned = true[:, :, None] * np.exp(1j * step * np.outer(omega, np.arange(horizon + 1)))
     ages = np.array([a for a in range(round(past / step) + 1) if a % _stride(a * step) == 0], np.int64)
     far = min(max(round(JUDGED / step), 1), horizon)
+    if moves:
+        assert plant.geometry is not None
+        reach, least = float(plant.geometry.reach), np.full(2, LEAST**2)
+        k = wavenumber(omega, plant.depth, plant.geometry.g) * math.cos(math.radians(heading))
+    else:
+        reach, least, k = 0.0, np.minimum(noise, LEAST**2), np.zeros(omega.size)
     return Placed(
-        float(plant.geometry.reach),
+        reach,
         float(response.grid.width),
         (step / SLOW, far * step / SLOWER),
         far,
         edges,
         ages,
         np.ascontiguousarray(-step * np.outer(ages, omega)),
-        wavenumber(omega, plant.depth, plant.geometry.g) * math.cos(math.radians(heading)),
+        k,
         np.stack([part for moment in seen for part in (moment.real, moment.imag)]),
         np.ascontiguousarray(np.concatenate([turned.real, -turned.imag], axis=1)),
-        np.clip(noise, LEAST**2, MOST**2),
+        np.clip(noise, least, MOST**2),
+        least,
     )
 
 
@@ -146,12 +166,12 @@ def _stride(age: float) -> int:
     return 1 if age <= DENSE else (2 if age <= SPARSE else 4)
 
 
-def _edges(response: Responses) -> NDArray[np.int64]:
+def _edges(response: Responses, widths: tuple[float, float]) -> NDArray[np.int64]:
     """Where the bins of the forecast begin and end, in those of the spectrum."""
     omega, width = response.grid
     edges = [0]
     while edges[-1] < omega.size and omega[edges[-1]] < HIGHEST:
-        wide = BROAD if omega[edges[-1]] < HIGH else BROADER
+        wide = widths[0] if omega[edges[-1]] < HIGH else widths[1]
         edges.append(min(edges[-1] + max(round(wide / width), 1), omega.size))
     return np.array(edges, np.int64)
 
@@ -164,26 +184,70 @@ def predict_placed(
 
     `history` (past, 3) is a round buffer of the moments at the float [Nm] and of its place, the sine of phi1.
     """
-    bins, known = c.k.size, 0
+    bins, size = c.k.size, 2 * known_of(c, samples)
+    A, y, root = np.empty((size, 2 * bins)), np.empty(size), np.empty(2 * bins)
+    U, z = np.zeros((2 * bins, 2 * bins)), np.zeros(2 * bins)
+    scale_waves(c, spectrum, root)
+    observe_waves(c, state.misfit, root, np.zeros(bins), history, samples, A, y)
+    add_normal_equations(A, y, U, z)
+    for r in range(2 * bins):
+        U[r, r] += 1.0
+    foresee_waves(c, state, root, A, y, U, z, 0, samples, now, out)
+
+
+@stamped(SOURCES)
+def known_of(c: Placed, samples: int) -> int:
+    """How many of the ages that are looked at have been observed."""
+    known = 0
     while known < c.ages.size and c.ages[known] < samples:
         known += 1
-    size, twice = 2 * known, 2 * bins
-    A, across, y = np.empty((size, twice)), np.empty((twice, size)), np.empty(size)
-    root, U, z = np.empty(twice), np.zeros((twice, twice)), np.zeros(twice)
+    return known
+
+
+@stamped(SOURCES)
+def scale_waves(c: Placed, spectrum: Array, root: Array) -> None:
+    """Standard deviations (2 b,) of the amplitudes' parts under the spectrum. [m]"""
+    bins = c.k.size
     for b in range(bins):
         variance = 0.0
         for of in range(c.edges[b], c.edges[b + 1]):
             variance += spectrum[of] * c.width
         root[b] = math.sqrt(variance)
         root[bins + b] = root[b]
-    observe_waves(c, state.misfit, root, history, samples, A, y)
+
+
+@stamped(SOURCES)
+def add_normal_equations(A: Array, y: Array, U: Array, z: Array) -> None:
+    """Add A' A to the upper half of U, and A' y to z."""
+    size, twice = A.shape
+    across = np.empty((twice, size))
     for r in range(size):
         for b in range(twice):
             across[b, r] = A[r, b]
     add_rows(y, lent(A), 0, size, z, 0, twice)
     for r in range(twice):
         add_rows(across[r], lent(A), 0, size, U[r], r, twice)
-        U[r, r] += 1.0
+
+
+@stamped(SOURCES)
+def foresee_waves(
+    c: Placed,
+    state: PlacedState,
+    root: Array,
+    A: Array,
+    y: Array,
+    U: Array,
+    z: Array,
+    since: int,
+    samples: int,
+    now: Array,
+    out: NDArray[np.float64],
+) -> None:
+    """Solve the normal equations, write what follows as `predict_placed` does, and learn from what does not.
+
+    U and z are lost. The phases of the amplitudes are those of an instant `since` steps before the last sample.
+    """
+    twice = z.size
     factorise_upper(U)
     solve_upper(U, z)
     left, explained = np.empty(2), np.empty(2)  # of the newest values
@@ -193,22 +257,27 @@ def predict_placed(
             left[j] -= A[j, b] * z[b]
     for b in range(twice):
         z[b] *= root[b]
-    spread_of(c, U, root, A, state, explained)
+    spread_of(c, U, root, A, since, state, explained)
     learn_misfit(c, state, samples, left, explained)
     leads = c.ahead.shape[2]
     row, later = np.empty(leads), np.empty(2)
     for j in range(2):
         row[:] = 0.0
         add_rows(z, lent(c.ahead[j]), 0, twice, row, 0, leads)
-        now[j], later[j] = row[0], row[c.far]
+        now[j], later[j] = row[since], row[since + c.far]
         for lead in range(out.shape[1]):
-            out[j, lead] = row[lead + 1] if lead + 1 < leads else 0.0
+            out[j, lead] = row[since + lead + 1] if since + lead + 1 < leads else 0.0
     learn_scale(c, state, samples, now, later)
 
 
 @stamped(SOURCES)
-def observe_waves(c: Placed, misfit: Array, root: Array, history: Array, samples: int, A: Array, y: Array) -> None:
-    """Write what was seen, over the deviation of its misfit, and the moments of amplitudes of unit variance there."""
+def observe_waves(
+    c: Placed, misfit: Array, root: Array, turn: Array, history: Array, samples: int, A: Array, y: Array
+) -> None:
+    """Write what was seen, over the deviation of its misfit, and the moments of amplitudes of unit variance there.
+
+    `turn` (b,) is the phase of the waves of each bin at the last sample, at rest. [rad]
+    """
     bins, length = c.k.size, history.shape[0]
     of = np.empty((4, bins))
     for i in range(4):
@@ -223,7 +292,7 @@ def observe_waves(c: Placed, misfit: Array, root: Array, history: Array, samples
         place, phase = c.reach * history[row, 2], c.phase[a]
         one, three = A[2 * a], A[2 * a + 1]
         for b in range(bins):
-            real, imaginary = cos_sin(phase[b] - c.k[b] * place)
+            real, imaginary = cos_sin(phase[b] + turn[b] - c.k[b] * place)
             one[b] = one_real[b] * real - one_imaginary[b] * imaginary
             one[bins + b] = -one_real[b] * imaginary - one_imaginary[b] * real
             three[b] = three_real[b] * real - three_imaginary[b] * imaginary
@@ -260,14 +329,14 @@ def solve_upper(U: Array, v: Array) -> None:
 
 
 @stamped(SOURCES)
-def spread_of(c: Placed, U: Array, root: Array, A: Array, state: PlacedState, explained: Array) -> None:
+def spread_of(c: Placed, U: Array, root: Array, A: Array, since: int, state: PlacedState, explained: Array) -> None:
     """Standard deviation of the moments now and ahead. [Nm]
 
     It is worked out at every lead, for it goes up and down twice in a wave.
 
     `explained` (2,) is filled with that of what the newest values see, over the variance of their misfit: a' G^-1 a.
     """
-    twice, leads = root.size, state.variance.shape[1]
+    twice, leads = root.size, state.variance.shape[1] - since
     count = 2 * leads + 2
     W, column, total = np.empty((twice, count)), np.empty(twice), np.zeros(count)
     for r in range(twice):  # U' W = the moments at those leads, of amplitudes of unit variance
@@ -275,7 +344,7 @@ def spread_of(c: Placed, U: Array, root: Array, A: Array, state: PlacedState, ex
         for j in range(2):
             ahead = c.ahead[j, r]
             for lead in range(leads):
-                row[j * leads + lead] = root[r] * ahead[lead]
+                row[j * leads + lead] = root[r] * ahead[since + lead]
             row[2 * leads + j] = A[j, r]
     for r in range(twice):
         for i in range(r):
@@ -302,7 +371,7 @@ def learn_misfit(c: Placed, state: PlacedState, samples: int, left: Array, expla
     for j in range(2):
         deviation = min(left[j] ** 2 / (1.0 - explained[j]), FAR)
         grown = state.misfit[j] * math.exp(c.rates[0] * (deviation - 1.0))
-        state.misfit[j] = min(max(grown, LEAST * LEAST), MOST * MOST)
+        state.misfit[j] = min(max(grown, c.least[j]), MOST * MOST)
 
 
 @stamped(SOURCES)

@@ -59,7 +59,7 @@ class Predictor(NamedTuple):
         estimator: MomentEstimator | None = None,
         forgetting: float | None = 120.0,
         every: float = 5.0,
-        floor: float | None = None,
+        floor: float | tuple[float, float] | None = None,
         doubt: float | None = None,
         grid: Bins | None = None,
     ) -> Predictor:
@@ -82,9 +82,9 @@ class Predictor(NamedTuple):
             Time after which what was seen counts e times less; None learns nothing and stays with `sea`. [s]
         every : float
             Time between two fits of the spectrum. [s]
-        floor : float, optional
-            Standard deviation of white noise added to the observed moments; by default 0.3, and with an estimator
-            whose design model goes beyond the linear one also what its guess of the waves misses, see
+        floor : float or pair of float, optional
+            Standard deviation of white noise added to the observed moments, or to each; by default 0.3, and with an
+            estimator whose design model goes beyond the linear one also what its guess of the waves misses, see
             `wave_signals.unexplained`. [Nm]
         doubt : float
             The same for the fit of the spectrum alone, see `learning`; by default 6, and 20 where the float moves. [Nm]
@@ -102,7 +102,9 @@ class Predictor(NamedTuple):
         if floor is None:
             missed = 0.0 if estimator is None else estimator.unexplained
             floor = math.hypot(FLOOR, missed) if missed > 0.0 else FLOOR
-        lengths = {"step": step, "past": past, "horizon": horizon, "every": every, "floor": floor, "doubt": doubt}
+        floors = floor if isinstance(floor, tuple) else (floor, floor)
+        lengths = {"step": step, "past": past, "horizon": horizon, "every": every, "doubt": doubt}
+        lengths.update({"floor": floors[0], "floor of Me3": floors[1]})
         lengths.update({} if forgetting is None else {"forgetting": forgetting})
         for name, value in lengths.items():
             if isinstance(value, bool) or not isinstance(value, int | float) or not 0.0 < value < math.inf:
@@ -120,11 +122,11 @@ class Predictor(NamedTuple):
             if not math.isclose(estimator.period, step):
                 problem = f"differs from the estimator's period {estimator.period}"
                 raise InputError("predictor.step", step, problem, "Give both the same")
+            through = seen_through(plant, estimator, grid.omega)
             model, transition = _closed(plant, estimator)
-            through = transfer(model, transition, estimator.gain, grid.omega, step)
             noise = noise_covariance(model, transition, estimator.gain, estimator.float_noise, count)
-        noise[0, 0, 0] += floor**2
-        noise[1, 1, 0] += floor**2
+        noise[0, 0, 0] += floors[0] ** 2
+        noise[1, 1, 0] += floors[1] ** 2
         seen = responses(plant, sea.heading, grid, through)
         response = responses(plant, sea.heading, grid) if moves else seen  # what is learnt from stands at rest
         table = kernels(response, step, count, leads, noise)
@@ -201,6 +203,12 @@ def steps_ahead(predictor: Predictor, field: str, seconds: float) -> int:
 def _looked_at(age: int, step: float) -> bool:
     stride = 1 if age * step <= DENSE else (2 if age * step <= SPARSE else 4)
     return age % stride == 0
+
+
+def seen_through(plant: Plant, estimator: MomentEstimator, omega: Array) -> NDArray[np.complex128]:
+    """Response (2, 2, b) of what an estimator makes of the moments to the true ones, at `omega` [rad/s]."""
+    model, transition = _closed(plant, estimator)
+    return transfer(model, transition, estimator.gain, omega, estimator.period)
 
 
 def _closed(plant: Plant, estimator: MomentEstimator) -> tuple[FloatModel, Array]:

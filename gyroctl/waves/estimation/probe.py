@@ -2,7 +2,8 @@
 
 A probe up-wave of the float sees a wave before it arrives. Here it tells the moments `lead` seconds ahead, with an
 error of its own; beyond that the predictor goes on from what it told. With no lead this is a forecast from the true
-moments of now, with a lead of the whole horizon it is an oracle.
+moments of now, with a lead of the whole horizon it is an oracle. What a probe with an error tells is smoothed: the mean
+of the moments given all that it told, by the same covariance.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from gyroctl.plant.compiled import stamped
 from gyroctl.waves.checks import seed_number
 from gyroctl.waves.estimation import predictor as below
 from gyroctl.waves.estimation.moment_model import Array
-from gyroctl.waves.estimation.predictor import Predictor, PredictorState, observe, predict
+from gyroctl.waves.estimation.predictor import FLOOR, Predictor, PredictorState, observe, predict
 
 SOURCES = (*below.SOURCES, __file__)
 
@@ -31,6 +32,7 @@ class Probe(NamedTuple):
 
     told: Array  # (2, n) moments at the instants of the samples, with the error of the probe [Nm]
     lead: int  # [steps]
+    errs: bool = False  # whether there is an error in it
 
     @classmethod
     def design(
@@ -41,7 +43,7 @@ class Probe(NamedTuple):
         Parameters
         ----------
         predictor : Predictor
-            What goes on beyond the lead. For a noisy probe, design it with a `floor` of that size.
+            What goes on beyond the lead. For a noisy probe, design it with the `floor` of `floor_of`.
         moments : (2, n) array
             True moments. [Nm]
         dt : float
@@ -72,7 +74,18 @@ class Probe(NamedTuple):
         if noise > 0.0:
             told = told + error_of(np.std(told, axis=1), noise, told.shape, seed)
         steps = predictor.horizon if math.isinf(lead) else round(lead / predictor.step)
-        return cls(told, min(steps, predictor.horizon))
+        return cls(told, min(steps, predictor.horizon), noise > 0.0)
+
+
+def floor_of(deviation: Array, noise: float) -> tuple[float, float] | None:
+    """White noise of each moment that a predictor behind such a probe reckons with, None for its default. [Nm]
+
+    `deviation` (2,) is that of the moments [Nm], and `noise` the error as a part of it.
+    """
+    if noise == 0.0:
+        return None
+    one, three = (math.hypot(FLOOR, noise * float(size)) for size in deviation)
+    return one, three
 
 
 def error_of(deviation: Array, noise: float, shape: tuple[int, ...], seed: int) -> Array:
@@ -89,13 +102,13 @@ def foresee(predictor: Predictor, probe: Probe, state: PredictorState, sample: i
     """Write the moments (2, n) at 1 .. n steps after `sample`, n up to the horizon. [Nm]
 
     Samples are to be asked for in their order; one that was left out is caught up with. `state` is a state of
-    `predictor` that sees nothing but this probe; `state.now` holds the moments at the sample as told. Beyond the
-    end of the record the moments are zero.
+    `predictor` that sees nothing but this probe; `state.now` holds the moments at the sample as told, or smoothed.
+    Beyond the end of the record the moments are zero.
     """
     told, last = probe.told, probe.told.shape[1] - 1
     reach = min(sample + probe.lead, last)
     leads = out.shape[1]
-    if leads > probe.lead:
+    if leads > probe.lead or probe.errs:
         while state.samples[0] <= reach:
             at = state.samples[0]
             observe(predictor, state, told[0, at], told[1, at])
@@ -110,3 +123,29 @@ def foresee(predictor: Predictor, probe: Probe, state: PredictorState, sample: i
             else:
                 out[i, lead] = state.coming[i, ahead - reach - 1]
         state.now[i] = told[i, min(sample, last)]
+    if probe.errs:
+        for age in range(reach - min(sample, last) + 1):
+            lead = reach - age - sample - 1
+            for i in range(2):
+                smooth = smoothed(predictor, state, i, age)
+                if lead < 0:
+                    state.now[i] = smooth
+                elif lead < leads:
+                    out[i, lead] = smooth
+
+
+@stamped(SOURCES)
+def smoothed(predictor: Predictor, state: PredictorState, moment: int, age: int) -> float:
+    """Mean of a moment `age` steps before what was observed last, given all of that; after `predict`. [Nm]
+
+    What was observed are the moments themselves and white noise, so the covariance with a later one is that of the
+    later with this one.
+    """
+    ages, ahead, w, total, i = predictor.learner.ages, state.memory.ahead, state.weights, 0.0, moment
+    for a in range(ages.size):
+        if ages[a] >= state.samples[0]:
+            break
+        lag = ages[a] - age
+        for j in range(2):
+            total += (ahead[2 * i + j, lag] if lag >= 0 else ahead[2 * j + i, -lag]) * w[2 * a + j]
+    return total
