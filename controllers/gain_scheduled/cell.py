@@ -129,7 +129,8 @@ def build_cell(
     orbit = operating_orbit(plant, node, cc, share)
     if orbit.status != "stable":
         raise InputError("cell", str(node), "its orbit is unstable without feedback", "Raise cc of the operating point")
-    folds = continue_orbit(orbit, "cg", (0.0, 4.0 * orbit.cg / share)).folds
+    capacity = plant.parameters.J4 * node.envelope / plant.parameters.N
+    folds = continue_orbit(orbit, "cg", (0.0, 4.0 * capacity)).folds
     fold = max(point.value for point in folds) if folds else float("nan")
     law = frozen([orbit.cc, share, *[0.0] * (ROW - 2)], filters, node.frequency, **lost_by(plant))
     loop = close_loop(plant, orbit.wave, law, start=orbit, settle=60)

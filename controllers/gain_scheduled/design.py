@@ -120,8 +120,8 @@ DESIGNS: dict[str, Design] = {
     # a float that surges through its waves pulls the ring unevenly: a small share, the brisk envelope earns the rest
     "scheduled_lqr_realistic": Design(
         variant="realistic",
-        bandwidths=(0.35, 0.6),
-        shares=(0.4, 0.3),
+        bandwidths=(0.5,),
+        shares=(0.35,),
         cc=0.055,
         demand=Demand(gain=2.0, phase=45.0, delay=0.2, disk=0.5),
         chosen_on="tuning seeds 100000..100007, gamma 5",
