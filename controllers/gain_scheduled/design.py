@@ -120,6 +120,8 @@ DESIGNS: dict[str, Design] = {
     # a float that surges through its waves pulls the ring unevenly: a small share, the brisk envelope earns the rest
     "scheduled_lqr_realistic": Design(
         variant="realistic",
+        envelopes=(0.06, 0.13, 0.25),  # at 0.3 and 2.7 rad/s there is no orbit that is stable without feedback
+        frequencies=(2.85, 3.5),
         bandwidths=(0.5,),
         shares=(0.35,),
         cc=0.055,
