@@ -15,8 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.gain_scheduled.scheduled import POINT, ROW, SIGNALS, Scheduled, ScheduledState
+from gyroctl.controllers.gain_scheduled.scheduled import POINT, ROW, SIGNALS, Scheduled, ScheduledState, losses
+from gyroctl.controllers.gain_scheduled.table import lost_by
 from gyroctl.errors import InputError
+from gyroctl.linearisation.held_flow import HeldFlow
 from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop
 from gyroctl.loop_margins.dual_numbers import step_jacobian
 from gyroctl.orbits import Orbit, continue_orbit, search_orbit
@@ -80,21 +82,26 @@ class Cell:
 
 
 def operating_orbit(plant: Plant, node: Node, cc: float, share: float) -> Orbit:
-    """Orbit of the wave height at which the envelope is the node's, with cg a share of the lock capacity J4 V/N.
+    """Orbit of the wave height with the node's envelope; cg and losses take a share of the lock capacity J4 V/N.
 
     Raises
     ------
     InputError
         Where there is none: the message names the cell.
     """
-    cg = share * plant.parameters.J4 * node.envelope / plant.parameters.N
+    capacity = plant.parameters.J4 * node.envelope / plant.parameters.N
+    lost = lost_by(plant)
+    cg = share * capacity - losses(lost["bearing"], lost["windage"], plant.parameters.N * node.frequency)
+    if not cg > 0.0:
+        problem = f"a share of {share:.3g} of the lock capacity is less than the losses take"
+        raise InputError("cell", str(node), problem, "Leave out the lowest envelope, or raise the share")
     height, slope, guess, before = OFFSET + node.envelope / SLOPE, SLOPE, None, (np.nan, np.nan)
     for _ in range(SOLVER_STEPS):
         orbit = search_orbit(plant, Wave(height, node.frequency), cc, cg, guess=guess)
         if orbit.status == "no orbit" or abs(orbit.load_angle) > 0.5 * np.pi:  # behind pull-out: from above again
             height, guess = height + 0.02, None
             continue
-        envelope = node.envelope * share / orbit.lock_share
+        envelope = node.envelope * (cg / capacity) / orbit.lock_share
         if abs(envelope / node.envelope - 1.0) < 1e-8:
             return orbit
         if np.isfinite(before[0]) and abs(height - before[0]) > 1e-12:
@@ -122,9 +129,10 @@ def build_cell(
     orbit = operating_orbit(plant, node, cc, share)
     if orbit.status != "stable":
         raise InputError("cell", str(node), "its orbit is unstable without feedback", "Raise cc of the operating point")
-    folds = continue_orbit(orbit, "cg", (0.0, 4.0 * orbit.cg / share)).folds
+    capacity = plant.parameters.J4 * node.envelope / plant.parameters.N
+    folds = continue_orbit(orbit, "cg", (0.0, 4.0 * capacity)).folds
     fold = max(point.value for point in folds) if folds else float("nan")
-    law = frozen([orbit.cc, share, *[0.0] * (ROW - 2)], filters, node.frequency)
+    law = frozen([orbit.cc, share, *[0.0] * (ROW - 2)], filters, node.frequency, **lost_by(plant))
     loop = close_loop(plant, orbit.wave, law, start=orbit, settle=60)
     if loop.status != "stable":
         raise InputError("cell", str(node), f"its open loop is {loop.status}", "Raise cc of the operating point")
@@ -168,11 +176,24 @@ def _model(loop: LoopOrbit, decorrelation: float, scatter: float) -> tuple[Matri
     decay = np.exp(-decorrelation * flow.period)
     A[:, end, end] = A[:, end + 1, end + 1] = decay
     for k in range(samples):
-        _, entry = flow.jacobian(loop.states[k], float(loop.controls[k, 0]), float(loop.controls[k, 1]), k)
-        turned = flow.forcing.amplitude * np.exp(2j * np.pi * (k + 0.5) / samples)
-        A[k, :n, end:] = entry[:, 2:] @ np.stack([turned.real, -turned.imag], axis=1)
+        A[k, :n, end:] = modulation(flow, loop.states[k], loop.controls[k], k)
     G[:, end:] = scatter * np.sqrt(1.0 - decay**2) * np.eye(2)
     return A, B, G
+
+
+def modulation(flow: HeldFlow, x: NDArray[np.float64], controls: NDArray[np.float64], sample: int) -> Matrices:
+    """Derivative (free, 2) of a sample's end by the wave's amplitude: in phase with it, and a quarter period away.
+
+    In the linear model the moments are held at the middle of the sample. Beyond it all that the wave does to the float,
+    at every position and by the water's motion, is modulated alike.
+    """
+    cc, cg = (float(value) for value in controls)
+    if flow.plant.coefficients.beyond is not None:
+        return flow.by_amplitude(x, cc, cg, sample)
+    _, entry = flow.jacobian(x, cc, cg, sample)
+    turned = flow.forcing.amplitude * np.exp(2j * np.pi * (sample + 0.5) / flow.samples)
+    moved: Matrices = entry[:, 2:] @ np.stack([turned.real, -turned.imag], axis=1)
+    return moved
 
 
 def _signals(loop: LoopOrbit, point: NDArray[np.float64], filters: Filters) -> Matrices:

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.gain_scheduled.cell import Cell, Node
+from gyroctl.controllers.gain_scheduled.cell import Cell, Node, modulation
 from gyroctl.controllers.gain_scheduled.scheduled import SIGNALS
 from gyroctl.errors import InputError
 from gyroctl.linearisation.averaged import average
@@ -91,10 +91,8 @@ def cell_model(cell: Cell, decorrelation: float, scatter: float = 0.5) -> SlowMo
     psi = model.orbit[:-1, PSI]
     c, s = np.cos(psi)[:, None], np.sin(psi)[:, None]
     cc, cg = model.B[:, :, 0], model.B[:, :, 1]
-    phase = np.exp(2j * np.pi * (np.arange(model.samples) + 0.5) / model.samples)[:, None]
-    turned = phase * cell.orbit.forcing.amplitude
-    waves = [np.einsum("knm,km->kn", model.B[:, :, 2:], part) for part in (turned.real, -turned.imag)]
-    entry = np.stack([cc, cg, cc * c, cc * s, cg * c, cg * s, *waves], axis=2)
+    waves = np.array([modulation(model.flow, x, model.controls, k) for k, x in enumerate(model.orbit[:-1])])
+    entry = np.concatenate([np.stack([cc, cg, cc * c, cc * s, cg * c, cg * s], axis=2), waves], axis=2)
     names = (*INPUTS, "wave_in_phase", "wave_quarter")
     found = average(replace(model, B=entry, D=np.zeros((model.samples, 2, len(names))), inputs=names))
     # a slow mode feels a modulation that is forgotten at the rate b as white noise of the spectral density 2 s^2/b

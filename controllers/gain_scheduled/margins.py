@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from gyroctl.controllers.gain_scheduled.cell import Cell, Filters, frozen
+from gyroctl.controllers.gain_scheduled.table import lost_by
 from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit, close_loop
 from gyroctl.loop_margins.margins import ChannelMargins, channel_margins
 from gyroctl.orbits import Orbit
@@ -49,7 +50,8 @@ def cell_loop(
     plant: Plant, height: float, frequency: float, row: list[float], filters: Filters, start: Orbit | None = None
 ) -> LoopOrbit:
     """Loop of a cell in its own wave, with the schedule held at the cell."""
-    return close_loop(plant, Wave(height, frequency), frozen(row, filters, frequency), start=start, settle=150)
+    law = frozen(row, filters, frequency, **lost_by(plant))
+    return close_loop(plant, Wave(height, frequency), law, start=start, settle=150)
 
 
 def loop_of(cell: Cell, row: list[float], filters: Filters) -> LoopOrbit:

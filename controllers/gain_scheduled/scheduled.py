@@ -9,13 +9,15 @@ The table is a grid over three slow quantities, all measured:
 - the bandwidth, as the part of the square of that motion which the slow filter does not pass, over about a minute. (The
   variance of the envelope over its squared mean says nothing: within a minute it is .27 for gamma 1, 5 and 50.)
 
-A cell holds the coupling, the share of the lock capacity that the generator takes, and the course of a few signals on
+A cell holds the coupling, the share of the lock capacity that is used, by the generator and by what turns the flywheel
+down without it (`bearing`, `windage`), and the course of a few signals on
 its orbit, and gains on their deviations: envelope and load angle of a brisker filter (the angle by its sine, so that a
 ring that slips a turn asks for no more than one that lags), ring speed, flywheel speed, and what is left of phi1 and
 its rate beside the wave's frequency, the swing of the lightly damped horizontal mode. The gains on the ring speed vary
 with twice the ring angle and those on the swing with the ring angle: no others act on slow motions, by the half-period
 symmetry of the device. Between the nodes every number of the table is interpolated linearly in each direction, so that
-the command is continuous; outside, the nearest edge is taken and the sample is counted.
+the command is continuous; outside, the nearest edge is taken and the sample is counted. The share is one of the live
+envelope everywhere, so that the generator lets go altogether where the losses alone take it: in a lull.
 """
 
 from __future__ import annotations
@@ -31,8 +33,8 @@ SIGNALS = ("envelope", "angle", "speed", "speed_cos2", "speed_sin2", "flywheel",
 """Deviations that are fed back, in the order of the gains."""
 
 POINT = ("cc", "share", "angle_cos", "angle_sin", "speed_cos2", "speed_sin2", "flywheel")
-"""Operating point: coupling [Nms], generator gain as a part of the lock capacity J4 V/N, load angle, ring speed at
-twice the ring angle [rad/s], omega'/(N w)."""
+"""Operating point: coupling [Nms], generator gain and losses as a part of the lock capacity J4 V/N, load angle, ring
+speed at twice the ring angle [rad/s], omega'/(N w)."""
 
 ROW = len(POINT) + 2 * len(SIGNALS)
 """Numbers of a cell: operating point, gains to cc, gains to cg."""
@@ -91,6 +93,8 @@ class Scheduled(NamedTuple):
     wp: float = 3.14  # peak frequency at the start [rad/s]
     N: float = 22.555555555555557  # gear ratio [-]
     J4: float = 0.3671  # inertia of the flywheel [kg m^2]
+    bearing: float = 0.0  # friction of the flywheel's bearing that is taken off the share [Nm]
+    windage: float = 0.0  # and its windage [Nms^2]
     counting: float = 1.0  # 0: samples outside the table are not counted [-]
     period: float = 0.1  # [s]
 
@@ -176,6 +180,7 @@ class Scheduled(NamedTuple):
         )
         cc = _mix(self.cells, here, at, 0)
         cg = self.load * _mix(self.cells, here, at, 1) * self.J4 * envelope / self.N
+        cg -= losses(self.bearing, self.windage, self.N * frequency)
         for n in range(len(SIGNALS)):
             cc += self.effort * _mix(self.cells, here, at, len(POINT) + n) * deviations[n]
             cg += self.effort * _mix(self.cells, here, at, len(POINT) + len(SIGNALS) + n) * deviations[n]
@@ -185,6 +190,12 @@ class Scheduled(NamedTuple):
         command = safely(seen, min(max(cc, self.cc_min), self.cc_max), min(max(cg, 0.0), self.cg_max))
         means, parts = (slow_square, square, turning, weight), (phi_c, phi_s, rate_c, rate_s)
         return command, ScheduledState(U1, U3, V1, V3, W1, W3, speed, *means, *parts, out, 1.0, seen)
+
+
+@inlined
+def losses(bearing: Any, windage: Any, speed: Any) -> Any:
+    """Generator gain that would brake as bearing and windage do, at a flywheel speed [rad/s]. [Nms]"""
+    return bearing / max(speed, 1.0) + windage * speed
 
 
 @inlined

@@ -11,6 +11,7 @@ from typing import Any
 
 from gyroctl.controllers.gain_scheduled.scheduled import POINT, SIGNALS, Scheduled
 from gyroctl.errors import InputError
+from gyroctl.plant import Plant
 from gyroctl.writing import write_text
 
 NODES = ("envelope", "frequency", "bandwidth")
@@ -26,7 +27,7 @@ UNITS = {
     "fold_cg": "Nms",
     "share_of_fold": "-",
     "point.cc": "Nms",
-    "point.share": "-, of the lock capacity J4 V/N",
+    "point.share": "-, of the lock capacity J4 V/N; bearing and windage of the design model take their part of it",
     "point.angle_cos, point.angle_sin": "-",
     "point.speed_cos2, point.speed_sin2": "rad/s",
     "point.flywheel": "-, omega'/(N w)",
@@ -44,6 +45,16 @@ UNITS = {
 def table_file(name: str) -> Path:
     """Path of a shipped table."""
     return Path(__file__).with_name(f"{name}.toml")
+
+
+def name_for(name: str, plant: Plant | None) -> str:
+    """Name of a law's table for a design model: one of its own beyond the linear model."""
+    return name if plant is None or plant.coefficients.beyond is None else f"{name}_realistic"
+
+
+def lost_by(plant: Plant) -> dict[str, float]:
+    """Friction of the bearing [Nm] and windage [Nms^2] that a law must know of: what brakes the flywheel beside it."""
+    return {"bearing": plant.parameters.bearing, "windage": plant.parameters.windage}
 
 
 @lru_cache(maxsize=8)

@@ -6,7 +6,7 @@ A wave period is cut into whole samples, so that what is linearised is periodic.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -102,6 +102,17 @@ class HeldFlow:
             columns.append(self._hold(at, u, raised, sample, begin, end))
         slope = np.stack(columns, axis=1).imag[self.free] / STEP
         return slope[:, : self.free.size], slope[:, self.free.size :]
+
+    def by_amplitude(self, x: Vector, cc: float, cg: float, sample: int) -> NDArray[np.float64]:
+        """Exact derivative (free, 2) of `advance` by the wave's relative amplitude, in phase and a quarter period away.
+
+        The wave is Re((1 + a + i b) amplitude exp(i wp t)), every signal of it alike; the columns are those of a and b.
+        """
+        at, u, waves = x.astype(complex), np.array([cc, cg], complex), self._waves.astype(complex)
+        turned = (self.forcing.amplitude, 1j * self.forcing.amplitude)
+        changes = [replace(self.forcing, amplitude=amplitude).grid(1.0) for amplitude in turned]
+        ends = [self._hold(at, u, waves + 1j * STEP * change, sample, 0.0, 1.0) for change in changes]
+        return np.stack(ends, axis=1).imag[self.free] / STEP
 
     def close(self, x: Vector, cc: float, cg: float, sense: int) -> NDArray[np.float64]:
         """States (samples + 1, rows) of the periodic orbit with constant controls next to `x`, by Newton's method.
