@@ -1,4 +1,4 @@
-"""The guard of the ring speed, a coupling whose torque falls, and what they are worth in water that turns the ring back."""
+"""The guard of the ring speed, a coupling whose torque falls, and both in water that turns the ring back."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def reading(psi_rate: float, omega_rate: float = 65.0) -> Measurement:
 
 
 def change(device: gy.Plant, u3: float, omega_rate: float, cc: float) -> float:
-    """Acceleration of a ring at the floor, with moments on the float by which its rate phi3' = u3 stands still. [rad/s^2]"""
+    """Acceleration of a ring at the floor, with moments by which the float's rate phi3' = u3 stays. [rad/s^2]"""
     x = np.zeros(len(device.labels))
     x[[PSI_RATE, OMEGA_RATE, PHI3_RATE]] = LEAST, omega_rate, u3
     rates = [PHI1_RATE, PHI3_RATE]
@@ -57,7 +57,7 @@ def test_guard_only_ever_couples_harder(psi_rate: float, u3: float, cc: float) -
 
 @pytest.mark.parametrize("u3", [0.05, 0.2, 0.4])
 def test_ring_at_the_floor_keeps_its_speed(device: gy.Plant, u3: float) -> None:
-    """Torques of (24) in the plant's own text: for a float at a steady rate the ring neither speeds up nor slows down."""
+    """Torques of (24) in the plant's own text: at a steady rate of the float the ring keeps its speed."""
     W = 65.0
     cc = held_up(GUARD, LAW, reading(LEAST, W), u3, WP, 0.0)
     assert 0.0 < cc < GUARD.cc_guard

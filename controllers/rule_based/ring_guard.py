@@ -1,12 +1,12 @@
 """A guard of the ring speed: where the float would turn the ring back, the flywheel holds it up.
 
-In real water the contact of the spin axis is one of friction: once the ring stands still within a cycle, the gyroscopic
-moment presses the axis on the other side of its track, it rolls backwards, and the flywheel is torn through zero. So the
-ring must keep a speed within the cycle, which the linear model never asks for.
+In real water the contact of the spin axis is one of friction: once the ring stands still within a cycle, the
+gyroscopic moment presses the axis on the other side of its track, it rolls backwards, and the flywheel is torn down. So
+the ring must keep a speed within the cycle, which the linear model never asks for.
 
-The ring is light: with an open coupling the float's torque J4 omega' u3 of (24) changes its speed by some 2 rad/s within
-one sample. What holds it is the flywheel, by the coupling: there the slip is negative, and the coupling drives the ring.
-The generator has no part in it, its torque is internal to the axis. So less load is no guard, and more coupling is one.
+The ring is light: at an open coupling the float's torque J4 omega' u3 of (24) changes its speed by some 2 rad/s in one
+sample. What holds it is the flywheel, by the coupling: the slip is negative there, the coupling drives the ring. The
+generator has no part in it, its torque is internal to the axis. So less load is no guard, and more coupling is one.
 
 It is meant for laws that leave the coupling open for a part of the cycle; with one that is never open it acts seldom.
 """
