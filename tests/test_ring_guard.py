@@ -13,12 +13,13 @@ from lock_numbers import J4, WP, N
 
 import gyroctl as gy
 from gyroctl.controllers.rule_based import Coupling
-from gyroctl.controllers.rule_based.ring_guard import RingGuard, held_up, straightened
+from gyroctl.controllers.rule_based.ring_guard import RingGuard, growing, held_up, straightened
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.protocol import Measurement
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.plant.beyond import Curve, falling
 from gyroctl.plant.equations import OMEGA_RATE, PHI1_RATE, PHI3_RATE, PSI_RATE
+from gyroctl.plant.readings import unread
 
 GUARD = RingGuard(floor=0.5, cc_guard=0.3)
 LEAST = 0.5 * WP
@@ -71,6 +72,17 @@ def test_guard_looks_one_period_ahead(over: float) -> None:
     fall = LAW.period * J4 * W * u3 / GUARD.J2
     held = held_up(GUARD, LAW, reading(LEAST + fall + over, W), u3, WP, 0.01)
     assert (held > 0.01) == (over < 0.0)
+
+
+@pytest.mark.parametrize(("slope", "carried"), [(1.5, 0.3), (0.0, 0.0), (-1.5, 0.0)])
+def test_a_rate_that_grows_is_carried_on(slope: float, carried: float) -> None:
+    """Of a float that moves in phi3 alone while the ring turns: u3 = cos psi phi3' is a straight line in time."""
+    guard, last = RingGuard(floor=0.5, trend=0.2), unread()
+    assert growing(guard, 0.1, 0.2, last) == 0.2  # nothing seen yet
+    for psi, u3 in ((0.3, 0.2 - 0.1 * slope), (0.6, 0.2)):
+        last, before = last._replace(psi=psi, phi3_rate=u3 / math.cos(psi), begun=1.0), last
+    assert growing(guard, 0.1, 0.2, before) == pytest.approx(0.2 + carried)
+    assert growing(RingGuard(floor=0.5), 0.1, 0.2, before) == 0.2
 
 
 def test_guard_knows_the_inertia_of_the_ring(device: gy.Plant) -> None:

@@ -31,7 +31,7 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
-from gyroctl.controllers.rule_based.ring_guard import RingGuard, held_up, straightened
+from gyroctl.controllers.rule_based.ring_guard import RingGuard, growing, held_up, straightened
 from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, height, swung
 from gyroctl.plant.readings import Readings, believed, safely, unread
 
@@ -93,7 +93,8 @@ class Coupling(NamedTuple):
         cc = 0.0
         if torque * slip > 0.0:
             cc = min(straightened(self.bend, slip, torque / (self.N * slip)), self.cc_max)
-        cc = held_up(self.guard, self, y, s * y.phi1_rate + c * y.phi3_rate, speed, cc)
+        u3 = growing(self.guard, self.period, s * y.phi1_rate + c * y.phi3_rate, state.seen)
+        cc = held_up(self.guard, self, y, u3, speed, cc)
 
         part = self.level + self.droop * (y.omega_rate / self.N - speed) / V
         # the speed is kept off zero: a flywheel at rest must not ask for an infinite gain
