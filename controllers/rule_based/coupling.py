@@ -31,6 +31,7 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
+from gyroctl.controllers.rule_based.ring_guard import RingGuard, growing, held_up, straightened
 from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, height, swung
 from gyroctl.plant.readings import Readings, believed, safely, unread
 
@@ -56,6 +57,9 @@ class Coupling(NamedTuple):
     level: float = 0.2422  # generator power at no mean slip, as a part of J4 omega' V times the waves' frequency [-]
     droop: float = 0.09422  # rise of that part with the flywheel's speed over N V [-]
     clock: WaveClock = WaveClock(bandwidth=0.0815, memory=162.2)
+    guard: RingGuard = RingGuard()
+    spared: float = 0.0  # part of the generator that is not eased off [-]
+    bend: float = 0.0  # slip at which the coupling has its greatest torque; 0: it goes with the slip [rad/s]
     cc_max: float = 0.12  # [Nms]
     cg_max: float = 0.02  # [Nms]
     N: float = 22.555555555555557  # gear ratio [-]
@@ -88,9 +92,11 @@ class Coupling(NamedTuple):
         slip = self.N * y.psi_rate - y.omega_rate
         cc = 0.0
         if torque * slip > 0.0:
-            cc = min(torque / (self.N * slip), self.cc_max)
+            cc = min(straightened(self.bend, slip, torque / (self.N * slip)), self.cc_max)
+        u3 = growing(self.guard, self.period, s * y.phi1_rate + c * y.phi3_rate, state.seen)
+        cc = held_up(self.guard, self, y, u3, speed, cc)
 
         part = self.level + self.droop * (y.omega_rate / self.N - speed) / V
         # the speed is kept off zero: a flywheel at rest must not ask for an infinite gain
-        cg = ease * part * self.J4 * V * speed / max(y.omega_rate, 20.0)
+        cg = (ease + self.spared * (1.0 - ease)) * part * self.J4 * V * speed / max(y.omega_rate, 20.0)
         return safely(seen, cc, min(max(cg, 0.0), self.cg_max)), CouplingState(clock, swing, seen)
