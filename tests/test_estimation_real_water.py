@@ -20,7 +20,15 @@ from gyroctl.waves.channels import transfers
 from gyroctl.waves.estimation import MomentEstimator, Predictor, relative_error, replay
 from gyroctl.waves.estimation.observer import predict_state
 from gyroctl.waves.estimation.ring_filter import secant
-from gyroctl.waves.estimation.wave_signals import band, known_of, put_signals, regression, signal_table, unexplained
+from gyroctl.waves.estimation.wave_signals import (
+    band,
+    known_of,
+    put_signals,
+    regression,
+    seen_from,
+    signal_table,
+    unexplained,
+)
 
 Array = NDArray[np.float64]
 SEED = 100041
@@ -123,8 +131,11 @@ def test_forecast_reckons_with_what_the_guess_misses(design: gy.Plant) -> None:
 
 
 def test_a_period_of_the_model_is_that_of_the_plant(design: gy.Plant) -> None:
-    """Against an adaptive integration of `Plant.derivative` with moments that swing on as the estimator takes them."""
-    sea = gy.SeaState()
+    """Against an adaptive integration of `Plant.derivative` with moments that swing on as the estimator takes them.
+
+    The moments are those at the float, wherever it is: the model that runs along is that of a float at rest.
+    """
+    sea, design = gy.SeaState(), seen_from(design)
     estimator = MomentEstimator.design(design)
     state = estimator.init()
     start = np.zeros(len(design.labels))

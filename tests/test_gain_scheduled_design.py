@@ -20,6 +20,7 @@ from gyroctl.controllers.gain_scheduled.scheduled import POINT, SIGNALS
 from gyroctl.controllers.gain_scheduled.table import read_table, table_file
 from gyroctl.linearisation.riccati import periodic_lyapunov
 from gyroctl.loop_margins.closed_loop_orbit import close_loop
+from gyroctl.nested import leaves
 from gyroctl.plant.measurement import read
 
 MIDDLE = Node(0.15, 3.15, 0.5)
@@ -46,7 +47,7 @@ def test_orbit_of_a_cell_has_its_envelope_and_share(device: gy.Plant, cell: Cell
 def test_linear_model_of_a_cell_is_that_of_plant_and_filters(cell: Cell) -> None:
     """Signals after a small disturbance of the nonlinear loop, over half a wave."""
     loop, flow = cell.loop, cell.loop.flow
-    n, ns = flow.free.size, len(loop.law_states[0])
+    n, ns = flow.free.size, len(leaves(loop.law_states[0]))
     rng = np.random.default_rng(2)
     kick = 1e-6 * rng.standard_normal(n)
     push = np.array([1e-6, 2e-8])
@@ -59,7 +60,7 @@ def test_linear_model_of_a_cell_is_that_of_plant_and_filters(cell: Cell) -> None
         z = cell.A[k] @ z + cell.B[k] @ push
     k = flow.samples // 2
     np.testing.assert_allclose((x - loop.states[k])[flow.free], z[:n], atol=1e-9)
-    np.testing.assert_allclose(np.array(state) - np.array(loop.law_states[k]), z[n : n + ns], atol=1e-9)
+    np.testing.assert_allclose(np.array(leaves(state)) - np.array(leaves(loop.law_states[k])), z[n : n + ns], atol=1e-9)
     row = [*cell.point, *[0.0] * 20]
     for i in range(len(SIGNALS)):
         row[0], row[len(POINT) + i] = 100.0, 1.0

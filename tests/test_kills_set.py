@@ -17,6 +17,7 @@ ROOMS = {
     "bound",
     "comparison",
     "faults",
+    "gauge",
     "harness",
     "hydrodynamics",
     "kept",

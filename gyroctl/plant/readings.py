@@ -153,7 +153,8 @@ def joint(
         guess = at + period * rate
         if fade > 0.0:
             guess *= 1.0 - period / fade
-        if not abs(way(here - guess, turn)) <= ANGLE:
+        # an encoder tells zero once in a while, and the rate may have changed on the way
+        if not abs(way(here - guess, turn)) <= ANGLE + 0.5 * period * abs(rate - rate_before):
             angle = guess
     return angle, rate, dark
 
@@ -168,7 +169,7 @@ def known(value: Any, other: Any) -> Any:
 def way(difference: Any, turn: float) -> Any:
     """Shortest way that a difference of angles stands for. [rad]"""
     if turn > 0.0 and difference - difference == 0.0:
-        return difference - turn * math.floor(difference / turn + 0.5)
+        return (difference + 0.5 * turn) % turn - 0.5 * turn
     return difference
 
 

@@ -74,7 +74,8 @@ class Search(NamedTuple):
             "sea": {"kind": type(self.sea).__name__, **sea},
             "actuators": acting,
             "steps": {"dt": self.settings.dt, "blend": self.settings.blend},
-            "goal": {name: value for name, value in asdict(self.goal).items() if math.isfinite(value)},
+            # what is not asked for is no part of the key either
+            "goal": {name: value for name, value in asdict(self.goal).items() if math.isfinite(value) and value > 0.0},
             "budget_s": self.budget,
             "seeds": [self.seeds[0], self.seeds[-1]],
         }
