@@ -103,7 +103,7 @@ def _numerator(g: NDArray[Any], q: NDArray[Any], lift: float = 0.0) -> NDArray[A
         product = np.zeros(2 * n, dtype=mirror.dtype)
         product[k : k + n + 1] = mirror
         matrix[:, k] = product[1::2]
-    square = np.polymul(g, g * (-1.0) ** np.arange(n - 1, -1, -1))[::2]
+    square = np.convolve(g, g * (-1.0) ** np.arange(n - 1, -1, -1))[::2]  # `polymul` drops leading zeros
     square[[0, -1]] += lift * float(np.max(np.abs(square)))
     return np.asarray(np.linalg.solve(matrix, square))
 
