@@ -38,7 +38,7 @@ class Design(NamedTuple):
     reach: Reach
 
 
-def design_of(plant: Plant, sea: SeaState | None = None) -> Design | None:
+def design_of(plant: Plant, sea: SeaState | None = None, losses: bool = False) -> Design | None:
     """Terms that the prediction has beyond the linear model, None without any.
 
     Parameters
@@ -47,13 +47,16 @@ def design_of(plant: Plant, sea: SeaState | None = None) -> Design | None:
         The design model; of a contact with friction and a wetted surface the smooth forms are predicted.
     sea : SeaState, optional
         Weighs the frequencies; the default sea.
+    losses : bool
+        Predict what bearing, windage and rolling take, too: it hardly depends on the plan, and costs a tenth of the
+        prediction.
     """
     smooth, sea = plant.rolling.smooth, sea or SeaState()
     terms = smooth.coefficients.beyond
     if terms is None:
         return None
-    # what bearing, windage and rolling take hardly depends on the plan, and costs a tenth of the prediction
-    terms = terms._replace(losses=None)
+    if not losses:
+        terms = terms._replace(losses=None)
     if all(term is None for term in terms):
         return None
     rows = dict(zip(smooth.channels, regression(smooth, sea), strict=True))

@@ -74,10 +74,10 @@ class Model(NamedTuple):
         return [self.x, self.u, self.moments, self.h, self.k]
 
 
-def constants(plant: Plant, beyond: bool = False) -> NDArray[np.float64]:
+def constants(plant: Plant, beyond: bool = False, losses: bool = False) -> NDArray[np.float64]:
     """Constants of a device as one array, in the order of `Coefficients`, and those beyond the linear model."""
     linear = plant.rolling.coefficients[: len(LINEAR)]
-    more = numbers_of(design_of(plant)) if beyond else []
+    more = numbers_of(design_of(plant, losses=losses)) if beyond else []
     return np.array([number for value in (*linear, more) for number in np.atleast_1d(value)])
 
 
@@ -86,9 +86,9 @@ def linear_kind(plant: Plant) -> Kind:
     return Kind(orders_of(plant))
 
 
-def kind_of(plant: Plant) -> Kind:
-    """Kind of the model that predicts a device with all that its smooth form has."""
-    return Kind(orders_of(plant), form_of(design_of(plant)))
+def kind_of(plant: Plant, losses: bool = False) -> Kind:
+    """Kind of the model that predicts a device with all that its smooth form has, with its losses or without."""
+    return Kind(orders_of(plant), form_of(design_of(plant, losses=losses)))
 
 
 def width_of(kind: Kind) -> int:

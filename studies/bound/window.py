@@ -81,12 +81,12 @@ def window(cut: Cut, weights: Weights, intervals: int, substeps: int = SUBSTEPS,
     closing : float
         Weight of the flywheel's change of energy, squared. [1/J]
     """
-    actuators, waves, width = cut.settings.actuators, cut.waves, width_of(kind_of(cut.plant))
+    actuators, waves, width = cut.settings.actuators, cut.waves, width_of(kind_of(cut.plant, losses=True))
     h = actuators.period / substeps
     known = waves.moments if width == 2 else np.concatenate([waves.moments, rates(waves.time, waves.moments)])
     flat = np.ascontiguousarray(known.T).ravel()
     moments = _sample(flat, width // 2, 0.0, h / waves.dt, intervals * substeps + 1)
-    model = np.array([h]), constants(cut.plant, beyond=True), weights, closing
+    model = np.array([h]), constants(cut.plant, beyond=True, losses=True), weights, closing
     speed = cut.plant.parameters.N * waves.sea.wp
     limits = actuators.cc_max, 0.7 * actuators.cg_max * speed**2
     before, (late, left) = beginning(cut.plant, waves, cut.settings)[1][0], _lateness(actuators.cc_lag, h, substeps)
@@ -129,7 +129,7 @@ def _sample(flat: Any, pairs: int, first: float, spacing: float, count: int) -> 
 
 def model_of(plant: Plant) -> tuple[Any, Any]:
     """Compiled step and pullback of the prediction model, see `prediction`."""
-    kind = kind_of(plant)
+    kind = kind_of(plant, losses=True)  # a promise counts what is lost
     return step_of(kind), pullback_of(kind)
 
 
