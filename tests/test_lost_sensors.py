@@ -16,7 +16,7 @@ from gyroctl.controllers.nmpc.sample import acted_on
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.nested import leaves
 from gyroctl.plant.measurement import CHANNELS, ROWS, Measurement
-from gyroctl.plant.readings import PATIENCE, SAFE, believed, unread
+from gyroctl.plant.readings import PATIENCE, SAFE, TURN, believed, joint, unread
 from gyroctl.simulation.metrics import evaluate
 from gyroctl.waves.estimation import SENSOR_NOISE, EstimatorState, MomentEstimator, look_to_then, update
 from gyroctl.waves.estimation.moment_model import gains_of, gains_of_the_rest
@@ -291,3 +291,20 @@ def test_delay_that_cannot_be_made_up_for_is_refused(delay: Any) -> None:
     with pytest.raises(gy.InputError) as caught:
         gy.law("nmpc", delay=delay)
     assert caught.value.field == "nmpc.delay"
+
+
+def test_readings_with_a_resolution_are_believed_where_they_are_zero_by_chance() -> None:
+    """A gyro tells zero where the float turns back, an encoder once in a turn: nothing is lost then."""
+    period, rate_before = 0.1, 0.44
+    way = 0.5 * period * rate_before  # of a float that slows down evenly and stands still
+    angle, rate, dark = joint(period, 5.0, 0.3 + way, 0.0, 0.3, rate_before, 0.3, 0.0, False, 0.0)
+    assert (angle, rate, dark) == (0.3 + way, 0.0, False)
+    begin = TURN - 0.5 * period * (3.0 + 8.0)  # the ring has sped up from 3 to 8 rad/s, and passes the encoder's zero
+    angle, rate, dark = joint(period, 0.0, TURN, 8.0, begin, 3.0, begin, 3.0, False, TURN)
+    assert (angle, rate, dark) == (TURN, 8.0, False)
+
+
+def test_gyro_that_goes_dead_is_not_believed() -> None:
+    period, at = 0.1, 0.3
+    _, rate, dark = joint(period, 5.0, at + 0.044, 0.0, at, 0.44, at, 0.0, False, 0.0)
+    assert rate == pytest.approx(0.44) and not dark

@@ -2,15 +2,28 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 import pytest
-from nmpc_subproblems import PULLBACK, STEP, TANGENT, M, N, by_hand, gradient_by_differences, horizon, random_subproblem
+from nmpc_subproblems import (
+    PULLBACK,
+    STEP,
+    TANGENT,
+    Array,
+    M,
+    N,
+    by_hand,
+    gradient_by_differences,
+    horizon,
+    random_subproblem,
+)
 from scipy.sparse import diags
 
 from gyroctl.controllers.nmpc.prediction import STEPS
-from gyroctl.controllers.nmpc.problem import RING, RING_ANGLE, V1, V3, gradient, predict
+from gyroctl.controllers.nmpc.problem import RING, RING_ANGLE, V1, V3, Problem, gradient, predict
 from gyroctl.controllers.nmpc.solvers.osqp_solver import CondensedForm
-from gyroctl.controllers.nmpc.solvers.subproblem import empty_subproblem, evaluate, linearise, slope
+from gyroctl.controllers.nmpc.solvers.subproblem import Subproblem, empty_subproblem, evaluate, linearise, slope
 
 
 def test_states_are_linearised_exactly() -> None:
@@ -29,17 +42,32 @@ def test_states_are_linearised_exactly() -> None:
     assert np.max(np.abs(linear - found) / np.max(np.abs(found), 0)) < 1e-6
 
 
+class AtThePlan(NamedTuple):
+    """What program and adjoint say of a plan itself."""
+
+    qp: Subproblem
+    states: Array  # (n STEPS + 1, m)
+    slopes: Array  # (n, 3) of the penalties by the outputs
+    found: Array  # (n,) slope of the program's cost
+    true: Array  # (n,) slope of the true cost
+
+
+def at_the_plan(problem: Problem, plan: Array) -> AtThePlan:
+    states, qp = np.empty((STEPS * N + 1, M)), empty_subproblem(N, M)
+    predict(STEP, problem, plan, states)
+    linearise(TANGENT, problem, plan, states, qp)
+    at = AtThePlan(qp, states, np.empty((N, 3)), np.empty(N), np.empty(N))
+    gradient(PULLBACK, problem, plan, states, at.true)
+    evaluate(qp, 7.0, np.zeros(N), np.empty((N, M)), at.slopes)
+    slope(qp, 7.0, np.zeros(N), at.slopes, at.found)
+    return at
+
+
 @pytest.mark.parametrize("travel", [0.0, 300.0])
 def test_slope_at_the_plan_is_that_of_the_true_cost(travel: float) -> None:
     """Forward sensitivities and a tangent of the stored energy against the adjoint of the nonlinear cost."""
     problem, plan = horizon(100002, travel)
-    states, qp = np.empty((STEPS * N + 1, M)), empty_subproblem(N, M)
-    predict(STEP, problem, plan, states)
-    linearise(TANGENT, problem, plan, states, qp)
-    true, found, linear, slopes = np.empty(N), np.empty(N), np.empty((N, M)), np.empty((N, 3))
-    gradient(PULLBACK, problem, plan, states, true)
-    evaluate(qp, 7.0, np.zeros(N), linear, slopes)
-    slope(qp, 7.0, np.zeros(N), slopes, found)
+    _, _, slopes, found, true = at_the_plan(problem, plan)
     assert np.count_nonzero(slopes[:, :2]) > 10, "the limits on motion must take part"
     np.testing.assert_allclose(found, true, rtol=0.0, atol=1e-11 * np.max(np.abs(true)))
 
@@ -48,13 +76,7 @@ def test_grip_is_linearised_as_the_adjoint_has_it() -> None:
     """Where the ring speed that grip asks for rules, the program's slope is that of the true cost."""
     problem, plan = horizon(100002)
     problem = problem._replace(weights=problem.weights._replace(grip=1.0 / 0.02, floor=1.0))
-    states, qp = np.empty((STEPS * N + 1, M)), empty_subproblem(N, M)
-    predict(STEP, problem, plan, states)
-    linearise(TANGENT, problem, plan, states, qp)
-    true, found, linear, slopes = np.empty(N), np.empty(N), np.empty((N, M)), np.empty((N, 3))
-    gradient(PULLBACK, problem, plan, states, true)
-    evaluate(qp, 7.0, np.zeros(N), linear, slopes)
-    slope(qp, 7.0, np.zeros(N), slopes, found)
+    qp, states, slopes, found, true = at_the_plan(problem, plan)
     across = np.sin(states[:, RING_ANGLE]) * states[:, V1] + np.cos(states[:, RING_ANGLE]) * states[:, V3]
     short = np.maximum(np.abs(across) / 0.02, 1.0) - states[:, RING]
     assert np.count_nonzero(slopes[:, 2]) == np.count_nonzero(short[STEPS::STEPS] > 0.0) > 10

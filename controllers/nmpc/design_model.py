@@ -48,8 +48,7 @@ def design_of(plant: Plant, sea: SeaState | None = None, losses: bool = False) -
     sea : SeaState, optional
         Weighs the frequencies; the default sea.
     losses : bool
-        Predict what bearing, windage and rolling take, too: it hardly depends on the plan, and costs a tenth of the
-        prediction.
+        Predict what bearing, windage and rolling take, too. It hardly depends on the plan; a promise has to count it.
     """
     smooth, sea = plant.rolling.smooth, sea or SeaState()
     terms = smooth.coefficients.beyond

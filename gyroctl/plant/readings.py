@@ -38,7 +38,7 @@ PATIENCE = 1.0
 """How long a law goes on blind. [s]"""
 
 SAFE = (0.052, 2e-4)
-"""Coupling and generator gain of a blind law: the coupling of the best constant pair, and about half its gain. [Nms]"""
+"""Coupling and generator gain of a blind law: near the best constant pair's coupling, below half of its gain. [Nms]"""
 
 TURN = 2.0 * math.pi
 
@@ -147,7 +147,8 @@ def joint(
     still = here - here != 0.0 or here == angle_before or here == 0.0
     if rate - rate != 0.0 or rate == rate_before or rate == 0.0:
         guess = otherwise if still else way(here - at, turn) / period
-        if not abs(rate - guess) <= RATE:
+        # the way since the last sample tells a mean: a gyro with a resolution tells zero wherever the float turns back
+        if not abs(0.5 * (rate + rate_before) - guess) <= RATE:
             rate, dark = guess, still
     if still:
         guess = at + period * rate

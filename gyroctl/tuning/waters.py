@@ -39,7 +39,7 @@ class Circumstances:
 
 
 def _real() -> Circumstances:
-    """The realistic device, its wetted surface as polynomials: the panels that judge take three times as long."""
+    """The realistic device, its wetted surface as polynomials: the panels, which take longer, are left to judge."""
     return Circumstances(zhang2017("realistic", wetted="reduced"), Settings(actuators=Actuators(cc_lag=LAG)))
 
 
@@ -48,8 +48,8 @@ WATERS: Mapping[str, Callable[[], Circumstances]] = {LINEAR: lambda: Circumstanc
 
 TABLES: Mapping[str, Mapping[str, Any]] = {
     LINEAR: {},
-    # A float that surges with the waves swings farther: the best constant pair has 0.45 rad, and keeps 0.964 of the
-    # turns. The contact is stiff, so that a longer step is none.
+    # A float that surges with the waves swings farther, whatever the law, and constant pairs keep fewer turns: what is
+    # asked for is about what they do. The contact is stiff, so that a longer step is none.
     REAL: {"search": {"dt": 0.01}, "goal": {"motion": 0.46, "turns": 0.945, "forward": 0.95}},
 }
 """What a task asks for there if it does not say otherwise."""
