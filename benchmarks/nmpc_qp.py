@@ -20,9 +20,17 @@ from ocp_solvers import Fatrop, Hpipm
 
 import gyroctl as gy
 from gyroctl.controllers.nmpc.power_command import PowerCommand
-from gyroctl.controllers.nmpc.prediction import STEPS, constants, linear_kind, pullback_of, step_of, tangent_of
+from gyroctl.controllers.nmpc.prediction import (
+    STEPS,
+    beside_of,
+    constants,
+    linear_kind,
+    pullback_of,
+    step_of,
+    tangent_of,
+)
 from gyroctl.controllers.nmpc.problem import Problem, predict, weights
-from gyroctl.controllers.nmpc.solvers import condensed
+from gyroctl.controllers.nmpc.solvers import condensed, side_by_side
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
 from gyroctl.controllers.nmpc.solvers.descent import descend
 from gyroctl.controllers.nmpc.solvers.osqp_solver import OsqpSolver
@@ -38,7 +46,8 @@ PERIOD, CC_MAX, START = 0.1, 0.12, 100.0
 SPEED_RATIO = 0.8
 STATES = np.array([0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13])
 DEVICE, SEA = gy.zhang2017(), gy.SeaState()
-STEP, PULLBACK, TANGENT = (of(linear_kind(DEVICE)) for of in (step_of, pullback_of, tangent_of))
+KIND = linear_kind(DEVICE)
+STEP, PULLBACK, TANGENT, SIDE = (of(KIND) for of in (step_of, pullback_of, tangent_of, beside_of))
 COST = weights(DEVICE, motion=2000.0, limit1=0.25, limit3=0.25, lock=50.0, floor=1.57, travel=0.0, terminal=0.3)
 NEWTON, TOLERANCE = 6, 1e-4  # most Newton steps per subproblem, and where it counts as solved [Nms]
 
@@ -69,11 +78,12 @@ def by_riccati(n: int, iterations: int) -> Improve:
 
 def by_condensing(n: int, iterations: int) -> Improve:
     """Real-time iterations with the dense program in the couplings alone."""
-    room = rti.empty_condensed(n, STATES.size)
+    room, times = side_by_side.empty_side_by_side(1, n, STATES.size), np.array([iterations])
 
     def improve(problem: Problem, cc: np.ndarray, memory: float) -> tuple[float, bool]:
-        found = rti.iterate_condensed(STEP, TANGENT, problem, cc, memory or 100.0, iterations, NEWTON, TOLERANCE, room)
-        return found.proximal, found.status == SOLVED
+        proximal, plans = np.array([memory or 100.0]), cc[None, :]
+        side_by_side.improve(STEP, SIDE, TANGENT, problem, plans, proximal, times, NEWTON, TOLERANCE, room)
+        return float(proximal[0]), bool(room.status[0] == SOLVED)
 
     return improve
 

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 import gyroctl as gy
+from gyroctl.controllers.nmpc.planner import NEWTON, TOLERANCE
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, linear_kind, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, predict, weights
+from gyroctl.controllers.nmpc.solvers import condensed
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
-from gyroctl.controllers.nmpc.solvers.subproblem import OUTPUTS, Subproblem, empty_subproblem, linearise
+from gyroctl.controllers.nmpc.solvers.subproblem import OUTPUTS, Step, Subproblem, empty_subproblem, linearise
 from gyroctl.harness.start import locked_start
 
 Array = NDArray[np.float64]
@@ -20,6 +22,13 @@ CC_MAX = 0.12
 DEVICE = gy.zhang2017()
 STEP, PULLBACK, TANGENT = (of(linear_kind(DEVICE)) for of in (step_of, pullback_of, tangent_of))
 M = 13
+
+
+class ByCondensing:
+    """The dense program, as the planner calls it, behind the interface of the others."""
+
+    def solve(self, qp: Subproblem, proximal: float, d: Array) -> Step:
+        return condensed.solve(qp, proximal, d, TOLERANCE, NEWTON, condensed.empty_condensed_room(N, M))
 
 
 @cache

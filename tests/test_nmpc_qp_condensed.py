@@ -8,6 +8,7 @@ from nmpc_subproblems import (
     CC_MAX,
     STEP,
     TANGENT,
+    ByCondensing,
     M,
     N,
     by_hand,
@@ -75,7 +76,7 @@ def test_a_few_steps_are_those_of_the_sweeps() -> None:
 def test_iterations_are_those_of_the_sweeps() -> None:
     problem, plan = horizon()
     one, two = plan.copy(), plan.copy()
-    a = rti.iterate_condensed(STEP, TANGENT, problem, one, 100.0, 5, 4, 1e-4, rti.empty_condensed(N, M))
+    a = rti.iterate_with(ByCondensing(), STEP, TANGENT, problem, one, 100.0, 5, rti.empty_room(N, M))
     b = rti.iterate_briefly(STEP, TANGENT, problem, two, 100.0, 5, 4, 1e-4, rti.empty_room(N, M))
     assert a.after < a.before and a.newton == b.newton
     assert a.after == pytest.approx(b.after, rel=1e-9)

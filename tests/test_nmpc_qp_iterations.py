@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from nmpc_subproblems import CC_MAX, DEVICE, PULLBACK, STEP, TANGENT, M, N, horizon
+from nmpc_subproblems import CC_MAX, DEVICE, PULLBACK, STEP, TANGENT, ByCondensing, M, N, horizon
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.planner import NEWTON, TOLERANCE, planner_of
+from gyroctl.controllers.nmpc.planner import planner_of
 from gyroctl.controllers.nmpc.prediction import STEPS, linear_kind
 from gyroctl.controllers.nmpc.problem import Problem, gradient, predict
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
@@ -120,7 +120,7 @@ def test_rival_changes_places_with_the_plan_where_it_costs_less() -> None:
     now = np.array([problem.power, problem.before, problem.cc_max, problem.period])
     moments = problem.moments[: 2 * (STEPS * N + 1)]
     flat = problem.start, moments, now, np.array(problem.weights), problem.h, problem.k
-    states, room, taken = np.empty((STEPS * N + 1, M)), rti.empty_condensed(N, M), 0
+    states, room, taken = np.empty((STEPS * N + 1, M)), rti.empty_room(N, M), 0
     for begin in (np.zeros(N), np.full(N, 0.5 * CC_MAX), np.roll(plan, 3), np.roll(plan, -9)):
         costs, rivals = [], np.concatenate([begin, 0.5 * begin])
         for more in (0, 2):
@@ -130,12 +130,12 @@ def test_rival_changes_places_with_the_plan_where_it_costs_less() -> None:
             costs.append(result[0])
         each, alone = [], rivals.reshape(2, N).copy()
         for rival in alone:
-            each.append(rti.iterate_condensed(STEP, TANGENT, problem, rival, 1.0, 2, NEWTON, TOLERANCE, room))
+            each.append(rti.iterate_with(ByCondensing(), STEP, TANGENT, problem, rival, 1.0, 2, room))
         assert costs[1] == min(costs[0], *(found.after for found in each))
         assert result[2:].tolist() == [found.proximal for found in each], "each remembers its own weight"
         kept = {row.tobytes() for row in (cc, *worked.reshape(2, N))}
         other = plan.copy()
-        rti.iterate_condensed(STEP, TANGENT, problem, other, 100.0, 1, NEWTON, TOLERANCE, room)
+        rti.iterate_with(ByCondensing(), STEP, TANGENT, problem, other, 100.0, 1, room)
         assert kept == {row.tobytes() for row in (other, *alone)}, "the loser goes on as a rival"
         taken += costs[1] < costs[0]
     assert 0 < taken < 4

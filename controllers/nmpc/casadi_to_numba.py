@@ -117,6 +117,29 @@ def compiled_columns(
     return kept_function(name, columns_source(name, inputs, common, middle, between, column, after, chained))
 
 
+def compiled_beside(name: str, inputs: Sequence[Any], common: Sequence[Any], output: Any) -> Any:
+    """Compile what is done to BESIDE points side by side.
+
+    Parameters
+    ----------
+    name : str
+        Of the function.
+    inputs : sequence of casadi.SX
+        Column vectors of symbols, each point with its own.
+    common : sequence of casadi.SX
+        Further inputs, the same for all points.
+    output : casadi.SX
+        Column vector; it is not longer than the inputs.
+
+    Returns
+    -------
+    numba cfunc
+        ``f(*common, room)``, flat arrays. The `room` holds the inputs, one after the other, entry j of all of them at
+        ``BESIDE j + point``; the output overwrites the first of them.
+    """
+    return kept_function(name, beside_source(name, inputs, common, output))
+
+
 @inlined
 def row_of(count: int) -> int:
     """Length of a row of so many columns."""
@@ -155,13 +178,7 @@ def columns_source(
     second = casadi.Function(name, [casadi.vertcat(*between), column], [casadi.densify(after)])
     arguments = [*(f"i{i}" for i in range(1, 1 + len(common))), "room", "columns"]
     row, size, begin = row_of(column.numel()), column.numel(), own.numel()
-
-    def given(i: int, j: int) -> str:
-        return f"c{i}_{j}" if i else f"room[{BESIDE * j} + l]"
-
-    lines = [f"    c{i + 1}_{j} = i{i + 1}[{j}]" for i, one in enumerate(common) for j in range(one.numel())]
-    lines.append(f"    for l in range({BESIDE}):")
-    lines += _lines(first, "        ", given, lambda i, j: f"room[{BESIDE * (begin + j)} + l]", "w")
+    lines = _beside(first, common, lambda i, j: f"room[{BESIDE * (begin + j)} + l]")
     lines.append(f"    for q in range({BESIDE}):")
     lines += [f"        s{j} = room[{BESIDE * (begin + j)} + q]" for j in range(first.numel_out(0))]
     lines.append(f"        at = q // {chained} * {row * size}")
@@ -171,6 +188,27 @@ def columns_source(
     )
     lines += [f"            columns[{row * j} + l] = a{j}" for j in range(after.numel())]  # once all of them are read
     return _head(name, arguments) + "\n".join(lines) + "\n"
+
+
+def beside_source(name: str, inputs: Sequence[Any], common: Sequence[Any], output: Any) -> str:
+    """Return the text of a module that defines the function, see `compiled_beside`."""
+    import casadi
+
+    function = casadi.Function(name, [casadi.vertcat(*inputs), *common], [casadi.densify(output)])
+    arguments = [*(f"i{i}" for i in range(1, 1 + len(common))), "room"]
+    lines = _beside(function, common, lambda i, j: f"a{j}")
+    lines += [f"        room[{BESIDE * j} + l] = a{j}" for j in range(output.numel())]  # once all of them are read
+    return _head(name, arguments) + "\n".join(lines) + "\n"
+
+
+def _beside(function: Any, common: Sequence[Any], write: Callable[[int, int], str]) -> list[str]:
+    """Loop over the points: their own inputs are in the `room`, what is common to them is read before."""
+
+    def given(i: int, j: int) -> str:
+        return f"c{i}_{j}" if i else f"room[{BESIDE * j} + l]"
+
+    lines = [f"    c{i + 1}_{j} = i{i + 1}[{j}]" for i, one in enumerate(common) for j in range(one.numel())]
+    return [*lines, f"    for l in range({BESIDE}):", *_lines(function, "        ", given, write, "w")]
 
 
 def _head(name: str, arguments: Sequence[str]) -> str:

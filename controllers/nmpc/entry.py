@@ -51,7 +51,7 @@ def {name}({arguments}):
 
 SAMPLE = """
     estimate, forecast, w, law = {estimate}, {forecast}, {work}, {law}
-    plan, step, slope, learn, clock = law.addresses
+    plan, step, slope, beside, learn, clock = law.addresses
     room = np.zeros(2, np.int64)
     begin = seconds(clock, room)
     observed({estimator}, estimate, law, w, y)
@@ -66,8 +66,8 @@ SAMPLE = """
     more, status = posed(law, w, estimate.then), GOOD
     if more >= 0:
         plan_at(plan)(
-            step, slope, w.start, acted_on(law, ahead, moments), w.now, w.weights, law.h, law.k, w.trial, w.rivals,
-            w.result, law.iterations, more,
+            step, slope, beside, w.start, acted_on(law, ahead, moments), w.now, w.weights, law.h, law.k, w.trial,
+            w.rivals, w.result, law.iterations, more,
         )
         if not isfinite(w.result[0]):
             status = FAILED

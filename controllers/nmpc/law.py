@@ -21,7 +21,15 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc.entry import Texts, entry_at, learn_of, sample_of, texts_of
 from gyroctl.controllers.nmpc.flat import NotFlat, built, row_of
 from gyroctl.controllers.nmpc.foresight import Foresight, Waves, between
-from gyroctl.controllers.nmpc.planner import ELSEWHERE, FRESH, MODEL, compiled_planner, model_of, planner_of
+from gyroctl.controllers.nmpc.planner import (
+    ELSEWHERE,
+    FRESH,
+    MODEL,
+    addresses_of,
+    compiled_planner,
+    model_of,
+    planner_of,
+)
 from gyroctl.controllers.nmpc.power_command import PowerCommand
 from gyroctl.controllers.nmpc.prediction import STEPS, constants, kind_of, width_of
 from gyroctl.controllers.nmpc.problem import weights
@@ -287,7 +295,7 @@ class Nmpc:
             life=int(effort.life),
             fresh_rival=ELSEWHERE[effort.solver],
             fallback=(float(pair.cc), float(pair.cg)) if type(pair) is Fallback else (0.0, 0.0),
-            addresses=(0, 0, 0, 0, 0),
+            addresses=(0, 0, 0, 0, 0, 0),
         )
 
     @cached_property
@@ -312,8 +320,9 @@ class Nmpc:
 
     @cached_property
     def _row(self) -> NDArray[np.float64]:
-        addresses = tuple(part.address for part in self._parts)
-        law = self._numbers._replace(addresses=(*addresses, clock_address()))
+        planner, *model, learn = self._parts
+        addresses = planner.address, *addresses_of(model), learn.address, clock_address()
+        law = self._numbers._replace(addresses=addresses)
         return row_of(self._constants._replace(law=law))
 
     @cached_property

@@ -6,28 +6,25 @@ sample to sample comes as plain arrays, and the functions of the model by their 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
 from numba import types
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from gyroctl.controllers.nmpc import by_address
 from gyroctl.controllers.nmpc.by_address import ROW, function_at
-from gyroctl.controllers.nmpc.prediction import STEPS, Kind, pullback_of, step_of, tangent_of
+from gyroctl.controllers.nmpc.prediction import STEPS, Kind, beside_of, pullback_of, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
 from gyroctl.controllers.nmpc.solvers import descent
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
 from gyroctl.controllers.nmpc.solvers.descent import descend
 from gyroctl.controllers.nmpc.solvers.planner_osqp import osqp_planner
-from gyroctl.controllers.nmpc.solvers.real_time_iterations import (
-    empty_condensed,
-    empty_room,
-    iterate_briefly,
-    iterate_condensed,
-)
-from gyroctl.plant.compiled import callback, entry_point, inlined, source_stamp, within
+from gyroctl.controllers.nmpc.solvers.real_time_iterations import empty_room, iterate_briefly
+from gyroctl.controllers.nmpc.solvers.side_by_side import empty_side_by_side, improve
+from gyroctl.plant.compiled import callback, entry_point, inlined, put, source_stamp, within
 
 FIELDS = len(Weights._fields)
 
@@ -43,15 +40,22 @@ ELSEWHERE = {"condensed": 1.0, "riccati": 1.0, "osqp": 1.0, "descent": 1e-4}
 GRADIENTS = 5
 """Steps of `descent` that a plan begun elsewhere gets for each iteration by programs."""
 
-MODEL = {"condensed": (step_of, tangent_of), "riccati": (step_of, tangent_of), "descent": (step_of, pullback_of)}
+MODEL = {
+    "condensed": (step_of, tangent_of, beside_of),
+    "riccati": (step_of, tangent_of),
+    "descent": (step_of, pullback_of),
+}
 """Functions of the model that a solver takes."""
 
-step_at, pullback_at, tangent_at = function_at(6), function_at(8), function_at(4)
+MOST = 3
+"""Functions of the model that a planner is given the addresses of; where it takes fewer, the rest are 0."""
 
-condensed_iterations, swept_iterations = within(iterate_condensed), within(iterate_briefly)
+step_at, pullback_at, tangent_at, beside_at = function_at(6), function_at(8), function_at(4), function_at(4)
 
-PLAN = types.void(types.intp, types.intp, *[ROW] * 9, types.int64, types.int64)
-"""Of ``plan(step, slope, start, moments, now, weights, h, k, cc, rivals, result, iterations, more)``."""
+swept_iterations = within(iterate_briefly)
+
+PLAN = types.void(*[types.intp] * MOST, *[ROW] * 9, types.int64, types.int64)
+"""Of ``plan(step, slope, beside, start, moments, now, weights, h, k, cc, rivals, result, iterations, more)``."""
 
 
 @inlined
@@ -61,12 +65,58 @@ def problem_of(start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any,
     return Problem(start, moments, now[0], now[1], now[2], now[3], h, k, priced, width)
 
 
-def _by_programs(stamp: str, condensed: bool) -> Any:
-    """Text of a planner by quadratic programs; the stamp makes the cache forget code whose parts have changed."""
+def _by_dense_programs(stamp: str) -> Any:
+    """Text of a planner by condensed programs; the stamp makes the cache forget code whose parts have changed."""
 
     def plan(
         step_address: int,
         tangent_address: int,
+        beside_address: int,
+        start: Any,
+        moments: Any,
+        now: Any,
+        weights: Any,
+        h: Any,
+        k: Any,
+        cc: Any,
+        rivals: Any,
+        result: Any,
+        iterations: int,
+        more: int,
+    ) -> None:
+        stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
+        step, tangent, beside = step_at(step_address), tangent_at(tangent_address), beside_at(beside_address)
+        problem = problem_of(start, moments, now, weights, h, k, cc.size)
+        n = cc.size
+        count = 1 + (rivals.size // n if more > 0 else 0)
+        room = empty_side_by_side(count, n, start.size)
+        plans, turns = np.empty((count, n)), np.empty(count, np.int64)
+        put(cc, plans[0])
+        turns[0] = iterations
+        for r in range(1, count):
+            put(rivals[n * (r - 1) : n * r], plans[r])
+            turns[r] = more
+        improve(step, beside, tangent, problem, plans, result[1:], turns, NEWTON, TOLERANCE, room)
+        result[0] = room.costs[0]
+        put(plans[0], cc)
+        for r in range(1, count):
+            rival = rivals[n * (r - 1) : n * r]
+            put(plans[r], rival)
+            if room.costs[r] < result[0]:  # the two change places: the loser goes on as a rival
+                result[0] = room.costs[r]
+                for i in range(n):
+                    rival[i], cc[i] = cc[i], rival[i]
+
+    return plan
+
+
+def _by_programs(stamp: str) -> Any:
+    """Text of a planner by programs of the states and couplings together."""
+
+    def plan(
+        step_address: int,
+        tangent_address: int,
+        ignored: int,
         start: Any,
         moments: Any,
         now: Any,
@@ -82,21 +132,18 @@ def _by_programs(stamp: str, condensed: bool) -> Any:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         step, tangent = step_at(step_address), tangent_at(tangent_address)
         problem = problem_of(start, moments, now, weights, h, k, cc.size)
-        room = (empty_condensed if condensed else empty_room)(cc.size, start.size)
+        room = empty_room(cc.size, start.size)
         n = cc.size
         for begun in range(1 + rivals.size // n if more > 0 else 1):  # the plan, then each rival: one compiled place
             tried, count, memory = cc, iterations, result[1]
             if begun > 0:
                 tried, count, memory = rivals[n * (begun - 1) : n * begun], more, result[1 + begun]
-            if condensed:
-                found = condensed_iterations(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
-            else:
-                found = swept_iterations(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
+            found = swept_iterations(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
             if begun == 0:
                 result[0], result[1] = found.after, found.proximal
                 continue
             result[1 + begun] = found.proximal
-            if found.after < result[0]:  # the two change places: the loser goes on as a rival
+            if found.after < result[0]:  # as above
                 result[0] = found.after
                 for i in range(n):
                     tried[i], cc[i] = cc[i], tried[i]
@@ -110,6 +157,7 @@ def _by_descent(stamp: str) -> Any:
     def plan(
         step_address: int,
         pullback_address: int,
+        ignored: int,
         start: Any,
         moments: Any,
         now: Any,
@@ -140,6 +188,8 @@ def _by_descent(stamp: str) -> Any:
     return plan
 
 
+TEXTS = {"condensed": _by_dense_programs, "riccati": _by_programs, "descent": _by_descent}
+
 STAMP = source_stamp((__file__, by_address.__file__, *descent.SOURCES, *rti.SOURCES))
 
 
@@ -154,15 +204,18 @@ def compiled_planner(solver: str) -> Any:
     iterations each of the `rivals`, plans one after the other, is improved as well, and changes places with `cc` where
     it costs less: there are many local optima, and a plan that is only ever shifted stays in its own.
     """
-    text = _by_descent(STAMP) if solver == "descent" else _by_programs(STAMP, solver == "condensed")
-    return callback(text, PLAN)
+    return callback(TEXTS[solver](STAMP), PLAN)
 
 
 @lru_cache(maxsize=8)
-def model_of(kind: Kind, solver: str) -> tuple[Any, Any]:
+def model_of(kind: Kind, solver: str) -> tuple[Any, ...]:
     """Functions of the model of a kind that a solver takes."""
-    first, second = MODEL[solver]
-    return first(kind), second(kind)
+    return tuple(function(kind) for function in MODEL[solver])
+
+
+def addresses_of(model: Sequence[Any]) -> tuple[int, ...]:
+    """Addresses of such functions as a planner is given them."""
+    return *(function.address for function in model), *[0] * (MOST - len(model))
 
 
 plan_at = by_address.function_of(PLAN)
@@ -173,6 +226,7 @@ def plan_by_address(
     address: int,
     step: int,
     slope: int,
+    beside: int,
     start: Any,
     moments: Any,
     now: Any,
@@ -186,7 +240,7 @@ def plan_by_address(
     more: int,
 ) -> None:
     """Call a planner from Python."""
-    plan_at(address)(step, slope, start, moments, now, weights, h, k, cc, rivals, result, iterations, more)
+    plan_at(address)(step, slope, beside, start, moments, now, weights, h, k, cc, rivals, result, iterations, more)
 
 
 def planner_of(kind: Kind, solver: str) -> Callable[..., None]:
@@ -197,7 +251,7 @@ def planner_of(kind: Kind, solver: str) -> Callable[..., None]:
     if solver == "osqp":
         return osqp_planner(kind)
     planner, model = compiled_planner(solver), model_of(kind, solver)
-    addresses = planner.address, *(function.address for function in model)
+    addresses = planner.address, *addresses_of(model)
 
     def plan(*given: Any) -> None:
         assert planner and model  # kept: their machine code goes with them

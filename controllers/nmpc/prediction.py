@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.casadi_to_numba import BESIDE, compiled, compiled_columns
+from gyroctl.controllers.nmpc.casadi_to_numba import BESIDE, compiled, compiled_beside, compiled_columns
 from gyroctl.controllers.nmpc.design_model import Design, design_of, eased, filled, form_of, numbers_of, signals_at
 from gyroctl.plant import Plant
 from gyroctl.plant.beyond import BEYOND
@@ -172,6 +172,16 @@ def step_of(kind: Kind) -> Any:
     """Compile ``step(x, u, moments, h, k, after)``."""
     found = model(kind)
     return compiled("step", found.given, [found.after])
+
+
+@lru_cache(maxsize=4)
+def beside_of(kind: Kind) -> Any:
+    """Compile ``beside(moments, h, k, room)``: one step of BESIDE plans in the same waves, bit for bit that of `step`.
+
+    `room` holds the entries of `x`, then of `u`, those of all plans side by side, see `compiled_beside`.
+    """
+    found = model(kind)
+    return compiled_beside("beside", found.given[:2], found.given[2:], found.after)
 
 
 @lru_cache(maxsize=4)

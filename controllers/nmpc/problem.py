@@ -125,6 +125,18 @@ def terminal_cost(x: Any, w: Weights, slope: Any) -> Any:
     return w.turns * short * short - 0.5 * (w.J4 * x[FLYWHEEL] * x[FLYWHEEL] + w.terminal * (kinetic + spring))
 
 
+@inlined
+def cost_of(problem: Problem, cc: Any, states: Any) -> Any:
+    """Cost of the plan `cc` (n,) [Nms] in its predicted `states` (n STEPS + 1, m) [J]."""
+    ignored = np.zeros(problem.start.size)
+    cost, last = 0.0, problem.before
+    for i in range(cc.size):
+        cost += problem.period * stage_cost(states[STEPS * (i + 1)], problem.weights, ignored)
+        cost += problem.weights.travel * (cc[i] - last) ** 2
+        last = cc[i]
+    return cost + terminal_cost(states[STEPS * cc.size], problem.weights, ignored)
+
+
 def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
     """Compile prediction and adjoint; the stamp makes the cache forget code whose parts have changed."""
 
@@ -135,18 +147,13 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
         `step` comes from `prediction.step_of`.
         """
         assert stamp
-        u, ignored = np.array([0.0, problem.power]), np.zeros(problem.start.size)
-        width = problem.width
-        cost, last = 0.0, problem.before
+        u, width = np.array([0.0, problem.power]), problem.width
         put(problem.start, states[0])
         for i in range(cc.size):
             u[0] = cc[i]
             for q in range(STEPS * i, STEPS * (i + 1)):
                 step(states[q], u, problem.moments[width * q : width * (q + 2)], problem.h, problem.k, states[q + 1])
-            cost += problem.period * stage_cost(states[STEPS * (i + 1)], problem.weights, ignored)
-            cost += problem.weights.travel * (cc[i] - last) ** 2
-            last = cc[i]
-        total: float = cost + terminal_cost(states[STEPS * cc.size], problem.weights, ignored)
+        total: float = cost_of(problem, cc, states)
         return total
 
     @part()

@@ -63,7 +63,7 @@ class Numbers(NamedTuple):
     life: int  # plans for which it is kept before it is begun anew
     fresh_rival: float  # what a solver remembers of one that is begun elsewhere
     fallback: tuple[float, float]  # cc, cg [Nms]
-    addresses: tuple[int, int, int, int, int]  # plan, two functions of the model, learn, clock; see `entry`
+    addresses: tuple[int, int, int, int, int, int]  # plan, three functions of the model, learn, clock; see `entry`
 
 
 class Constants(NamedTuple):

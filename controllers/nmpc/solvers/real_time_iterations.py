@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from gyroctl.controllers.nmpc import solvers
 from gyroctl.controllers.nmpc.prediction import STEPS
 from gyroctl.controllers.nmpc.problem import predict
-from gyroctl.controllers.nmpc.solvers.condensed import empty_condensed_room
-from gyroctl.controllers.nmpc.solvers.condensed import solve as solve_condensed
 from gyroctl.controllers.nmpc.solvers.riccati import PATIENCE, empty_riccati_room, solve, solve_briefly
 from gyroctl.controllers.nmpc.solvers.subproblem import (
     NOT_FINITE,
@@ -27,7 +25,7 @@ from gyroctl.controllers.nmpc.solvers.subproblem import (
     empty_subproblem,
     linearise,
 )
-from gyroctl.plant.compiled import inlined, part, put, put_table, source_stamp, within, zero_table, zeros
+from gyroctl.plant.compiled import inlined, part, put, put_table, source_stamp, within
 
 PROXIMAL_MIN, PROXIMAL_MAX = 1.0, 1e5  # [J/(Nms)^2]
 GOOD, POOR = 0.75, 0.25  # ratio of true to promised decrease above and below which the proximal weight changes
@@ -38,7 +36,7 @@ class Room(NamedTuple):
     """Arrays that an iteration works in."""
 
     qp: Subproblem
-    inner: Any  # RiccatiRoom or CondensedRoom
+    inner: Any  # RiccatiRoom
     states: NDArray[np.float64]  # (n STEPS + 1, m)
     ahead: NDArray[np.float64]  # (n STEPS + 1, m)
     d: NDArray[np.float64]  # (n,)
@@ -64,10 +62,20 @@ def empty_room(n: int, m: int) -> Room:
 
 
 @inlined
-def empty_condensed(n: int, m: int) -> Room:
-    """Room for `iterate_condensed`."""
-    states, ahead = zero_table(STEPS * n + 1, m), zero_table(STEPS * n + 1, m)
-    return Room(empty_subproblem(n, m), empty_condensed_room(n, m), states, ahead, zeros(n), zeros(n))
+def at_rest(proximal: float) -> float:
+    """Weight to go on with where a program promised nothing: look further next time."""
+    return max(proximal / 3.0, PROXIMAL_MIN)
+
+
+@inlined
+def went_well(decrease: float, promised: float, share: float, proximal: float) -> float:
+    """Weight to go on with after a `share` of a step made the cost fall by so much, where so much was `promised`."""
+    ratio = decrease / promised
+    if share == 1.0 and ratio > GOOD:
+        proximal /= 3.0
+    elif share < 1.0 or ratio < POOR:
+        proximal *= 3.0
+    return min(max(proximal, PROXIMAL_MIN), PROXIMAL_MAX)
 
 
 def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
@@ -80,22 +88,17 @@ def _advance(stamp: str) -> Callable[..., tuple[float, float]]:
         Returned are the cost of the plan [J] and the proximal weight to go on with.
         """
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
-        if not promised > 0.0:  # the plan stands, or the weight holds it: look further next time
-            return cost, max(proximal / 3.0, PROXIMAL_MIN)
+        if not promised > 0.0:  # the plan stands, or the weight holds it
+            return cost, at_rest(proximal)
         part = 1.0
         for _ in range(HALVINGS):
             for i in range(cc.size):
                 room.trial[i] = min(max(cc[i] + part * d[i], 0.0), problem.cc_max)
             found = predict(step, problem, room.trial, room.ahead)
             if found < cost:  # not a number counts as no improvement
-                ratio = (cost - found) / promised
-                if part == 1.0 and ratio > GOOD:
-                    proximal /= 3.0
-                elif part < 1.0 or ratio < POOR:
-                    proximal *= 3.0
                 put(room.trial, cc)
                 put_table(room.ahead, room.states)
-                return found, min(max(proximal, PROXIMAL_MIN), PROXIMAL_MAX)
+                return found, went_well(cost - found, promised, part, proximal)
             part *= 0.5
         return cost, min(9.0 * proximal, PROXIMAL_MAX)
 
@@ -106,10 +109,10 @@ SOURCES = solvers.SOURCES
 advance = _advance(source_stamp(SOURCES))
 
 
-condensed_within, linearised = within(solve_condensed), within(linearise)
+linearised = within(linearise)
 
 
-def _iterate(stamp: str, briefly: bool, condensed: bool) -> Callable[..., Improvement]:
+def _iterate(stamp: str, briefly: bool) -> Callable[..., Improvement]:
     @part()
     def iterate(
         step: Any,
@@ -138,9 +141,7 @@ def _iterate(stamp: str, briefly: bool, condensed: bool) -> Callable[..., Improv
                 status = NOT_FINITE
                 break
             room.d[:] = 0.0
-            if condensed:
-                found = condensed_within(room.qp, proximal, room.d, tolerance, newton, room.inner)
-            elif briefly:
+            if briefly:
                 found = solve_briefly(room.qp, proximal, room.d, tolerance, min(newton, PATIENCE), room.inner)
             else:
                 found = solve(room.qp, proximal, room.d, tolerance, newton, room.inner)
@@ -154,11 +155,9 @@ def _iterate(stamp: str, briefly: bool, condensed: bool) -> Callable[..., Improv
     return iterate
 
 
-iterate = _iterate(source_stamp(SOURCES), False, False)
-iterate_briefly = _iterate(source_stamp(SOURCES), True, False)
+iterate = _iterate(source_stamp(SOURCES), False)
+iterate_briefly = _iterate(source_stamp(SOURCES), True)
 """`iterate` with at most PATIENCE Newton steps per subproblem: the same to the bit up to there, sooner compiled."""
-iterate_condensed = _iterate(source_stamp(SOURCES), True, True)
-"""`iterate` with the dense program of `condensed`; its room is an `empty_condensed`."""
 
 
 class QpSolver(Protocol):
