@@ -125,7 +125,7 @@ def test_rival_changes_places_with_the_plan_where_it_costs_less() -> None:
         costs, rivals = [], np.concatenate([begin, 0.5 * begin])
         for more in (0, 2):
             cc, result, worked = plan.copy(), np.array([0.0, 100.0, 1.0, 1.0]), rivals.copy()
-            planner(*flat, cc, worked, result, 1, more)
+            planner(*flat, cc, worked, result, 1, more, 0)
             assert predict(STEP, problem, cc, states) == result[0]
             costs.append(result[0])
         each, alone = [], rivals.reshape(2, N).copy()

@@ -50,8 +50,8 @@ def test_rival_without_a_past_is_begun_at_once() -> None:
     assert w.result[2:].tolist() == [c.fresh_rival] * 3
 
 
-@pytest.mark.parametrize("held", [0.0, 0.1, 0.2])
-def test_command_leads_a_coupling_that_lags(held: float) -> None:
+@pytest.mark.parametrize("held", [0.0, 0.05, 0.08])
+def test_command_leads_a_coupling_that_lags_where_it_is_to_grow(held: float) -> None:
     """The mean over the interval of what a first-order lag makes of the command is what the plan says."""
     law, period = gy.law("nmpc", lag=0.03), 0.1
     c, w, u = law._numbers, work_of(law), np.empty(2)
@@ -60,9 +60,16 @@ def test_command_leads_a_coupling_that_lags(held: float) -> None:
     time = (np.arange(20000) + 0.5) * period / 20000
     followed = u[0] + (held - u[0]) * np.exp(-time / 0.03)
     assert np.mean(followed) == pytest.approx(0.08, rel=1e-6) and w.numbers[CC] == u[0]
-    w.trial[:] = 0.0
+
+
+@pytest.mark.parametrize("held, planned", [(0.1, 0.08), (0.3, 0.037), (0.2, 0.0), (0.0, 0.29)])
+def test_command_does_not_lead_where_the_coupling_is_to_fall(held: float, planned: float) -> None:
+    """It ends at what is planned, and within the limits; the mean is larger, so that the ring is not slower."""
+    law = gy.law("nmpc", lag=0.03)
+    c, w, u = law._numbers, work_of(law), np.empty(2)
+    w.trial[:] = planned
     acted(c, w, 70.0, held, GOOD, u)
-    assert u[0] == 0.0, "a coupling cannot be less than none"
+    assert u[0] == (planned if held > planned else law.cc_max)
 
 
 @pytest.mark.parametrize("lag", [-0.01, math.nan, 0.2])

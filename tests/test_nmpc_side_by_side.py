@@ -7,13 +7,15 @@ import pytest
 from nmpc_subproblems import CC_MAX, DEVICE, STEP, TANGENT, ByCondensing, M, N, horizon
 from numpy.typing import NDArray
 
+import gyroctl as gy
 from gyroctl.controllers.nmpc.casadi_to_numba import BESIDE
-from gyroctl.controllers.nmpc.planner import NEWTON, TOLERANCE
+from gyroctl.controllers.nmpc.planner import NEWTON, TOLERANCE, planner_of
 from gyroctl.controllers.nmpc.prediction import STEPS, beside_of, linear_kind
 from gyroctl.controllers.nmpc.problem import predict
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
-from gyroctl.controllers.nmpc.solvers.side_by_side import empty_side_by_side, improve, predict_all
+from gyroctl.controllers.nmpc.solvers.side_by_side import empty_side_by_side, improve, predict_all, vary
 from gyroctl.controllers.nmpc.solvers.subproblem import NOT_FINITE
+from gyroctl.errors import InputError
 
 Array = NDArray[np.float64]
 SIDE = beside_of(linear_kind(DEVICE))
@@ -81,3 +83,59 @@ def test_plan_without_numbers_stops_and_the_others_go_on() -> None:
         one[0], beside = 100.0, empty_side_by_side(1, N, M)
         improve(STEP, SIDE, TANGENT, problem, alone[p : p + 1], one, iterations[:1], NEWTON, TOLERANCE, beside)
         assert np.array_equal(alone[p], plans[p]) and one[0] == proximal[p]
+
+
+def variations(plan: Array) -> list[Array]:
+    """All the coupling for 1, 2, 4 intervals, none for 1, 3, and a switching that comes sooner or later."""
+    made = []
+    for count, coupling in ((1, CC_MAX), (2, CC_MAX), (4, CC_MAX), (1, 0.0), (3, 0.0)):
+        made.append(np.concatenate([np.full(count, coupling), plan[count:]]))
+    return [*made, np.append(plan[1:], plan[-1]), np.append(plan[0], plan[:-1])]
+
+
+def test_plan_is_replaced_by_the_best_of_its_variations() -> None:
+    """Each of them is the best somewhere, and the plan stays where none is better."""
+    problem, _ = horizon()
+    states, taken = np.empty((STEPS * N + 1, M)), set()
+    rng = np.random.default_rng(3)
+    for _ in range(400):
+        plan = np.repeat(rng.uniform(0.0, CC_MAX, N // 4) * rng.integers(0, 2, N // 4), 4)
+        moved = problem._replace(before=0.05, start=problem.start + 0.05 * rng.standard_normal(M))
+        tried = [plan, *variations(plan)]
+        costs = [predict(STEP, moved, other, states) for other in tried]
+        found = plan.copy()
+        vary(STEP, SIDE, moved, found)
+        assert np.array_equal(found, tried[int(np.argmin(costs))])
+        taken.add(int(np.argmin(costs)))
+    assert taken == set(range(len(tried)))
+
+
+def test_planner_varies_a_plan_as_often_as_it_is_told() -> None:
+    problem, _ = horizon()
+    plan, planner = np.zeros(N), planner_of(linear_kind(DEVICE), "condensed")
+    now = np.array([problem.power, problem.before, problem.cc_max, problem.period])
+    moments = problem.moments[: 2 * (STEPS * N + 1)]
+    for times in range(4):
+        expected, found, result = plan.copy(), plan.copy(), np.array([0.0, 100.0])
+        for _ in range(times):
+            vary(STEP, SIDE, problem, expected)
+        planner(
+            problem.start,
+            moments,
+            now,
+            np.array(problem.weights),
+            problem.h,
+            problem.k,
+            found,
+            np.empty(0),
+            result,
+            0,
+            0,
+            times,
+        )
+        assert np.array_equal(found, expected)
+
+
+def test_solver_that_varies_no_plans_says_so() -> None:
+    with pytest.raises(InputError, match="nmpc.varied = 2.*riccati.*condensed"):
+        gy.law("nmpc", solver="riccati", varied=2)

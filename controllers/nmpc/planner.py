@@ -23,7 +23,7 @@ from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
 from gyroctl.controllers.nmpc.solvers.descent import descend
 from gyroctl.controllers.nmpc.solvers.planner_osqp import osqp_planner
 from gyroctl.controllers.nmpc.solvers.real_time_iterations import empty_room, iterate_briefly
-from gyroctl.controllers.nmpc.solvers.side_by_side import empty_side_by_side, improve
+from gyroctl.controllers.nmpc.solvers.side_by_side import empty_side_by_side, improve, vary
 from gyroctl.plant.compiled import callback, entry_point, inlined, put, source_stamp, within
 
 FIELDS = len(Weights._fields)
@@ -54,8 +54,10 @@ step_at, pullback_at, tangent_at, beside_at = function_at(6), function_at(8), fu
 
 swept_iterations = within(iterate_briefly)
 
-PLAN = types.void(*[types.intp] * MOST, *[ROW] * 9, types.int64, types.int64)
-"""Of ``plan(step, slope, beside, start, moments, now, weights, h, k, cc, rivals, result, iterations, more)``."""
+PLAN = types.void(*[types.intp] * MOST, *[ROW] * 9, types.int64, types.int64, types.int64)
+"""Of ``plan(step, slope, beside, start, moments, now, weights, h, k, cc, rivals, result, *counts)``.
+
+The counts are iterations, more, varied, see `compiled_planner`."""
 
 
 @inlined
@@ -83,11 +85,14 @@ def _by_dense_programs(stamp: str) -> Any:
         result: Any,
         iterations: int,
         more: int,
+        varied: int,
     ) -> None:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         step, tangent, beside = step_at(step_address), tangent_at(tangent_address), beside_at(beside_address)
         problem = problem_of(start, moments, now, weights, h, k, cc.size)
         n = cc.size
+        for _ in range(varied):
+            vary(step, beside, problem, cc)
         count = 1 + (rivals.size // n if more > 0 else 0)
         room = empty_side_by_side(count, n, start.size)
         plans, turns = np.empty((count, n)), np.empty(count, np.int64)
@@ -128,6 +133,7 @@ def _by_programs(stamp: str) -> Any:
         result: Any,
         iterations: int,
         more: int,
+        varied: int,
     ) -> None:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         step, tangent = step_at(step_address), tangent_at(tangent_address)
@@ -169,6 +175,7 @@ def _by_descent(stamp: str) -> Any:
         result: Any,
         iterations: int,
         more: int,
+        varied: int,
     ) -> None:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         step, pullback = step_at(step_address), pullback_at(pullback_address)
@@ -202,7 +209,8 @@ def compiled_planner(solver: str) -> Any:
     rest is as in `Problem`. `result` (2 + rivals,) holds what the solver remembers of the plan, see `FRESH`, as its
     second number, and of each rival behind it; all are written, the cost of the plan [J] is the first. With `more` > 0
     iterations each of the `rivals`, plans one after the other, is improved as well, and changes places with `cc` where
-    it costs less: there are many local optima, and a plan that is only ever shifted stays in its own.
+    it costs less: there are many local optima, and a plan that is only ever shifted stays in its own. Before all that
+    "condensed", and it alone, replaces the plan `varied` times by the best of its variations, see `side_by_side.vary`.
     """
     return callback(TEXTS[solver](STAMP), PLAN)
 
@@ -238,13 +246,16 @@ def plan_by_address(
     result: Any,
     iterations: int,
     more: int,
+    varied: int,
 ) -> None:
     """Call a planner from Python."""
-    plan_at(address)(step, slope, beside, start, moments, now, weights, h, k, cc, rivals, result, iterations, more)
+    plan_at(address)(
+        step, slope, beside, start, moments, now, weights, h, k, cc, rivals, result, iterations, more, varied
+    )
 
 
 def planner_of(kind: Kind, solver: str) -> Callable[..., None]:
-    """Return ``plan(start, moments, now, weights, h, k, cc, rivals, result, iterations, more)`` of any solver.
+    """Return ``plan(start, moments, now, weights, h, k, cc, rivals, result, iterations, more, varied)`` of any solver.
 
     As `compiled_planner`, with the functions of the model in it, and with "osqp" among the solvers.
     """

@@ -61,6 +61,7 @@ class Numbers(NamedTuple):
     every: int  # plans from one that is begun elsewhere to the next
     retries: int  # iterations that each of them gets
     life: int  # plans for which it is kept before it is begun anew
+    varied: int  # times that a plan is varied before it is improved
     fresh_rival: float  # what a solver remembers of one that is begun elsewhere
     fallback: tuple[float, float]  # cc, cg [Nms]
     addresses: tuple[int, int, int, int, int, int]  # plan, three functions of the model, learn, clock; see `entry`
@@ -220,7 +221,9 @@ def elsewhere(kind: int, cc_max: float, plan: Any, other: Any) -> None:
 def acted(c: Numbers, w: Work, speed: float, held: float, status: int, u: Any) -> bool:
     """Apply the plan, or what stands in for it; return whether the fallback law has to act.
 
-    A plan tells the mean coupling of an interval. One that lags begins at what is `held` [Nms], so the command leads.
+    A plan tells the mean coupling of an interval. One that lags begins at what is `held` [Nms], so the command leads
+    where it is to grow. Where it is to fall, a lead would buy the mean by too little in the end, and the ring, which
+    follows within hundredths of a second, is slower than planned when the next sample comes.
     """
     numbers, counts = w.numbers, w.counts
     before = numbers[CC]
@@ -243,7 +246,7 @@ def acted(c: Numbers, w: Work, speed: float, held: float, status: int, u: Any) -
         counts[AGE] += 1
     cc = w.plan[0]
     if c.lagging > 0.0:
-        cc = min(max((cc - c.lagging * held) / (1.0 - c.lagging), 0.0), c.cc_max)
+        cc = min(max((cc - c.lagging * held) / (1.0 - c.lagging), cc), c.cc_max)
     numbers[CC], numbers[CG] = cc, cg
     u[0], u[1] = cc, cg
     return bool(status != GOOD and counts[AGE] > PATIENCE)

@@ -43,6 +43,7 @@ class Effort(NamedTuple):
     every: int = 3  # every so many plans another one is begun elsewhere
     retries: int = 2  # iterations that it gets; none is begun with 0
     rivals: int = 1  # plans begun elsewhere that are worked on side by side
+    varied: int = 0  # times that a plan is first replaced by the best of its variations, see `side_by_side.vary`
     life: int = 1  # times that each is worked on before it is begun anew: with more than one it goes along meanwhile
 
 
@@ -84,6 +85,9 @@ def check(settings: dict[str, Any], gauge: Gauge) -> None:
     solver = found.pop("solver")
     if solver not in FRESH:
         raise InputError("nmpc.solver", solver, "unknown solver", f"Choose one of {', '.join(FRESH)}")
+    if solver != "condensed" and found["varied"] > 0:
+        mend = 'Leave it out, or choose the solver "condensed"'
+        raise InputError("nmpc.varied", found["varied"], f'the solver "{solver}" varies no plans', mend)
     for name, value in found.items():
         least = "must be positive" if name in POSITIVE else "must not be negative"
         number = isinstance(value, int | float) and (math.isfinite(value) or (name == "deadline" and value > 0.0))

@@ -54,8 +54,12 @@ def empty_side_by_side(plans: int, n: int, m: int) -> Room:
     return Room(*shared, states, ahead, d, trial, each[0], each[1], each[2], each[3], chosen, status)
 
 
-def _compiled(stamp: str) -> tuple[Callable[..., None], Callable[..., None]]:
-    """Compile both; the stamp makes the cache forget code whose parts have changed."""
+HELD, FREE = (1, 2, 4), (1, 3)
+"""Intervals for which a variation of a plan begins with all the coupling, and with none."""
+
+
+def _compiled(stamp: str) -> tuple[Callable[..., None], Callable[..., None], Callable[..., None]]:
+    """Compile all; the stamp makes the cache forget code whose parts have changed."""
     linearised, solved = within(linearise), within(solve)
 
     @part()
@@ -156,7 +160,37 @@ def _compiled(stamp: str) -> tuple[Callable[..., None], Callable[..., None]]:
             for l in range(going):
                 proximal[r.chosen[l]] = min(9.0 * proximal[r.chosen[l]], PROXIMAL_MAX)
 
-    return predict_all, improve
+    @part()
+    def vary(step: Any, beside: Any, problem: Any, cc: Any) -> None:
+        """Replace the plan `cc` (n,) [Nms] by the best of its variations where one costs less.
+
+        They begin with all the coupling or none, or switch a control interval sooner or later: what a slope does not
+        tell, since close to pull-out the cost has many valleys side by side.
+        """
+        assert stamp
+        n = cc.size
+        plans, room = np.empty((BESIDE, n)), np.empty(BESIDE * (problem.start.size + 2))
+        states, costs = np.empty((BESIDE, STEPS * n + 1, problem.start.size)), np.empty(BESIDE)
+        for p in range(BESIDE):
+            for i in range(n):
+                plans[p, i] = cc[i]
+        for j in range(len(HELD)):
+            for i in range(HELD[j]):
+                plans[1 + j, i] = problem.cc_max
+        for j in range(len(FREE)):
+            for i in range(FREE[j]):
+                plans[1 + len(HELD) + j, i] = 0.0
+        for i in range(n - 1):
+            plans[BESIDE - 2, i] = cc[i + 1]
+            plans[BESIDE - 1, i + 1] = cc[i]
+        predict_all(step, beside, problem, plans, np.arange(BESIDE), BESIDE, room, states, costs)
+        best = 0
+        for p in range(1, BESIDE):
+            if costs[p] < costs[best]:
+                best = p
+        put(plans[best], cc)
+
+    return predict_all, improve, vary
 
 
-predict_all, improve = _compiled(source_stamp(solvers.SOURCES))
+predict_all, improve, vary = _compiled(source_stamp(solvers.SOURCES))
