@@ -119,23 +119,11 @@ def test_planner_varies_a_plan_as_often_as_it_is_told() -> None:
         expected, found, result = plan.copy(), plan.copy(), np.array([0.0, 100.0])
         for _ in range(times):
             vary(STEP, SIDE, problem, expected)
-        planner(
-            problem.start,
-            moments,
-            now,
-            np.array(problem.weights),
-            problem.h,
-            problem.k,
-            found,
-            np.empty(0),
-            result,
-            0,
-            0,
-            times,
-        )
+        given = problem.start, moments, now, np.array(problem.weights), problem.h, problem.k
+        planner(*given, found, np.empty(0), result, 0, 0, times)
         assert np.array_equal(found, expected)
 
 
 def test_solver_that_varies_no_plans_says_so() -> None:
-    with pytest.raises(InputError, match="nmpc.varied = 2.*riccati.*condensed"):
+    with pytest.raises(InputError, match=r"nmpc\.varied = 2.*riccati.*condensed"):
         gy.law("nmpc", solver="riccati", varied=2)
