@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from gyroctl.errors import InputError, in_words
 from gyroctl.provenance import made
 from gyroctl.reports.wording import seed_ranges
-from gyroctl.studies.evaluation import gauge
+from gyroctl.studies.evaluation import gauge, price
 from gyroctl.studies.evaluation.information import information_table
 from gyroctl.studies.evaluation.offdesign import offdesign_table
 from gyroctl.studies.evaluation.physics import DURATION, LAWS, SEEDS, physics_table
@@ -31,6 +31,7 @@ TABLES: dict[str, Table] = {
     "information": information_table,
     "robustness": robustness_table,
     "physics": physics_table,
+    "price": price.price_table,
     "faults": faults_table,
     "gauge": gauge.gauge_table,
 }
@@ -45,12 +46,14 @@ TITLES = {
     "information": "The price of information",
     "robustness": "Devices that differ from the design",
     "physics": "The laws in real water",
+    "price": "The price list of real water",
     "faults": "Faults and other devices in real water",
     "gauge": "What a wave gauge up-wave is worth",
 }
 
 USUAL = {
     "physics": (LAWS, SEEDS, DURATION),
+    "price": ("nmpc", price.SEEDS, price.DURATION),
     "faults": ("nmpc[plant=realistic],coupling,load_angle", ("1:8",), 400.0),
     "gauge": ("nmpc", gauge.SEEDS, gauge.DURATION),
 }
