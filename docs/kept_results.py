@@ -131,6 +131,12 @@ def _physics(report: Mapping[str, Any]) -> dict[str, Any]:
     return {**_asked(report), **told, "orders": orders, "cases": cases}
 
 
+def _price(report: Mapping[str, Any]) -> dict[str, Any]:
+    own = ("group", "step", "sets", "before", "change", "seen", "cv_change", "p_holm", "words", "without_reversal")
+    steps = [{**_only(step, own), **_only(step, ROW)} for step in report["steps"]]
+    return {**_asked(report), **_only(report, ("gamma", "pair", "totals")), "steps": steps}
+
+
 def _bound(report: Mapping[str, Any]) -> dict[str, Any]:
     windows = [
         {
@@ -174,6 +180,7 @@ KEEPERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
     "information": _information,
     "gauge": _gauge,
     "physics": _physics,
+    "price": _price,
     "bound": _bound,
     "margins": _margins,
     "statements": _all,

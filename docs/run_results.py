@@ -84,6 +84,12 @@ RUNS = {
         "physics.json",
         "55 min",
     ),
+    "price": Run(
+        "gyroctl evaluate price",
+        "gyroctl evaluate price --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
+        "price.json",
+        "not measured",
+    ),
     "gauge": Run(
         "gyroctl evaluate gauge --seeds 100000:100003 --duration 400 --allow-tuning-seeds",
         "gyroctl evaluate gauge --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
