@@ -45,7 +45,7 @@ def evaluate(
         bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a table judges nothing.")
     ] = False,
 ) -> None:
-    """Judge laws on spent or reserve realisations: seas, off design, information, devices, water, price, faults, gauge."""
+    """Judge laws on spent or reserve realisations: seas, off design, information, devices, water, its price, gauge."""
     from gyroctl.studies.evaluation import evaluate_tables, request
 
     chosen, say = seeds or (), partial(typer.echo, err=True)

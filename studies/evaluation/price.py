@@ -104,9 +104,10 @@ def price_table(
     failed: dict[str, str] = {}
     for i, water in enumerate(chain):
         ask.say(f"price: {water.name} ({i + 1} of {len(chain)})")
-        case, last = Case(water.name, water.plant(), sea, water.settings(ask.settings)), i + 1 == len(chain)
+        last = i + 1 == len(chain)
         laws = [choice.entrant(ask.planner) for choice in (*wanted, *told)] if last else []
         try:
+            case = Case(water.name, water.plant(), sea, water.settings(ask.settings))
             outcome = run_case(case, [pair, plain, *laws], ask)
         except InputError as error:
             if i == 0 or last:  # the ends are what the others are told by
