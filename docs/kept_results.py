@@ -113,7 +113,8 @@ def _robustness(report: Mapping[str, Any]) -> dict[str, Any]:
 
 def _information(report: Mapping[str, Any]) -> dict[str, Any]:
     levels = {level: _only(row, ROW) for level, row in report["levels"].items()}
-    return {**_asked(report), "gamma": report["gamma"], "levels": levels, "differences": report["differences"]}
+    told = _only(report, ("gamma", "water", "differences"))
+    return {**_asked(report), **told, "levels": levels}
 
 
 def _gauge(report: Mapping[str, Any]) -> dict[str, Any]:
