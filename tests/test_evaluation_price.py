@@ -307,16 +307,3 @@ def test_tuning_seeds_are_refused(tmp_path: Path) -> None:
     found = CliRunner().invoke(app, told)
     assert found.exit_code != 0 and "kept for tuning" in f"{found.output} {found.exception}"
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.slow
-def test_planner_wins_back_in_the_water_what_it_lost_there(tmp_path: Path) -> None:
-    ask = request(tmp_path, seeds=["100000:100001"], duration=260.0, allow_tuning_seeds=True, quiet=True)
-    content, text, figure = price_table(ask, (waters()[0], waters()[-1]))
-    steps = {step["step"]: step for step in content["steps"]}
-    assert list(steps) == [LINEAR, waters()[-1].name, *price_steps.CHOICES, price_steps.ORACLE]
-    whole = content["totals"]
-    assert whole[WATER]["change"].value < -5.0 and whole[LAW]["change"].value > 3.0
-    assert whole[TOLD]["change"].value > 0.0 and whole["in all"]["change"].value < 0.0
-    assert steps[price_steps.ORACLE]["information"] == "oracle"
-    assert steps[price_steps.TOLD]["locked"] == 2 and "perfect preview" in text and len(figure.axes) == 3
