@@ -85,7 +85,8 @@ def information_table(ask: Request, gamma: float = 5.0, water: Water = WATERS[0]
     differences = markdown_table(headings, worth, 2)
     told = "" if water.name == LINEAR else f"{IN_WATER}\n\n"
     text = f"{told}{table}\n\n## Worth of information, paired on the same realisations\n\n{differences}"
-    return content, text, draw_information(found, ask.record())
+    title = "The price of information" + ("" if water.name == LINEAR else " in real water")
+    return content, text, draw_information(found, ask.record(), title)
 
 
 def prices(outcome: Outcome, labels: dict[str, str]) -> list[dict[str, Any]]:
