@@ -113,7 +113,8 @@ def _robustness(report: Mapping[str, Any]) -> dict[str, Any]:
 
 def _information(report: Mapping[str, Any]) -> dict[str, Any]:
     levels = {level: _only(row, ROW) for level, row in report["levels"].items()}
-    return {**_asked(report), "gamma": report["gamma"], "levels": levels, "differences": report["differences"]}
+    told = _only(report, ("gamma", "water", "differences"))
+    return {**_asked(report), **told, "levels": levels}
 
 
 def _gauge(report: Mapping[str, Any]) -> dict[str, Any]:
@@ -129,6 +130,12 @@ def _physics(report: Mapping[str, Any]) -> dict[str, Any]:
     orders = {case: _only(order, ("words", "holding")) for case, order in report["orders"].items()}
     told = {**_only(report, ("gamma", "pair", "waters")), "sentences": report["answer"]["sentences"]}
     return {**_asked(report), **told, "orders": orders, "cases": cases}
+
+
+def _price(report: Mapping[str, Any]) -> dict[str, Any]:
+    own = ("group", "step", "sets", "before", "change", "seen", "cv_change", "p_holm", "words", "without_reversal")
+    steps = [{**_only(step, own), **_only(step, ROW)} for step in report["steps"]]
+    return {**_asked(report), **_only(report, ("gamma", "pair", "totals")), "steps": steps}
 
 
 def _bound(report: Mapping[str, Any]) -> dict[str, Any]:
@@ -174,6 +181,7 @@ KEEPERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
     "information": _information,
     "gauge": _gauge,
     "physics": _physics,
+    "price": _price,
     "bound": _bound,
     "margins": _margins,
     "statements": _all,

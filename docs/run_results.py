@@ -78,11 +78,23 @@ RUNS = {
         "information.json",
         "1 h",
     ),
+    "information_real": Run(
+        "gyroctl evaluate information_real",
+        "gyroctl evaluate information_real --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
+        "information_real.json",
+        "not measured",
+    ),
     "physics": Run(
         "gyroctl evaluate physics",
         "gyroctl evaluate physics --laws coupling,load_angle --seeds 1:4 --duration 300",
         "physics.json",
         "55 min",
+    ),
+    "price": Run(
+        "gyroctl evaluate price",
+        "gyroctl evaluate price --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
+        "price.json",
+        "not measured",
     ),
     "gauge": Run(
         "gyroctl evaluate gauge --seeds 100000:100003 --duration 400 --allow-tuning-seeds",

@@ -13,14 +13,16 @@ from typer.testing import CliRunner
 import gyroctl as gy
 from gyroctl.cli.app import app
 from gyroctl.comparison import execution
+from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings, lead_in, run_law
-from gyroctl.studies.evaluation import Request, offdesign, request, seas
+from gyroctl.studies.evaluation import Request, information, offdesign, request, seas
 from gyroctl.studies.evaluation.cases import Case, run_case
 from gyroctl.studies.evaluation.draw import _styles
-from gyroctl.studies.evaluation.entrants import pair, reference
-from gyroctl.studies.evaluation.information import information_table
+from gyroctl.studies.evaluation.entrants import Entrant, pair, reference
+from gyroctl.studies.evaluation.information import REALISTIC, information_table, levels
 from gyroctl.studies.evaluation.offdesign import OffSea, found_pair, off_seas, offdesign_table
 from gyroctl.studies.evaluation.perturbed_devices import NOMINAL, truths
+from gyroctl.studies.evaluation.real_water import Water
 from gyroctl.studies.evaluation.report import evaluate_tables
 from gyroctl.studies.evaluation.robustness import robustness_table
 from gyroctl.tuning.best_pair import searching
@@ -121,6 +123,44 @@ def test_price_of_information_on_a_stand_in(tmp_path: Path) -> None:
     assert step["difference"].value == pytest.approx(powers[1] - powers[2])
     assert {(s["more"], s["less"]) for s in content["differences"]} >= {("oracle", "none"), ("sensors", "none")}
     assert "no interval from 2 realisations" in text
+
+
+def test_levels_in_real_water_differ_in_what_is_seen_alone() -> None:
+    """One law, which plans with that water and is told of its lag; the linear levels are as they ship."""
+    built: dict[str, Any] = {name: one.build() for name, one in levels("nmpc", REALISTIC).items() if name != "none"}
+    leads = [f"forecast {lead} s" for lead in (4, 2, 1, 0)]
+    assert list(built) == ["oracle", *leads, "gauge at 10 m", "sensors"]
+    assert [built[name].preview for name in leads] == [4.0, 2.0, 1.0, 0.0]
+    assert built["gauge at 10 m"].gauge.distance == 10.0
+    final = describe(gy.law("nmpc", plant="realistic", lag=REALISTIC.lag))
+    for law in built.values():
+        differing = {key for key, value in describe(law).items() if value != final[key]}
+        assert differing <= {"information", "lead"}
+    linear: dict[str, Any] = {name: one.build() for name, one in levels("nmpc").items() if name != "none"}
+    assert list(linear) == ["oracle", *leads, "sensors"]
+    assert describe(linear["sensors"]) == describe(gy.law("nmpc"))
+
+
+def test_information_in_real_water_is_run_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With its lag, beside the pair of the linear device; the stand-in knows no more with its design model."""
+    met: list[Case] = []
+    kept = information.run_case
+
+    def noted(case: Case, entrants: Any, ask: Request) -> Any:
+        met.append(case)
+        return kept(case, entrants, ask)
+
+    monkeypatch.setattr(information, "run_case", noted)
+    monkeypatch.setattr(information, "levels", lambda *_: {"sensors": Entrant("a", "constant"), "none": reference()})
+    water = Water("drag, lagging", {"drag": 1.0}, 0.05)
+    content, text, _ = information_table(asked(tmp_path), water=water)
+    assert met[0].truth.parameters == gy.zhang2017(drag=1.0).parameters and met[0].settings.actuators.cc_lag == 0.05
+    assert content["water"] == {"choices": {"drag": 1.0}, "lag_s": 0.05}
+    assert information.IN_WATER in text
+    linear, _, _ = information_table(asked(tmp_path))
+    assert linear["water"] == {"choices": {}, "lag_s": 0.0}
+    one, other = (each["levels"]["sensors"]["power"].value for each in (content, linear))
+    assert one != other
 
 
 def test_offdesign_stands_beside_the_pair_of_that_sea(tmp_path: Path) -> None:

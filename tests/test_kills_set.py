@@ -26,6 +26,7 @@ ROOMS = {
     "order",
     "physics",
     "planner",
+    "price",
     "real_water",
     "rows",
     "simulation",

@@ -104,9 +104,9 @@ def devices(name: str) -> str:
     )
 
 
-def information() -> str:
+def information(kept: str) -> str:
     """Levels of information, and what each is worth."""
-    found = result("information")
+    found = result(kept)
     levels = [[name, *full(row)] for name, row in found["levels"].items()]
     worth = [
         [step["less"], step["more"], f"{ranged(step['difference'])} W", str(step["pairs"]), step["words"]]
@@ -117,7 +117,7 @@ def information() -> str:
             table(("information", *FULL), levels),
             table(("less", "more", "worth", "pairs", "in words"), worth, 5),
             f"Runs of {found['request']['duration_s']:g} s. {failures(found)}",
-            caption("information"),
+            caption(kept),
         ]
     )
 
@@ -174,7 +174,8 @@ def devices_page(name: str, title: str) -> str:
 BLOCKS: Mapping[str, Callable[[], str]] = {
     "offdesign": offdesign,
     "robustness": partial(devices, "robustness"),
-    "information": information,
+    "information": partial(information, "information"),
+    "information-real": partial(information, "information_real"),
     "gauge": gauge,
 }
 

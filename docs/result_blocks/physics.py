@@ -1,4 +1,4 @@
-"""Blocks from the table of the laws in real water, and this table in full, as a page."""
+"""Blocks from the tables of the laws in real water and of its price; and the former in full, as a page."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from gyroctl.reports.wording import number, percent
+from gyroctl.studies.evaluation.price import HEADINGS as PRICE
+from gyroctl.studies.evaluation.price import MEANT, setting
 from result_blocks.source import FULL, Row, caption, failures, full, law, ranged, result, seen, states, table
 
 GLANCE = "mean power [W] / CV / runs that held lock / 98 % of φ1 [rad]"
@@ -48,6 +50,32 @@ def physics_page() -> str:
     return "\n\n".join([*text, caption("physics")])
 
 
+def price() -> str:
+    """What the water takes and what the law wins back, step by step."""
+    found, text = result("price"), ["![The price list of real water](price.png)"]
+    for group in dict.fromkeys(step["group"] for step in found["steps"]):
+        rows = [_step(step) for step in found["steps"] if step["group"] == group]
+        text += [f"**{group.capitalize()}**", table(PRICE, rows, 2)]
+    whole = [
+        [name, f"{one['from']} → {one['to']}", ranged(one["change"]), ranged(one["seen"])]
+        for name, one in found["totals"].items()
+    ]
+    text.append(table(("group", "from and to", *PRICE[3:5]), whole, 2))
+    seeds = states(found["seed_states"])
+    text.append(f"{MEANT} Runs of {found['request']['duration_s']:g} s; seeds {seeds}. {failures(found)}")
+    return "\n\n".join([*text, caption("price")])
+
+
+def _step(step: Row) -> list[str]:
+    told = "" if step["change"] is None else number(step["p_holm"], 2)
+    changes = [ranged(step["change"]), ranged(step["seen"]), told]
+    return [
+        *(step["step"], f"`{setting(step['sets'])}`", ranged(step["power"]), *changes),
+        *(ranged(step["cv"], 2), ranged(step["cv_change"], 2), f"{step['locked']} of {step['runs']}"),
+        *(f"{step['without_reversal']} of {step['runs']}", number(step["phi1_p98"], 2)),
+    ]
+
+
 def _by_law(found: Mapping[str, Any]) -> dict[str, dict[str, Row]]:
     return {name: {row["law"]: row for row in rows} for name, rows in found["cases"].items()}
 
@@ -84,7 +112,7 @@ def _told(water: Mapping[str, Any]) -> str:
     return ", ".join(told) or "Nothing beyond the linear model."
 
 
-BLOCKS: Mapping[str, Callable[[], str]] = {"physics": physics}
+BLOCKS: Mapping[str, Callable[[], str]] = {"physics": physics, "price": price}
 
 PAGES: Mapping[str, Callable[[], str]] = {"docs/results/physics.md": physics_page}
 """Pages that are written whole."""

@@ -79,6 +79,18 @@ def _physics() -> Figure:
     return draw_physics(tables, found["request"])
 
 
+def _price() -> Figure:
+    from gyroctl.studies.evaluation.draw_price import draw_price
+
+    found = result("price")
+    estimates = ("power", "cv", "change", "seen")
+    steps = [
+        {**step, **{name: None if step[name] is None else _estimate(step[name]) for name in estimates}}
+        for step in found["steps"]
+    ]
+    return draw_price(steps, found["request"])
+
+
 def _gauge() -> Figure:
     from gyroctl.studies.evaluation.draw_gauge import draw_gauge
 
@@ -131,6 +143,7 @@ def _water() -> Figure:
 PICTURES: Mapping[str, Picture] = {
     "docs/seas.png": Picture("docs/results/seas.json", _seas),
     "docs/physics.png": Picture("docs/results/physics.json", _physics),
+    "docs/price.png": Picture("docs/results/price.json", _price),
     "docs/gauge.png": Picture("docs/results/gauge.json", _gauge),
     "docs/forecast.png": Picture("docs/results/forecast.json", _forecast),
     "docs/margins_water.png": Picture("docs/results/margins_water.json", _water),

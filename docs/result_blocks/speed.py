@@ -41,7 +41,7 @@ def asked() -> str:
             one["figure"],
             f"{number(one['value'], 3)} {one['unit']}".strip() if one["value"] is not None else "not measured",
             f"{one['asked']} {one['bar']:g}",
-            "met" if one["met"] else "**not met**",
+            "" if one["value"] is None else "met" if one["met"] else "**not met**",
         ]
         for one in found["figures"]
     ]

@@ -16,7 +16,8 @@ def evaluate(
         list[str] | None,
         typer.Argument(
             metavar="[TABLE ...]",
-            help="seas, offdesign, information, robustness, physics, faults, gauge; all without any.",
+            help="seas, offdesign, information, information_real, robustness, physics, price, faults, gauge; "
+            "all without any.",
         ),
     ] = None,
     laws: Annotated[
@@ -29,12 +30,16 @@ def evaluate(
     seeds: Annotated[
         list[str] | None,
         typer.Option(
-            help="Realisations, 1:64 by default, in physics 1:16 and nmpc=1:8, in faults 1:8; nmpc=1:16 for one law, "
-            "'@gamma 5=1:8' in one case. May repeat."
+            help="Realisations, 1:64 by default, in physics 1:16 and nmpc=1:8, in price 1:16, in faults, gauge "
+            "and information_real 1:8; nmpc=1:16 for one law, '@gamma 5=1:8' in one case. May repeat."
         ),
     ] = None,
     duration: Annotated[
-        float | None, typer.Option(help="Length of the runs [s], 2000 by default, in physics 600, in faults 400.")
+        float | None,
+        typer.Option(
+            help="Length of the runs [s], 2000 by default, in physics and gauge 600, in price "
+            "and information_real 500, in faults 400."
+        ),
     ] = None,
     workers: Workers = 0,
     out: Annotated[Path, typer.Option(help="Folder for tables, figures and runs.")] = Path("results/evaluation"),
@@ -44,7 +49,7 @@ def evaluate(
         bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a table judges nothing.")
     ] = False,
 ) -> None:
-    """Judge laws on spent or reserve realisations: seas, off the design, information, devices, water, faults, gauge."""
+    """Judge laws on spent or reserve realisations: seas, off design, information, devices, water, its price, gauge."""
     from gyroctl.studies.evaluation import evaluate_tables, request
 
     chosen, say = seeds or (), partial(typer.echo, err=True)

@@ -48,11 +48,13 @@ def draw_seas(tables: Mapping[float, Sequence[Row]], asked: Mapping[str, Any]) -
     return figure
 
 
-def draw_information(levels: Mapping[str, Row], asked: Mapping[str, Any]) -> Figure:
+def draw_information(
+    levels: Mapping[str, Row], asked: Mapping[str, Any], title: str = "The price of information"
+) -> Figure:
     """Power and CV over what is known of the waves."""
-    figure, axes = sheet(1, 2, (10.0, 4.6), "The price of information", note(asked))
+    figure, axes = sheet(1, 2, (10.0, 4.6), title, note(asked))
     rows = list(levels.values())
-    for axis, title, unit, estimates in (
+    for axis, heading, unit, estimates in (
         (axes[0], "Mean power", "mean power [W]", [row.power for row in rows]),
         (axes[1], "Smoothness", "CV of power", [row.cv for row in rows]),
     ):
@@ -61,7 +63,7 @@ def draw_information(levels: Mapping[str, Row], asked: Mapping[str, Any]) -> Fig
             _point(axis, place, estimate, style, _kept(row), "")
         axis.set_xticks(range(len(levels)), list(levels), rotation=20, ha="right")
         axis.set_ylim(bottom=0.0)
-        label(axis, title, "", unit)
+        label(axis, heading, "", unit)
     return figure
 
 

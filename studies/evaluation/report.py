@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.errors import InputError, in_words
 from gyroctl.provenance import made
 from gyroctl.reports.wording import seed_ranges
-from gyroctl.studies.evaluation import gauge
-from gyroctl.studies.evaluation.information import information_table
+from gyroctl.studies.evaluation import gauge, information, price
 from gyroctl.studies.evaluation.offdesign import offdesign_table
 from gyroctl.studies.evaluation.physics import DURATION, LAWS, SEEDS, physics_table
 from gyroctl.studies.evaluation.request import Request
@@ -28,9 +28,11 @@ Table = Callable[[Request], tuple[dict[str, Any], str, "Figure"]]
 TABLES: dict[str, Table] = {
     "seas": seas_table,
     "offdesign": offdesign_table,
-    "information": information_table,
+    "information": information.information_table,
+    "information_real": partial(information.information_table, water=information.REALISTIC),
     "robustness": robustness_table,
     "physics": physics_table,
+    "price": price.price_table,
     "faults": faults_table,
     "gauge": gauge.gauge_table,
 }
@@ -43,14 +45,18 @@ TITLES = {
     "seas": "All laws in three seas",
     "offdesign": "Off the design, same parameters",
     "information": "The price of information",
+    "information_real": "The price of information in real water",
     "robustness": "Devices that differ from the design",
     "physics": "The laws in real water",
+    "price": "The price list of real water",
     "faults": "Faults and other devices in real water",
     "gauge": "What a wave gauge up-wave is worth",
 }
 
 USUAL = {
     "physics": (LAWS, SEEDS, DURATION),
+    "information_real": ("nmpc", information.SEEDS, information.DURATION),
+    "price": ("nmpc", price.SEEDS, price.DURATION),
     "faults": ("nmpc[plant=realistic],coupling,load_angle", ("1:8",), 400.0),
     "gauge": ("nmpc", gauge.SEEDS, gauge.DURATION),
 }
