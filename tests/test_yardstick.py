@@ -22,8 +22,9 @@ from gyroctl.harness.yardstick import BASELINE, Yardstick, shipped_pairs
 from gyroctl.reports import evaluate, judge, summarise
 from gyroctl.tuning import best_pair as pairs
 from gyroctl.tuning import yardstick
-from gyroctl.tuning.best_pair import BestPair, as_it_acts, first_grid, searching
+from gyroctl.tuning.best_pair import BestPair, first_grid, searching
 from gyroctl.tuning.goal import Goal
+from gyroctl.tuning.pair_means import as_it_acts
 from gyroctl.tuning.yardstick import Search, find_yardstick, unsearched
 
 SEA = gy.SeaState()

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from gyroctl.errors import InputError, in_words
 from gyroctl.provenance import made
 from gyroctl.reports.wording import seed_ranges
-from gyroctl.studies.evaluation import gauge
+from gyroctl.studies.evaluation import gauge, real
 from gyroctl.studies.evaluation.information import information_table
 from gyroctl.studies.evaluation.offdesign import offdesign_table
 from gyroctl.studies.evaluation.physics import DURATION, LAWS, SEEDS, physics_table
@@ -33,6 +33,7 @@ TABLES: dict[str, Table] = {
     "physics": physics_table,
     "faults": faults_table,
     "gauge": gauge.gauge_table,
+    "real": real.real_table,
 }
 """Tables by name."""
 
@@ -47,12 +48,14 @@ TITLES = {
     "physics": "The laws in real water",
     "faults": "Faults and other devices in real water",
     "gauge": "What a wave gauge up-wave is worth",
+    "real": "Laws in real water, each with its set for it",
 }
 
 USUAL = {
     "physics": (LAWS, SEEDS, DURATION),
     "faults": ("nmpc[plant=realistic],coupling,load_angle", ("1:8",), 400.0),
     "gauge": ("nmpc", gauge.SEEDS, gauge.DURATION),
+    "real": (real.LAWS, real.SEEDS, real.DURATION),
 }
 """Laws, seeds and length [s] of a table that has its own, where they are not asked for."""
 
