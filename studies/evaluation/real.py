@@ -10,11 +10,12 @@ from gyroctl.errors import InputError
 from gyroctl.harness.registry import describe
 from gyroctl.harness.yardstick import Yardstick
 from gyroctl.reports.layout import REFERENCE
-from gyroctl.reports.wording import number, percent
+from gyroctl.reports.wording import number
+from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation.cases import Case
 from gyroctl.studies.evaluation.entrants import Entrant, in_real_water, pair, set_in_words
 from gyroctl.studies.evaluation.real_lines import Line, lines_of
-from gyroctl.studies.evaluation.real_targets import TARGETS, Answer, answers
+from gyroctl.studies.evaluation.real_targets import OPEN, TARGETS, Answer, answers
 from gyroctl.studies.evaluation.real_water import REALISTIC, Water
 from gyroctl.studies.evaluation.real_water import in_words as water_in_words
 from gyroctl.studies.evaluation.request import Request
@@ -42,9 +43,11 @@ OWN = {
 }
 """Headings and what stands below them, see `real_lines.Line`."""
 
+BEYOND = "beyond validity [% of the time]"
+
 HEADINGS = (
     *("law", "sees", "set", "power [W]", "of best constant", "less best constant [W]", "CV of power"),
-    *("locked", "P(lock)", "in step", "P(in step)", *OWN, "beyond validity"),
+    *("locked", "P(lock)", "in step", "P(in step)", *OWN, BEYOND),
 )
 
 
@@ -132,6 +135,11 @@ VERDICTS = (
 )
 
 
+def verdict_in_words(verdict: str, sure: bool) -> str:
+    """Say a verdict, and whether its interval leaves a doubt."""
+    return verdict if sure or verdict == OPEN else f"{verdict} (unsure)"
+
+
 def target_lines(answered: Sequence[Answer]) -> list[list[str]]:
     """Lines of the table of targets, one a demand."""
     return [
@@ -142,11 +150,16 @@ def target_lines(answered: Sequence[Answer]) -> list[list[str]]:
             finding.demand.measure,
             finding.demand.words,
             with_interval(finding.found) if finding.found else "–",
-            finding.verdict if finding.sure or finding.verdict == "open" else f"{finding.verdict} (unsure)",
+            verdict_in_words(finding.verdict, finding.sure),
         ]
         for one in answered
         for finding in one.findings
     ]
+
+
+def in_percent(share: Estimate) -> Estimate:
+    """A share as a percentage."""
+    return Estimate(100.0 * share.value, 100.0 * share.low, 100.0 * share.high, share.note)
 
 
 def _key(gamma: float) -> str:
@@ -154,13 +167,12 @@ def _key(gamma: float) -> str:
 
 
 def _cells(line: Line, sets: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
-    row, (share, low, high) = line.row, (100.0 * value for value in line.beyond[:3])
-    own = {heading: with_interval(getattr(line, name), 3) for heading, name in OWN.items()}
+    row, own = line.row, {heading: with_interval(getattr(line, name)) for heading, name in OWN.items()}
     return {
         **cells(row),
         **own,
         "set": "searched in real water" if row.law == REFERENCE else sets[row.law]["words"],
         "CV of power": with_interval(row.cv, 2),
         "P(in step)": f"{row.step.low:.3f}–{row.step.high:.3f}",
-        "beyond validity": f"{percent(share)} ({number(low, 2)} to {number(high, 2)})",
+        BEYOND: with_interval(in_percent(line.beyond), 2),
     }
