@@ -252,6 +252,16 @@ def test_one_simple_law_is_to_keep_all_demands_at_once() -> None:
     assert {one.law for one in again.values()} == {"better"} and {one.verdict for one in again.values()} == {"met"}
 
 
+def test_nearest_law_is_that_of_the_smallest_gaps() -> None:
+    """By hand: 0.9 W of 4.5 are a fifth, and so are 0.198 of 0.99; a law of more power that is never in step is far."""
+    near = made("near", "simple", power=sure(3.6), step=sure(0.792))
+    far = made("far", "simple", power=sure(6.0), step=sure(0.0), cv=sure(0.9))
+    target = next(one for one in TARGETS if one.name == "a simple law, most power")
+    assert (target.shortfall(near), target.shortfall(far)) == (pytest.approx(0.4), pytest.approx(1.0))
+    assert answer(target, [far, near]).law == "near"
+    assert [one.verdict for one in answer(target, [far, near]).findings] == ["not met", "met", "not met", "met"]
+
+
 def test_corner_of_the_figure_is_what_a_target_asks_for() -> None:
     constant = made("best_constant", "constant", power=sure(1.5))
     corners = {(one.name, one.gamma): corner(one, [constant]) for one in TARGETS}
@@ -270,6 +280,31 @@ def blocks_of(content: dict[str, Any], ask: Request, monkeypatch: pytest.MonkeyP
 
 
 # --- the whole table ------------------------------------------------------------------------------------------------
+
+
+def test_case_is_the_realistic_device_with_a_coupling_that_lags(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And what a law is run on is no object that a law holds."""
+    met: list[Case] = []
+
+    def ran(case: Case, entrants: Any, ask: Request) -> Outcome:
+        met.append(case)
+        assert [one.tuning for one in entrants] == ["all", "real"]
+        return outcome(runs("best_constant"), runs("nmpc", mean_power=12.0, power_cv=0.1))
+
+    monkeypatch.setattr("gyroctl.studies.evaluation.seas.run_case", ran)
+    monkeypatch.setattr(real, "find_real_yardstick", lambda *_: Yardstick(0.06, 4e-4, True, "planted"))
+    ask = request(tmp_path, "nmpc", ("100000:100007",), 230.0, 1, allow_tuning_seeds=True, quiet=True)
+    content, _, _ = real.real_table(ask)
+    assert [case.name for case in met] == ["gamma 1", "gamma 5", "gamma 50"]
+    for case, gamma in zip(met, (1.0, 5.0, 50.0), strict=True):
+        assert case.truth.coefficients == gy.zhang2017("realistic").coefficients and case.sea == gy.SeaState(
+            gamma=gamma
+        )
+        assert case.settings.actuators.cc_lag == 0.02 and case.settings.sensors == gy.Settings().sensors
+    law = content["seas"]["gamma50"][0]
+    assert (law["law"], law["ratio"].value, law["difference"].value) == ("nmpc", 6.0, 10.0)
 
 
 def test_table_runs_its_seas_with_the_pair_of_each(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

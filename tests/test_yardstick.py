@@ -136,6 +136,22 @@ def test_pair_of_real_water_is_searched_as_laws_are_tuned_there(searches: list[A
         find_real_yardstick(gy.SeaState(hs=0.3))
 
 
+def test_pairs_of_real_water_are_none_of_the_linear_plant(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though they are listed with them: the nearest pair to a sea is a linear one, for both who ask."""
+    sets = yardstick.tuned_sets("constant")
+    linear = {name: entry for name, entry in sets.items() if not name.startswith(REAL)}
+    planted = {f"{REAL}-{name}": {**entry, "parameters": {"cc": 0.1, "cg": 1e-5}} for name, entry in linear.items()}
+    # those of real water first: the order of the sets must not matter
+    monkeypatch.setattr(yardstick, "tuned_sets", lambda name: {**planted, **linear})
+    monkeypatch.setattr("gyroctl.controllers.rule_based.constant.shipped", lambda name: {**planted, **linear})
+    for gamma in (1.0, 5.0, 50.0):
+        expected = linear[f"gamma{gamma:g}"]["parameters"]
+        found = unsearched(gy.SeaState(gamma=gamma), "x")
+        assert {"cc": found.cc, "cg": found.cg} == expected
+        law: Any = gy.law("best_constant", gamma=gamma)
+        assert {"cc": law.cc, "cg": law.cg} == expected
+
+
 def test_pairs_of_real_water_ship_with_the_key_of_their_search(searches: list[Any]) -> None:
     """And are no pairs of the linear plant; else: gyroctl tune constant --water real --for .. --budget 4e5 --ship."""
     shipped = {name: pair for name, pair in shipped_pairs().items() if name.startswith(REAL)}
