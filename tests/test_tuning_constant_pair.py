@@ -59,6 +59,7 @@ def test_small_budget_takes_every_other_value_of_the_first_grid(device: gy.Plant
                 best_pair(device, gy.SeaState(), budget, range(100128, 100132), None, lengths=lengths, quiet=True)
 
 
+@pytest.mark.slow
 def test_pair_whose_contact_may_slip_is_judged_as_a_law_is(device: gy.Plant) -> None:
     """By the plain run of `constant`: turns and reversals stand beside the rest, in the order of the pairs."""
     slipping = gy.zhang2017(drag=0.5, contact="friction", traction=0.6)
