@@ -125,6 +125,13 @@ def _gauge(report: Mapping[str, Any]) -> dict[str, Any]:
     return {**_asked(report), **_only(report, ("gamma", "gauge", "judged", "bar")), "cases": cases}
 
 
+def _real(report: Mapping[str, Any]) -> dict[str, Any]:
+    own = ("difference", "forward", "single", "phi1_less", "turns", "slips", "reversals", "phi1", "phi3", "beyond")
+    seas = {sea: [{**_only(line, ROW), **_only(line, own)} for line in lines] for sea, lines in report["seas"].items()}
+    told = _only(report, ("water", "pairs", "sets", "targets"))
+    return {**_asked(report), **told, "seas": seas}
+
+
 def _physics(report: Mapping[str, Any]) -> dict[str, Any]:
     cases = {case: [_only(row, ROW) for row in rows] for case, rows in report["cases"].items()}
     orders = {case: _only(order, ("words", "holding")) for case, order in report["orders"].items()}
@@ -180,6 +187,7 @@ KEEPERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
     "faults": _robustness,
     "information": _information,
     "gauge": _gauge,
+    "real": _real,
     "physics": _physics,
     "price": _price,
     "bound": _bound,

@@ -102,6 +102,13 @@ RUNS = {
         "gauge.json",
         "25 min",
     ),
+    "real": Run(
+        'gyroctl evaluate real --seeds 3401:3464 --seeds "@gamma 5=3001:3400"',
+        "gyroctl evaluate real --laws nmpc,coupling,load_angle --seeds 100000:100001 --duration 260 "
+        "--allow-tuning-seeds",
+        "real.json",
+        "2 h",
+    ),
     "bound_gamma1": Run(BOUND.format(1), QUICK.format(1), "bound.json", "30 min"),
     "bound_gamma5": Run(BOUND.format(5), QUICK.format(5), "bound.json", "30 min"),
     "bound_gamma50": Run(BOUND.format(50) + OWN_SET, QUICK.format(50), "bound.json", "35 min"),
@@ -116,7 +123,7 @@ RUNS = {
     "startup": Run("python -m gyroctl.studies.startup --seeds 1:101", "", "startup.json", "3 min"),
     "forecast": Run("python -m gyroctl.studies.forecast --seeds 100000:100004", "", "forecast.json", "2 min"),
 }
-"""The results by name. The seeds of `seas` are in reserve until the run: the ledger is changed by a commit after it."""
+"""The results by name. Seeds of `seas` and `real` are in reserve until the run; a commit after it tells the ledger."""
 
 
 def typed(name: str, short: bool) -> tuple[list[str], Path]:

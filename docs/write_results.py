@@ -16,7 +16,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from result_blocks import benchmarks, bounds, evaluations, margins, physics, pictures, seas, speed, studies
+from result_blocks import benchmarks, bounds, evaluations, margins, physics, pictures, real, seas, speed, studies
 from result_blocks.source import HERE, ROOT, Missing, result, table
 from run_results import RUNS
 
@@ -24,6 +24,7 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
     **seas.BLOCKS,
     **evaluations.BLOCKS,
     **physics.BLOCKS,
+    **real.BLOCKS,
     **bounds.BLOCKS,
     **margins.BLOCKS,
     **studies.BLOCKS,

@@ -46,7 +46,7 @@ DEFINED: dict[str, dict[str, str]] = {
         r"98 %|95 %|99 % of the time": "names of measures",
         r"99 % of the realisations": "limit of lock",
         r"85 % of each": "share that one set for all seas is to reach",
-        r"(?:5\.5|4\.5|10|13) W|(?:1\.8|3) times(?: the)?|CV ≤": "bars",
+        r"(?:5\.5|4\.5|10|13|11|9|3\.5) W|(?:1\.8|3) times(?: the)?|CV ≤|0\.25 rad": "bars",
         r"± ?20 %|5 %|0\.091 rad|20, 50, 100 ms": "the perturbed devices",
         r"4 of 4 locked|200 of 200|51 %": "arithmetic of Wilson's interval, on made-up counts",
         r"0\.1 rad/s": "step of the drifting sea",

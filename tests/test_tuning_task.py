@@ -34,6 +34,7 @@ from gyroctl.tuning.waters import circumstances_of
         ({"knobs": {"cg": {"start": 1.0, "width": 1.0, "scale": "cubic"}}}, "knobs.cg.scale"),
         ({"knobs": {"cg": {"start": 1.0, "width": 1.0, "step": 1.0}}}, "knobs.cg.step"),
         ({"goal": {"motion": 0.0}}, "goal.motion"),
+        ({"goal": {"turns": -0.1}}, "goal.turns"),
         ({"goal": {"locked": 1.2}}, "goal.locked"),
         ({"goal": {"power_cv": {"gamma5": 0.3}}}, "goal.power_cv.gamma5"),
         ({"goals": {"smooth": 0.2}}, "goals.smooth"),
@@ -53,6 +54,12 @@ def test_bad_task_is_refused_by_field(changes: dict[str, Any], field: str) -> No
         build_task({**SMALL, **changes})
     assert error.value.field == field
     assert error.value.mend
+
+
+def test_turns_and_reversals_that_a_water_asks_for_may_be_waived() -> None:
+    goal = {"real": {"goal": {"turns": 0.0, "forward": 0.0}}}
+    assert build_task({**SMALL, **goal}, water="real").goals[""]["mild"].turns == 0.0
+    assert build_task(SMALL, water="real").goals[""]["mild"].forward > 0.9
 
 
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])

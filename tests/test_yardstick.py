@@ -17,14 +17,17 @@ from gyroctl.cli.app import app
 from gyroctl.comparison.compare import Realisations, compare
 from gyroctl.comparison.experiment import build_experiment
 from gyroctl.harness.constant_pairs import scan
+from gyroctl.harness.registry import REAL
 from gyroctl.harness.run import lead_in, run_law
 from gyroctl.harness.yardstick import BASELINE, Yardstick, shipped_pairs
 from gyroctl.reports import evaluate, judge, summarise
 from gyroctl.tuning import best_pair as pairs
 from gyroctl.tuning import yardstick
-from gyroctl.tuning.best_pair import BestPair, as_it_acts, first_grid, searching
+from gyroctl.tuning.best_pair import BestPair, first_grid, searching
 from gyroctl.tuning.goal import Goal
-from gyroctl.tuning.yardstick import Search, find_yardstick, unsearched
+from gyroctl.tuning.pair_means import as_it_acts
+from gyroctl.tuning.task import read_task
+from gyroctl.tuning.yardstick import Search, find_real_yardstick, find_yardstick, unsearched
 
 SEA = gy.SeaState()
 WAVES = Realisations(SEA, (3, 1), duration=120.0)
@@ -37,8 +40,9 @@ def searches(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> list[dict[str, 
     """Instead of a search: a pair that tells how it was asked, and motion that grows with the sea."""
     seen: list[dict[str, Any]] = []
 
-    def search(plant: Any, sea: Any, budget: float, seeds: Any, goal: Goal, settings: Any, *_: Any) -> BestPair:
-        seen.append({"sea": sea, "goal": goal, "seeds": seeds, "actuators": settings.actuators})
+    def search(plant: Any, sea: Any, budget: float, seeds: Any, goal: Goal, settings: Any, *how: Any) -> BestPair:
+        asked = {"plant": plant.coefficients, "sea": sea, "goal": goal, "seeds": seeds, "how": how}
+        seen.append({**asked, "actuators": settings.actuators})
         motion = sea.hs
         met = motion <= goal.motion
         return BestPair(0.05, 6e-4 if met else 1e-5, {"phi1_p98": 0.1, "phi3_p98": motion}, met, 1.0, ())
@@ -114,6 +118,50 @@ def test_costly_device_is_searched_for_as_the_smooth_one(searches: list[Any]) ->
     smooth = find_yardstick(realistic.rolling.smooth, SEA)
     assert len(searches) == before and (smooth.cc, smooth.cg) == (found.cc, found.cg)
     assert "a contact that rolls" not in smooth.words
+
+
+@pytest.mark.parametrize("gamma", [1.0, 5.0, 50.0])
+def test_pair_of_real_water_is_searched_as_laws_are_tuned_there(searches: list[Any], gamma: float) -> None:
+    """Device, seeds and goal are those of the task; it is found again, and another budget is another search."""
+    task, sea = read_task("constant", REAL), gy.SeaState(gamma=gamma)
+    found = find_real_yardstick(sea, 1.5e5)
+    assert len(searches) == 1 and found.searched and (found.cc, found.cg) == (0.05, 6e-4)
+    (asked,) = searches
+    assert asked["plant"] == gy.zhang2017("realistic", wetted="reduced").coefficients
+    assert asked["goal"] == task.goals[""][f"gamma{gamma:g}"] and list(asked["seeds"]) == list(range(100000, 100016))
+    assert asked["how"][-1] == (0.01, 500.0, 800.0), "step and lengths of the task"
+    assert find_real_yardstick(sea, 1.5e5) == found and len(searches) == 1
+    assert find_real_yardstick(sea, 1.6e5).key != found.key and len(searches) == 2
+    with pytest.raises(gy.InputError, match="no such sea"):
+        find_real_yardstick(gy.SeaState(hs=0.3))
+
+
+def test_pairs_of_real_water_are_none_of_the_linear_plant(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Though they are listed with them: the nearest pair to a sea is a linear one, for both who ask."""
+    sets = yardstick.tuned_sets("constant")
+    linear = {name: entry for name, entry in sets.items() if not name.startswith(REAL)}
+    planted = {f"{REAL}-{name}": {**entry, "parameters": {"cc": 0.1, "cg": 1e-5}} for name, entry in linear.items()}
+    # those of real water first: the order of the sets must not matter
+    monkeypatch.setattr(yardstick, "tuned_sets", lambda name: {**planted, **linear})
+    monkeypatch.setattr("gyroctl.controllers.rule_based.constant.shipped", lambda name: {**planted, **linear})
+    for gamma in (1.0, 5.0, 50.0):
+        expected = linear[f"gamma{gamma:g}"]["parameters"]
+        found = unsearched(gy.SeaState(gamma=gamma), "x")
+        assert {"cc": found.cc, "cg": found.cg} == expected
+        law: Any = gy.law("best_constant", gamma=gamma)
+        assert {"cc": law.cc, "cg": law.cg} == expected
+
+
+def test_pairs_of_real_water_ship_with_the_key_of_their_search(searches: list[Any]) -> None:
+    """And are no pairs of the linear plant; else: gyroctl tune constant --water real --for .. --budget 4e5 --ship."""
+    shipped = {name: pair for name, pair in shipped_pairs().items() if name.startswith(REAL)}
+    for name, pair in shipped.items():
+        gamma = float(name.removeprefix(f"{REAL}-gamma"))
+        found = find_real_yardstick(gy.SeaState(gamma=gamma))
+        assert (found.cc, found.cg) == pair and not searches
+        linear = unsearched(gy.SeaState(gamma=gamma), "x")
+        assert (linear.cc, linear.cg) == shipped_pairs()[f"gamma{gamma:g}"]
+        assert gy.law("best_constant", gamma=gamma) == linear.law
 
 
 def test_water_of_another_depth_or_float_is_another_device(searches: list[Any]) -> None:

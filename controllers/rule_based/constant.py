@@ -45,6 +45,7 @@ def best_constant(gamma: float = 5.0) -> Constant:
     if not (math.isfinite(gamma) and gamma > 0.0):
         raise ValueError(f"gamma = {gamma} must be a positive number: give the peak enhancement of the sea")
     sets = shipped("constant")
-    tuned = {name: float(entry["found"]["seas"][name]["sea"]["gamma"]) for name, entry in sets.items()}
+    seas = {name: entry["found"]["seas"] for name, entry in sets.items()}
+    tuned = {name: float(own[name]["sea"]["gamma"]) for name, own in seas.items() if name in own}  # not in real water
     nearest = min(tuned, key=lambda name: abs(math.log(tuned[name] / gamma)))
     return Constant(**sets[nearest]["parameters"])

@@ -174,6 +174,7 @@ def devices_page(name: str, title: str) -> str:
 BLOCKS: Mapping[str, Callable[[], str]] = {
     "offdesign": offdesign,
     "robustness": partial(devices, "robustness"),
+    "faults": partial(devices, "faults"),
     "information": partial(information, "information"),
     "information-real": partial(information, "information_real"),
     "gauge": gauge,
@@ -182,5 +183,6 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
 PAGES: Mapping[str, Callable[[], str]] = {
     "docs/results/offdesign.md": offdesign_page,
     "docs/results/robustness.md": partial(devices_page, "robustness", "Other devices in full"),
+    "docs/results/faults.md": partial(devices_page, "faults", "Faults in real water in full"),
 }
 """Pages that are written whole."""

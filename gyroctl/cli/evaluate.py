@@ -16,7 +16,7 @@ def evaluate(
         list[str] | None,
         typer.Argument(
             metavar="[TABLE ...]",
-            help="seas, offdesign, information, information_real, robustness, physics, price, faults, gauge; "
+            help="seas, offdesign, information, information_real, robustness, physics, price, faults, gauge, real; "
             "all without any.",
         ),
     ] = None,
@@ -24,32 +24,35 @@ def evaluate(
         str,
         typer.Option(
             help="Laws with commas between: load_angle,nmpc[information=oracle]. Without it all, "
-            "in physics and faults nmpc, coupling and load_angle."
+            "in physics and faults nmpc, coupling and load_angle, in real those and the other rules."
         ),
     ] = "",
     seeds: Annotated[
         list[str] | None,
         typer.Option(
-            help="Realisations, 1:64 by default, in physics 1:16 and nmpc=1:8, in price 1:16, in faults, gauge "
-            "and information_real 1:8; nmpc=1:16 for one law, '@gamma 5=1:8' in one case. May repeat."
+            help="Realisations, 1:64 by default, in physics 1:16 and nmpc=1:8, in price 1:16, in faults, gauge, "
+            "information_real and real 1:8; nmpc=1:16 for one law, '@gamma 5=1:8' in one case. May repeat."
         ),
     ] = None,
     duration: Annotated[
         float | None,
         typer.Option(
             help="Length of the runs [s], 2000 by default, in physics and gauge 600, in price "
-            "and information_real 500, in faults 400."
+            "and information_real 500, in faults 400, in real 1000."
         ),
     ] = None,
     workers: Workers = 0,
     out: Annotated[Path, typer.Option(help="Folder for tables, figures and runs.")] = Path("results/evaluation"),
-    budget: Annotated[float, typer.Option(help="Simulated time to find the best constant pair of a sea [s].")] = 4e6,
+    budget: Annotated[
+        float | None,
+        typer.Option(help="Simulated time to find the best constant pair of a sea [s], 4e6 by default, in real 4e5."),
+    ] = None,
     planner: Annotated[str, typer.Option(help="Law whose information is varied.")] = "nmpc",
     allow_tuning_seeds: Annotated[
         bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a table judges nothing.")
     ] = False,
 ) -> None:
-    """Judge laws on spent or reserve realisations: seas, off design, information, devices, water, its price, gauge."""
+    """Judge laws on spent or reserve realisations: seas, off the design, information, devices, real water."""
     from gyroctl.studies.evaluation import evaluate_tables, request
 
     chosen, say = seeds or (), partial(typer.echo, err=True)

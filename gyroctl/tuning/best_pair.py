@@ -1,7 +1,8 @@
 """The best constant pair of any sea, with the budget that every law has: the yardstick of all laws.
 
 A coarse grid over all that the device can hold, a fine one about its best pair, the few best of that on all seeds with
-the fine step, and then from neighbour to neighbour. Sixteen runs stand side by side on each core: this takes seconds.
+the fine step, and then from neighbour to neighbour. Sixteen runs stand side by side on each core: this takes seconds,
+and minutes where the contact may slip.
 """
 
 from __future__ import annotations
@@ -9,33 +10,25 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from gyroctl.errors import InputError
-from gyroctl.harness.actuation import Actuators
-from gyroctl.harness.constant_pairs import scan
 from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import slip_rate
 from gyroctl.simulation.ensemble import UNSTABLE
-from gyroctl.simulation.lock import THRESHOLD
-from gyroctl.tuning.goal import RESERVE, Goal
+from gyroctl.tuning.goal import Goal
+from gyroctl.tuning.pair_means import Means, Pair, Trial, means_of
 from gyroctl.waves import Sea
-
-Pair = tuple[float, float]
-Means = dict[str, float]
 
 CC = (0.03, 0.04, 0.052, 0.07, 0.09, 0.115)
 CG = tuple(float(f"{value:.4g}") for value in np.geomspace(4e-5, 3e-3, 12))
 """First grid. [Nms]"""
 
 COARSE, WINDOW, FULL = 0.025, 1000.0, 2000.0
-"""Step of the grids, length of the runs of the first one and of the others. [s]"""
-
-MEANS = ("mean_power", "power_cv", "locked", "phi1_p98", "phi3_p98")
-"""What is told of a pair."""
+"""Step of the grids, length of the runs of the first one and of the others, where nothing else is asked for. [s]"""
 
 SHARES = (0.1, 0.35, 0.25, 0.3)
 """Of the budget for the first grid, the fine one, the confirmation, and the neighbours of what it confirmed."""
@@ -54,6 +47,17 @@ PARTS, FURTHER = (0.4, 0.7, 1.0), 6
 
 FEWEST, ROUND, ROUNDS = 4, 6, 16
 """Realisations that a grid must at least have; neighbours that are tried at a time, and how often."""
+
+EVERY_OTHER = 2
+"""Of the values of the first grid, where the budget does not reach for all of them."""
+
+
+class Lengths(NamedTuple):
+    """How long the runs of a search are."""
+
+    dt: float  # longest step of the grids [s]
+    window: float  # runs of the first grid [s]
+    full: float  # runs of the fine grid and of the confirmation [s]
 
 
 class BestPair(NamedTuple):
@@ -91,6 +95,7 @@ def best_pair(
     workers: int = 1,
     title: str = "constant pair",
     quiet: bool = False,
+    lengths: Lengths | None = None,
 ) -> BestPair:
     """Find the constant pair of most power within a goal.
 
@@ -110,13 +115,16 @@ def best_pair(
         Step of the confirmation, blend and limits of the actuators.
     workers, title, quiet
         Threads and progress bar.
+    lengths : Lengths, optional
+        Of the runs; `COARSE`, `WINDOW` and `FULL` otherwise.
 
     Raises
     ------
     InputError
         For a budget that is too small.
     """
-    goal, settings = goal or Goal(), searching(plant, settings or Settings())
+    goal, (coarse, window, full) = goal or Goal(), lengths or Lengths(COARSE, WINDOW, FULL)
+    settings = searching(plant, settings or Settings(), coarse)
     limits = settings.actuators
     seen: list[tuple[Pair, Means, str]] = []
     spent = 0.0
@@ -127,31 +135,27 @@ def best_pair(
 
     def run(pairs: Sequence[Pair], count: int, duration: float, dt: float, stage: str) -> list[Means]:
         nonlocal spent
-        acting = [as_it_acts(pair, settings.actuators) for pair in pairs]
-        how: dict[str, Any] = {"workers": workers, "title": title, "quiet": quiet, "ledger": False}
-        found = scan(plant, sea, acting, seeds[:count], duration, settings.blend, dt, **how)
-        tables = {name: getattr(found, name).astype(float) for name in MEANS}
-        means = {name: np.nan_to_num(table, nan=10.0).mean(axis=1) for name, table in tables.items()}
-        rows = [{name: float(value[i]) for name, value in means.items()} for i in range(len(pairs))]
-        for row in rows:
-            row["short_reserve"] = (RESERVE - THRESHOLD) * (1.0 - row["locked"])
+        acting = replace(settings, dt=dt)
+        rows = means_of(pairs, Trial(plant, sea, seeds[:count], duration, acting, workers, title, quiet))
         seen.extend((pair, means, stage) for pair, means in zip(pairs, rows, strict=True))
         spent += len(pairs) * count * duration
         return rows
 
     grid = first_grid(settings)
-    unit, few = 1.0, _count(budget, 0, len(grid), WINDOW, len(seeds))
-    first = dict(zip(grid, run(grid, few, WINDOW, COARSE, "search"), strict=True))
+    if SHARES[0] * budget < FEWEST * len(grid) * window:  # what lies between is left to the fine grid
+        grid = first_grid(settings, EVERY_OTHER)
+    unit, few = 1.0, _count(budget, 0, len(grid), window, len(seeds))
+    first = dict(zip(grid, run(grid, few, window, coarse, "search"), strict=True))
     cc, cg = max(first, key=lambda pair: order(first[pair]))
     beyond = _beyond(cg, grid, settings)
     if beyond:
-        first |= zip(beyond, run(beyond, few, WINDOW, COARSE, "search"), strict=True)
+        first |= zip(beyond, run(beyond, few, window, coarse, "search"), strict=True)
     held = [means["mean_power"] for means in first.values() if means["locked"] >= 0.9]
     unit = max(held, default=1.0) or 1.0  # a unit of the sea itself: a score in watts would forgive losses in high seas
     cc, cg = max(first, key=lambda pair: order(first[pair]))
     finer = _around(cc, cg, FINER_CC, FINER_CG, settings)
-    second = run(finer, _count(budget, 1, len(finer), FULL, len(seeds)), FULL, COARSE, "search")
-    each = len(seeds) * FULL
+    second = run(finer, _count(budget, 1, len(finer), full, len(seeds)), full, coarse, "search")
+    each = len(seeds) * full
     known = [(a, b) for a, b in KNOWN if a <= limits.cc_max and b <= limits.cg_max and _close((a, b), (cc, cg))]
     edge = [pair for pair in _edge(finer, [order(means) for means in second]) if pair not in known]
     batch = [*known, *edge][: max(1, int(SHARES[2] * budget / each))]
@@ -159,7 +163,7 @@ def best_pair(
     for _ in range(
         ROUNDS
     ):  # from the best pair so far to its neighbours, then from the next best one, until the budget is spent
-        confirmed |= zip(batch, run(batch, len(seeds), FULL, settings.dt, "confirm"), strict=True)
+        confirmed |= zip(batch, run(batch, len(seeds), full, settings.dt, "confirm"), strict=True)
         ranked = sorted(confirmed, key=lambda pair: order(confirmed[pair]), reverse=True)
         around = (_around(*pair, NEAR_CC, NEAR_CG, settings) for pair in ranked)
         near = next((new for pairs in around if (new := [pair for pair in pairs if pair not in confirmed])), [])
@@ -170,30 +174,23 @@ def best_pair(
     return BestPair(*best, confirmed[best], goal.met(confirmed[best]), spent, tuple(seen))
 
 
-def searching(plant: Plant, settings: Settings) -> Settings:
-    """Settings of a search: no coupling with which its coarse step would be unstable (about 0.14 Nms)."""
-    stable = 0.99 * UNSTABLE / (COARSE * float(slip_rate(plant.coefficients, 1.0)))
+def searching(plant: Plant, settings: Settings, coarse: float = COARSE) -> Settings:
+    """Settings of a search: no coupling with which its coarse step would be unstable (0.14 Nms for that of 0.025 s)."""
+    stable = 0.99 * UNSTABLE / (coarse * float(slip_rate(plant.coefficients, 1.0)))
     limits = settings.actuators
     room = stable / limits.cc_gain - 0.5 * limits.cc_quantum  # a resolution may round upwards
     stable = max(room, 1e-3 * stable)
     return replace(settings, actuators=replace(limits, cc_max=min(limits.cc_max, stable)))
 
 
-def as_it_acts(pair: Pair, actuators: Actuators) -> Pair:
-    """What the actuators make of a constant command: resolution, gain, limit."""
-    cc, cg = pair
-    if actuators.cc_quantum > 0.0:
-        cc = min(math.floor(cc / actuators.cc_quantum + 0.5) * actuators.cc_quantum, actuators.cc_max)
-    if actuators.cg_quantum > 0.0:
-        cg = min(math.floor(cg / actuators.cg_quantum + 0.5) * actuators.cg_quantum, actuators.cg_max)
-    return cc * actuators.cc_gain, cg
+def first_grid(settings: Settings, step: int = 1) -> list[Pair]:
+    """Pairs of the first grid that the actuators can give; where they can give none of them, parts of their limits.
 
-
-def first_grid(settings: Settings) -> list[Pair]:
-    """Pairs of the first grid that the actuators can give; where they can give none of them, parts of their limits."""
+    Of every row of values only each `step`-th is taken, the second one of `step` first.
+    """
     limits = settings.actuators
-    ccs = [cc for cc in CC if cc <= limits.cc_max] or [part * limits.cc_max for part in PARTS]
-    cgs = [cg for cg in CG if cg <= limits.cg_max] or [part * limits.cg_max for part in PARTS]
+    ccs = [cc for cc in CC[step - 1 :: step] if cc <= limits.cc_max] or [part * limits.cc_max for part in PARTS]
+    cgs = [cg for cg in CG[step - 1 :: step] if cg <= limits.cg_max] or [part * limits.cg_max for part in PARTS]
     return [(cc, cg) for cc in ccs for cg in cgs]
 
 

@@ -31,6 +31,9 @@ LARGEST_SEED = 2**32 - 1
 SHARES = ("locked", "turns", "forward")
 """Limits of a goal that are parts of a whole."""
 
+MAY_BE_WAIVED = ("turns", "forward")
+"""Limits of a goal that ask for nothing where they are 0."""
+
 EVERY_SEA = "all"
 """Name of the set that serves all seas of a task."""
 
@@ -325,7 +328,8 @@ def _goal(path: str, entry: Mapping[str, Any], seas: Mapping[str, TuningSea]) ->
                     continue
                 value = value[sea]
             limits[name] = number(f"{path}.{name}", value)
-            if limits[name] <= 0.0 or (name in SHARES and limits[name] > 1.0):
+            waived = limits[name] == 0.0 and name in MAY_BE_WAIVED
+            if (limits[name] <= 0.0 and not waived) or (name in SHARES and limits[name] > 1.0):
                 raise InputError(f"{path}.{name}", limits[name], "is out of range", "Leave it out for the default")
         goals[sea] = Goal(**limits)
     return goals

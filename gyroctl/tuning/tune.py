@@ -24,7 +24,7 @@ from gyroctl.harness.registry import describe, law
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.simulation.progress import Progress
 from gyroctl.tuning.bench import Bench
-from gyroctl.tuning.best_pair import best_pair
+from gyroctl.tuning.best_pair import Lengths, best_pair
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.log import TuningLog
 from gyroctl.tuning.record import plant_hash, provenance, record
@@ -185,10 +185,12 @@ def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: in
     """Best constant pair of each sea apart: a pair that serves several seas would be no yardstick in any."""
     sets: dict[str, Any] = {}
     archive: list[Seen] = []
+    lengths = Lengths(task.search.dt, task.search.window, task.search.confirm)
     for name in task.served(which):
         goals = task.goals[""][name]
         span, title = task.seeds.span, f"constant pair for {name}"
-        found = best_pair(on.plant, task.seas[name].sea, budget, span, goals, on.settings, workers, title, quiet)
+        sea, how = task.seas[name].sea, (workers, title, quiet, lengths)
+        found = best_pair(on.plant, sea, budget, span, goals, on.settings, *how)
         archive += [Seen({"cc": cc, "cg": cg}, {name: means}, stage) for (cc, cg), means, stage in found.seen]
         best = Seen({"cc": found.cc, "cg": found.cg}, {name: found.means}, "confirm")
         key = Search(on.plant, task.seas[name].sea, on.settings, goals, budget, span).key

@@ -1,6 +1,7 @@
 """The yardstick of any sea and device: searched once, with twice the budget of a law, and kept by its content.
 
-The pairs of the default device ship with the keys of their searches, so that nothing is searched for them.
+The pairs of the default device ship with the keys of their searches, so that nothing is searched for them. So do those
+of real water, which have the budget of one law there: a search of a contact that may slip takes long.
 """
 
 from __future__ import annotations
@@ -16,20 +17,25 @@ from typing import Any, NamedTuple
 
 from gyroctl.cache import cache_folder
 from gyroctl.errors import InputError
-from gyroctl.harness.registry import tuned_sets
+from gyroctl.harness.registry import REAL, tuned_sets
 from gyroctl.harness.run import Settings
 from gyroctl.harness.start import locked_start
 from gyroctl.harness.yardstick import PAIR, Yardstick, shipped_pairs
 from gyroctl.plant import Plant, beyond, equations, friction, reduced, wetted
 from gyroctl.plant.compiled import source_stamp
 from gyroctl.plant.parameters import CHOICES
-from gyroctl.tuning.best_pair import best_pair
+from gyroctl.tuning.best_pair import Lengths, best_pair
 from gyroctl.tuning.goal import Goal
+from gyroctl.tuning.task import read_task
+from gyroctl.tuning.waters import circumstances_of
 from gyroctl.waves import ElevationRecord, Regular, Sea, SeaState
 from gyroctl.writing import plain, write_json
 
 BUDGET = 8.0e6
 """Simulated time of a search: twice what every law has for a set of its parameters, lest the yardstick be short. [s]"""
+
+REAL_BUDGET = 4.0e5
+"""Simulated time of a search in real water: the most that a planning law has there for a set of its own. [s]"""
 
 SEEDS = range(100000, 100064)
 """Tuning seeds of the search."""
@@ -143,7 +149,7 @@ def find_yardstick(
     seeds = SEEDS[:1] if isinstance(sea, Regular) else SEEDS  # of a regular wave every seed is the same
     searched = plant.rolling.smooth
     wanted = Search(searched, sea, acting, Goal(locked=LOCKED, motion=motion_limit), budget, seeds)
-    kept = _shipped(wanted.key) or _read(wanted)
+    kept = _known(wanted)
     simpler = "" if searched is plant else SIMPLER
     if kept is not None:
         return replace(kept, words=kept.words + simpler)
@@ -151,29 +157,74 @@ def find_yardstick(
         return unsearched(sea, "no search was wanted")
     try:
         locked_start(plant, sea)
-        say("Searching the best constant pair of this sea and device, once")
-        found = _searched(wanted, workers or os.cpu_count() or 1, quiet)
+        found = _kept(wanted, workers, quiet, say)
     except InputError as error:
         if error.field == "budget":
             raise
         return unsearched(sea, f"the search failed: {error.problem}")
-    write_json(_file(wanted), {**asdict(found), "content": wanted.content()})
     return replace(found, words=found.words + simpler)
+
+
+def find_real_yardstick(
+    sea: SeaState,
+    budget: float = REAL_BUDGET,
+    workers: int | None = None,
+    quiet: bool = False,
+    say: Callable[[str], None] = lambda _: None,
+) -> Yardstick:
+    """Best constant pair of a sea in real water: as it ships, as it was found before, or searched now.
+
+    It is searched for as laws are tuned there: on the realistic device with its wetted surface as polynomials and a
+    coupling that lags, on the seeds and for the goal of the task of the constant pair.
+
+    Parameters
+    ----------
+    sea : SeaState
+        One of that task.
+    budget : float
+        Simulated time of the search. [s]
+    workers, quiet, say
+        As in `find_yardstick`.
+
+    Raises
+    ------
+    InputError
+        For a sea that the task does not have, or a budget that is too small.
+    """
+    task, on = read_task(PAIR, REAL), circumstances_of(REAL)
+    name = next((name for name, one in task.seas.items() if one.sea == sea), "")
+    if not name:
+        mend = f"Choose one of {', '.join(task.seas)}, or search on the device with find_yardstick"
+        raise InputError("sea", sea, "the task of the constant pair has no such sea", mend)
+    wanted = Search(on.plant, sea, on.settings, task.goals[""][name], budget, task.seeds.span)
+    lengths = Lengths(task.search.dt, task.search.window, task.search.confirm)
+    return _known(wanted) or _kept(wanted, workers, quiet, say, lengths)
 
 
 def unsearched(sea: Sea, why: str) -> Yardstick:
     """Pair that ships for the sea that is nearest, and why none was searched."""
     pairs, gamma = shipped_pairs(), sea.gamma if isinstance(sea, SeaState) else 5.0
-    gammas = {name: entry["found"]["seas"][name]["sea"]["gamma"] for name, entry in tuned_sets(PAIR).items()}
+    seas = {name: entry["found"]["seas"] for name, entry in tuned_sets(PAIR).items()}
+    gammas = {name: own[name]["sea"]["gamma"] for name, own in seas.items() if name in own}  # not those of real water
     nearest = min(gammas, key=lambda name: abs(math.log(gammas[name] / gamma)))
     return Yardstick(*pairs[nearest], searched=False, words=why)
 
 
-def _searched(wanted: Search, workers: int, quiet: bool) -> Yardstick:
+def _kept(
+    wanted: Search, workers: int | None, quiet: bool, say: Callable[[str], None], lengths: Lengths | None = None
+) -> Yardstick:
+    """Search a pair and keep it."""
+    say("Searching the best constant pair of this sea and device, once")
+    found = _searched(wanted, workers or os.cpu_count() or 1, quiet, lengths)
+    write_json(_file(wanted), {**asdict(found), "content": wanted.content()})
+    return found
+
+
+def _searched(wanted: Search, workers: int, quiet: bool, lengths: Lengths | None) -> Yardstick:
     plant, sea, settings, goal, budget, seeds = wanted
 
     def search(goal: Goal) -> Any:
-        return best_pair(plant, sea, budget, seeds, goal, settings, workers, "best constant pair", quiet)
+        return best_pair(plant, sea, budget, seeds, goal, settings, workers, "best constant pair", quiet, lengths)
 
     best, notes = search(goal), []
     if not best.met and max(best.means["phi1_p98"], best.means["phi3_p98"]) > goal.motion:
@@ -183,6 +234,10 @@ def _searched(wanted: Search, workers: int, quiet: bool) -> Yardstick:
         notes.append(f"none holds lock in {100 * goal.locked:g} % of the tuning realisations, this one comes nearest")
     words = "; ".join([f"searched on seeds {seeds[0]} to {seeds[-1]} with {best.spent:.3g} s", *notes])
     return Yardstick(best.cc, best.cg, True, words, wanted.key)
+
+
+def _known(wanted: Search) -> Yardstick | None:
+    return _shipped(wanted.key) or _read(wanted)
 
 
 def _shipped(key: str) -> Yardstick | None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,25 +22,38 @@ if TYPE_CHECKING:
 
 def draw_seas(tables: Mapping[float, Sequence[Row]], asked: Mapping[str, Any]) -> Figure:
     """Power against its CV in each sea, with the corners that the bars ask for."""
-    names = list(dict.fromkeys(row.law for table in tables.values() for row in table))
-    styles = _styles(names)
-    figure, axes = sheet(
-        1,
-        len(tables),
-        (5.2 * len(tables), 5.6),
-        "All laws in all seas",
+    corners = {
+        gamma: [(bar.cv, _asked(bar, table)) for bar in BARS if bar.gamma == gamma and not bar.one_set]
+        for gamma, table in tables.items()
+    }
+    words = (
         f"{note(asked)}; hollow: motion beyond {MOTION:g} rad or lock in less than {100 * LOCKED:g} % of the runs, "
-        "or not in step; shaded: what the bars ask for",
+        "or not in step; shaded: what the bars ask for"
     )
+    return power_over_cv("All laws in all seas", words, tables, corners, _kept)
+
+
+def power_over_cv(
+    title: str,
+    words: str,
+    tables: Mapping[float, Sequence[Row]],
+    corners: Mapping[float, Sequence[tuple[float, float]]],
+    kept: Callable[[Row], bool],
+) -> Figure:
+    """Draw power against its CV, an axis for each sea; what is not `kept` is hollow.
+
+    `corners` are by sea the largest CV and the least power [W] of what is asked for.
+    """
+    styles = _styles(list(dict.fromkeys(row.law for table in tables.values() for row in table)))
+    figure, axes = sheet(1, len(tables), (5.2 * len(tables), 5.6), title, words)
     for axis, (gamma, table) in zip(axes, tables.items(), strict=True):
         shown = [row for row in table if math.isfinite(row.cv.value)]
-        corners = [(bar, _asked(bar, table)) for bar in BARS if bar.gamma == gamma and not bar.one_set]
         right = 1.1 * max([_high(row.cv) for row in shown] + [0.5])
-        top = 1.1 * max([_high(row.power) for row in shown] + [power for _, power in corners])
-        for bar, power in corners:
-            axis.fill_between([0.0, min(bar.cv, right)], power, top, color="#12626E", alpha=0.07, lw=0)
+        top = 1.1 * max([_high(row.power) for row in shown] + [power for _, power in corners[gamma]])
+        for cv, power in corners[gamma]:
+            axis.fill_between([0.0, min(cv, right)], power, top, color="#12626E", alpha=0.07, lw=0)
         for row in shown:
-            _point(axis, row.cv, row.power, styles[row.law], _kept(row), row.law)
+            _point(axis, row.cv, row.power, styles[row.law], kept(row), row.law)
         axis.set_xlim(0.0, right)
         axis.set_ylim(0.0, top)
         label(axis, f"\N{GREEK SMALL LETTER GAMMA} = {gamma:g}", "CV of power", "mean power [W]")

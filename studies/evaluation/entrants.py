@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law, innermost
-from gyroctl.harness.registry import law, registered, tuned_sets
+from gyroctl.harness.registry import REAL, law, registered, tuned_sets
 from gyroctl.harness.sight import sight
 from gyroctl.reports.layout import REFERENCE
 
@@ -78,6 +78,34 @@ def with_sets(entrants: Iterable[Entrant], sea: str) -> list[Entrant]:
         if plain and entrant.name != "constant" and sea in tuned_sets(entrant.name):  # that set is best_constant
             found.append(Entrant(f"{entrant.label} ({sea})", entrant.name, entrant.parameters, sea))
     return found
+
+
+def in_real_water(entrants: Iterable[Entrant], sea: str) -> list[Entrant]:
+    """Laws as they take part in real water: with the set that they have for it, unless another one was asked for."""
+    found = []
+    for entrant in entrants:
+        free = entrant.tuning == ALL and entrant.name != "constant"  # whose sets there are the best pairs
+        found.append(replace(entrant, tuning=real_set(tuned_sets(entrant.name), sea)) if free else entrant)
+    return found
+
+
+def real_set(sets: Collection[str], sea: str) -> str:
+    """Of the tuned sets of a law the one for real water: for all seas, or for `sea` ("gamma5"), or for another sea.
+
+    A law that was never tuned there keeps the set for all seas of the linear plant.
+    """
+    wanted = (REAL, f"{REAL}-{sea}", *sorted(name for name in sets if name.startswith(f"{REAL}-")))
+    return next((name for name in wanted if name in sets), ALL)
+
+
+def set_in_words(tuning: str, sea: str) -> str:
+    """Say which set a law has in real water, and for what it was tuned."""
+    if tuning == REAL:
+        return f"{REAL}: all seas"
+    if tuning.startswith(f"{REAL}-"):
+        whose = tuning.removeprefix(f"{REAL}-")
+        return f"{tuning}: {'this sea alone' if whose == sea else f'{whose} alone, not this sea'}"
+    return f"{tuning}: not tuned in real water"
 
 
 def kind(built: Law) -> Kind:

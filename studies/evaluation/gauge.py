@@ -11,7 +11,7 @@ from gyroctl.statistics import Estimate, bootstrap_mean, paired_ratio
 from gyroctl.studies.evaluation.cases import Case, Outcome, best_pair_of, common_seeds, run_case
 from gyroctl.studies.evaluation.entrants import Entrant, parse
 from gyroctl.studies.evaluation.foreseen import LEADS, forecast_error
-from gyroctl.studies.evaluation.real_water import LINEAR, WATERS, Water
+from gyroctl.studies.evaluation.real_water import LINEAR, REALISTIC, WATERS, Water
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.rows import Row, rows
 from gyroctl.studies.evaluation.writing import LOCK, PHI, cells, row_table, with_interval
@@ -40,7 +40,7 @@ OF_ORACLE = "of perfect preview"
 ERRORS = tuple(f"error of {moment} at {lead:g} s" for moment in ("Me1", "Me3") for lead in LEADS)
 HEADINGS = ("information", "power [W]", OF_ORACLE, "CV", *LOCK, "reversals", PHI, *ERRORS)
 
-WATER = (WATERS[-1], WATERS[0])
+WATER = (REALISTIC, WATERS[0])
 """Waters of the table: the realistic one, in which the gauge is judged, and the linear one beside it."""
 
 

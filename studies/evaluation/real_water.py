@@ -68,6 +68,10 @@ WATERS = (
 """Every case, the linear one first. "all" lags by 20 ms; without a cap it is "realistic" but for the cap of 2 Nm."""
 
 
+REALISTIC = WATERS[-1]
+"""All of it."""
+
+
 def in_words(water: Water) -> str:
     """Say what a case is, setting by setting."""
     told = [f"{name} = {value}" for name, value in water.choices.items()]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from gyroctl.errors import InputError, in_words
 from gyroctl.provenance import made
 from gyroctl.reports.wording import seed_ranges
-from gyroctl.studies.evaluation import gauge, information, price
+from gyroctl.studies.evaluation import gauge, information, price, real
 from gyroctl.studies.evaluation.offdesign import offdesign_table
 from gyroctl.studies.evaluation.physics import DURATION, LAWS, SEEDS, physics_table
 from gyroctl.studies.evaluation.request import Request
@@ -35,6 +35,7 @@ TABLES: dict[str, Table] = {
     "price": price.price_table,
     "faults": faults_table,
     "gauge": gauge.gauge_table,
+    "real": real.real_table,
 }
 """Tables by name."""
 
@@ -51,6 +52,7 @@ TITLES = {
     "price": "The price list of real water",
     "faults": "Faults and other devices in real water",
     "gauge": "What a wave gauge up-wave is worth",
+    "real": "Laws in real water, each with its set for it",
 }
 
 USUAL = {
@@ -59,6 +61,7 @@ USUAL = {
     "price": ("nmpc", price.SEEDS, price.DURATION),
     "faults": ("nmpc[plant=realistic],coupling,load_angle", ("1:8",), 400.0),
     "gauge": ("nmpc", gauge.SEEDS, gauge.DURATION),
+    "real": (real.LAWS, real.SEEDS, real.DURATION),
 }
 """Laws, seeds and length [s] of a table that has its own, where they are not asked for."""
 

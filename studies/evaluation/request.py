@@ -19,6 +19,9 @@ from gyroctl.waves.checks import DURATION_MAX, at_most, positive, within
 BUDGET_MAX = 1e12
 """Largest simulated time for a search. [s]"""
 
+BUDGET = 4e6
+"""Simulated time for the search of a constant pair where none is asked for and the table has none of its own. [s]"""
+
 DURATION = 2000.0
 """Length of the runs where none is asked for and the table has none of its own. [s]"""
 
@@ -36,9 +39,9 @@ class Request:
     duration: float = DURATION  # length of the runs [s]
     workers: int | None = None  # they change no result
     tuned_on: tuple[int, ...] = ()  # seeds that no run may use
-    budget: float = 4e6  # simulated time for the search of each sea's best constant pair [s]
+    budget: float = BUDGET  # simulated time for the search of each sea's best constant pair [s]
     settings: Settings = field(default_factory=Settings)  # steps, sensors and actuators of the nominal case
-    given: frozenset[str] = frozenset()  # what was asked for: laws, seeds, duration; the rest a table may choose
+    given: frozenset[str] = frozenset()  # of laws, seeds, duration, budget what was asked for
     planner: str = "nmpc"  # the law whose information is varied
     quiet: bool = False  # no progress
     say: Callable[[str], None] = lambda _: None  # told what is being done
@@ -71,7 +74,7 @@ def request(
     duration: float | None = None,
     workers: int = 0,
     allow_tuning_seeds: bool = False,
-    budget: float = 4e6,
+    budget: float | None = None,
     planner: str = "nmpc",
     quiet: bool = False,
     say: Callable[[str], None] = lambda _: None,
@@ -84,6 +87,8 @@ def request(
         For laws, seeds or a duration that cannot be used, all before the first run.
     """
     given = {"laws": bool(laws), "seeds": bool(seeds), "duration": duration is not None}
+    given["budget"] = budget is not None
+    budget = BUDGET if budget is None else budget
     duration = DURATION if duration is None else duration
     entrants = tuple(entrant for entrant in (parse(laws) if laws else default_entrants()) if entrant.label != REFERENCE)
     built, names = [entrant.build() for entrant in entrants], [entrant.name for entrant in entrants]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.reports.wording import number
-from gyroctl.studies.evaluation.cases import Case, best_pair_of, check_any, run_case
+from gyroctl.studies.evaluation.cases import Case, Outcome, best_pair_of, check_any, run_case
 from gyroctl.studies.evaluation.entrants import Entrant, parse, with_sets
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.rows import Row, rows
@@ -47,19 +47,16 @@ def seas_table(ask: Request, gammas: Sequence[float] = GAMMAS) -> tuple[dict[str
     """
     from gyroctl.studies.evaluation.draw import draw_seas
 
-    tables: dict[float, list[Row]] = {}
-    failed: dict[str, str] = {}
-    for gamma in gammas:
-        ask.say(f"seas: gamma {gamma:g}")
-        case = Case(f"gamma {gamma:g}", zhang2017(), SeaState(gamma=gamma), ask.settings)
-        try:
-            outcome = run_case(case, [best_pair_of(case, ask), *with_sets(_entrants(ask), f"gamma{gamma:g}")], ask)
-        except InputError as error:
-            failed[case.name] = str(error)
-            continue
-        tables[gamma] = sorted(rows(outcome).values(), key=lambda row: -row.power.value)
-        failed |= outcome.failures
-    check_any(tables, failed)
+    def case_of(gamma: float) -> Case:
+        return Case(sea_name(gamma), zhang2017(), SeaState(gamma=gamma), ask.settings)
+
+    def taking_part(case: Case, gamma: float) -> list[Entrant]:
+        return [best_pair_of(case, ask), *with_sets(_entrants(ask), f"gamma{gamma:g}")]
+
+    outcomes, failed = in_each_sea("seas", ask, gammas, case_of, taking_part)
+    tables = {
+        gamma: sorted(rows(outcome).values(), key=lambda row: -row.power.value) for gamma, outcome in outcomes.items()
+    }
     verdicts, served = answers(tables), one_set_laws(tables)
     content = {
         "seas": {f"gamma{gamma:g}": [_record(gamma, row) for row in table] for gamma, table in tables.items()},
@@ -89,6 +86,47 @@ def seas_table(ask: Request, gammas: Sequence[float] = GAMMAS) -> tuple[dict[str
         table_of_sets = markdown_table(("law", "met in all", "missed"), answered, 3)
         parts.append(f"## One set of parameters for all seas\n\n{table_of_sets}")
     return content, "\n\n".join(parts), draw_seas(tables, ask.record())
+
+
+def sea_name(gamma: float) -> str:
+    """Name of a case, by which seeds may be given: ``@gamma 5=1:8``."""
+    return f"gamma {gamma:g}"
+
+
+def in_each_sea(
+    table: str,
+    ask: Request,
+    gammas: Sequence[float],
+    case_of: Callable[[float], Case],
+    taking_part: Callable[[Case, float], list[Entrant]],
+) -> tuple[dict[float, Outcome], dict[str, str]]:
+    """Run a case for each peak enhancement, with the reference and the laws that take part in it.
+
+    Returns
+    -------
+    outcomes : dict
+        By peak enhancement.
+    failed : dict
+        What was not run, and why.
+
+    Raises
+    ------
+    InputError
+        Where every case failed.
+    """
+    outcomes: dict[float, Outcome] = {}
+    failed: dict[str, str] = {}
+    for gamma in gammas:
+        case = case_of(gamma)
+        ask.say(f"{table}: {case.name}")
+        try:
+            outcomes[gamma] = run_case(case, taking_part(case, gamma), ask)
+        except InputError as error:
+            failed[case.name] = str(error)
+            continue
+        failed |= outcomes[gamma].failures
+    check_any(outcomes, failed)
+    return outcomes, failed
 
 
 def bar_words(gamma: float, row: Row) -> str:

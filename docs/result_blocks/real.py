@@ -1,0 +1,119 @@
+"""Blocks from the table of the laws in real water: all of it, its targets, and the laws beside their linear figures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from gyroctl.reports.wording import number
+from gyroctl.studies.evaluation.real import TARGET_HEADINGS, VERDICTS, in_words, pair_in_words, verdict_in_words
+from result_blocks.source import Row, caption, failures, held, law, ranged, realisations, result, seen, states, table
+
+PAIR = "best_constant"
+
+OWN = {
+    "without a reversal": "forward",
+    "9 W at CV 0.25": "single",
+    "turns kept": "turns",
+    "slips per 1000 waves": "slips",
+    "98 % of φ1 [rad]": "phi1",
+    "less the pair's [rad]": "phi1_less",
+    "98 % of φ3 [rad]": "phi3",
+}
+"""Headings of what the table has of its own, and where it is kept."""
+
+
+def of_sea(sea: str) -> str:
+    """Every law in a sea of real water."""
+    found = result("real")
+    lines = [
+        [
+            law(row),
+            seen(row),
+            set_of(found, sea, row),
+            ranged(row["power"]),
+            ranged(row["ratio"]),
+            ranged(row["difference"]),
+            ranged(row["cv"], 2),
+            held(row),
+            *(ranged(row[name]) for name in OWN.values()),
+            _percent(row["beyond"]),
+            str(row["failed"]),
+            realisations(row),
+        ]
+        for row in found["seas"][sea]
+    ]
+    heads = ("law", "sees", "set", "power [W]", "of the pair", "less the pair [W]", "CV", "locked, in step")
+    text = table((*heads, *OWN, "% of the time beyond validity", "failed", "seeds"), lines, 3)
+    return f"**Gamma {sea.removeprefix('gamma')}.** {pair_in_words(found['pairs'][sea])}\n\n{text}"
+
+
+def real() -> str:
+    """All seas."""
+    found = result("real")
+    asked = f"Runs of {found['request']['duration_s']:g} s; seeds {states(found['seed_states'])}. {failures(found)}"
+    return "\n\n".join([in_words(found["water"]), *map(of_sea, found["seas"]), asked, caption("real")])
+
+
+def targets() -> str:
+    """Which targets are met, demand by demand."""
+    lines = [
+        [
+            f"{one['name']}: {one['verdict']}",
+            f"gamma {one['gamma']:g}",
+            f"`{one['law']}`" if one["law"] else "–",
+            demand["measure"],
+            demand["demand"],
+            ranged(demand["found"]) if demand["found"] else "–",
+            verdict_in_words(demand["verdict"], demand["sure"]),
+        ]
+        for one in result("real")["targets"]
+        for demand in one["demands"]
+    ]
+    return f"{table(TARGET_HEADINGS, lines, 5)}\n\n{VERDICTS}\n\n{caption('real')}"
+
+
+def readme_real() -> str:
+    """Laws in real water beside the linear plant, in the default sea."""
+    found = result("real")
+    linear = {row["law"]: row for row in result("seas")["seas"]["gamma5"]}
+    lines = [
+        [
+            law(row),
+            set_of(found, "gamma5", row).partition(":")[0],
+            number(linear[row["law"]]["power"]["value"]) if row["law"] in linear else "–",
+            ranged(row["power"]),
+            ranged(row["ratio"]),
+            number(row["cv"]["value"], 2),
+            held(row),
+            number(row["forward"]["value"]),
+            f"{number(row['phi1']['value'], 2)}, {number(row['phi3']['value'], 2)}",
+        ]
+        for row in found["seas"]["gamma5"]
+    ]
+    heads = ("law", "set", "linear [W]", "real water [W]", "of the pair", "CV", "locked, in step")
+    met = [one["verdict"] for one in found["targets"]]
+    return "\n\n".join(
+        [
+            table((*heads, "without a reversal", "98 % of φ1, φ3 [rad]"), lines, 2),
+            f"The device: {found['water']['words']}. Runs of {found['request']['duration_s']:g} s; seeds "
+            f"{states(found['seed_states'])}. Targets: {met.count('met')} met, {met.count('not met')} not met, "
+            f"{met.count('open')} open ([demand by demand](docs/evaluation.md#targets-in-real-water)).",
+            caption("real", "seas"),
+        ]
+    )
+
+
+def set_of(found: Mapping[str, Any], sea: str, row: Row) -> str:
+    """Which parameters a law has in a sea, in words; the pair has none but itself."""
+    if row["law"] == PAIR:
+        return "searched in real water"
+    return str(found["sets"][sea][row["law"]]["words"])
+
+
+def _percent(share: Mapping[str, Any]) -> str:
+    whole = {name: None if share[name] is None else 100.0 * share[name] for name in ("value", "low", "high")}
+    return ranged(whole, 2)
+
+
+BLOCKS: Mapping[str, Callable[[], str]] = {"real": real, "real-targets": targets, "laws-real": readme_real}
