@@ -103,7 +103,7 @@ def test_law_goes_from_the_linear_set_to_the_shipped_one() -> None:
         one, other = built(before), built(now)
         assert {key for key in one if one[key] != other[key]} == set(now.new), now.name
     assert set(steps[1].new) == {"every", "retries", "rivals", "life"} and steps[1].new["rivals"] > 1
-    assert "traction" in steps[2].new and "flywheel" in steps[3].new
+    assert "traction" in steps[3].new and "flywheel" in steps[4].new
 
 
 def test_set_that_is_tuned_anew_is_taken_as_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -113,6 +113,7 @@ def test_set_that_is_tuned_anew_is_taken_as_it_is(monkeypatch: pytest.MonkeyPatc
     found = {choice.name: choice for choice in choices("nmpc", lag=0.04)}
     assert [dict(choice.new) for choice in found.values()] == [
         {"plant": "realistic"},
+        {},
         {},
         {"traction": 0.2},
         {"travel": 3.0},

@@ -27,6 +27,7 @@ ROOMS = {
     "physics",
     "planner",
     "price",
+    "real",
     "real_water",
     "rows",
     "simulation",

@@ -40,6 +40,7 @@ REST, LAGGING = "what else is realistic", "coupling that lags"
 CHOICES: Mapping[str, tuple[str, ...]] = {
     "design model of the water": ("plant",),
     "rival plans that live on": ("every", "retries", "rivals", "life"),
+    "plan is varied first": ("varied",),
     "ring turns fast enough to grip": ("traction", "floor", "lock"),
     "tuned in the water": (),
     "told of the lag": ("lag",),
