@@ -44,7 +44,7 @@ def test_shipped_task_is_one_that_can_be_run(name: str) -> None:
     assert json.dumps(dataclasses.asdict(task))
 
 
-WET = ("coupling", "load_angle", "scheduled_lqr", "stabiliser", "threshold")
+WET = ("coupling", "load_angle", "scheduled_lqr", "stabiliser", "threshold", "tracking")
 """Laws without a plan that have a set for real water."""
 
 
