@@ -12,6 +12,7 @@ from small_task import EXAMPLE, SMALL
 
 import gyroctl as gy
 from gyroctl.errors import InputError
+from gyroctl.harness.registry import real_set
 from gyroctl.harness.tuned_sets import read_sets, write_sets
 from gyroctl.tuning.task import Knob, build_task
 from gyroctl.tuning.tune import planned
@@ -107,6 +108,19 @@ def test_named_set_of_a_users_law(tmp_path: Path) -> None:
     assert gy.law(name, tuning="rough", cg=0.001)._asdict()["cg"] == 0.001
     with pytest.raises(gy.InputError, match="Choose one of rough"):
         gy.law(name, tuning="calm")
+
+
+def test_a_law_goes_into_real_water_with_the_set_for_all_seas_or_that_of_the_default_sea(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text(EXAMPLE.read_text())
+    name, file = f"{tmp_path}/mine.py:MyLaw", tmp_path / "tuned" / "MyLaw.json"
+    write_sets(file, "MyLaw", {"all": {"parameters": {"cg": 1e-3}}, "real-gamma1": {"parameters": {"cg": 2e-3}}})
+    assert real_set(name) is None
+    with pytest.raises(gy.InputError, match="no such set"):
+        gy.law(name, tuning="real")
+    for which, cg in (("real-gamma5", 3e-3), ("real", 4e-3)):
+        write_sets(file, "MyLaw", {which: {"parameters": {"cg": cg}}})
+        assert real_set(name) == which and gy.law(name, tuning="real").cg == cg
+    assert gy.law(name, tuning="real-gamma5").cg == 3e-3  # who names the sea gets its own
 
 
 def test_users_file_is_loaded_once_and_again_when_it_changes(tmp_path: Path) -> None:

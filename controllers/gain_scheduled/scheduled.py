@@ -103,6 +103,13 @@ class Scheduled(NamedTuple):
         """What the law looks at."""
         return "sensors"
 
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Channels of the measurement that its command goes by; the flywheel's speed where any cell feeds it back."""
+        gains = (len(POINT) + n * len(SIGNALS) + SIGNALS.index("flywheel") for n in range(2))
+        spin = any(self.cells[row + gain] for gain in gains for row in range(0, len(self.cells), ROW))
+        return ("psi", "psi_rate", *(("omega_rate",) if spin else ()), "phi1", "phi1_rate", "phi3_rate")
+
     def init(self) -> ScheduledState:
         """Filters are filled by the first sample; the peak frequency starts at `wp`."""
         return ScheduledState._make([*[0.0] * (len(ScheduledState._fields) - 1), unread()])

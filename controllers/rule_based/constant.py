@@ -20,6 +20,11 @@ class Constant(NamedTuple):
         """What the law looks at."""
         return "none"
 
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Channels of the measurement that its command goes by."""
+        return ()
+
     def init(self) -> tuple[()]:
         """No state."""
         return ()

@@ -71,6 +71,11 @@ class Coupling(NamedTuple):
         """What the law looks at."""
         return "sensors"
 
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Channels of the measurement that its command goes by."""
+        return ("psi", "psi_rate", "omega_rate", "phi1", "phi1_rate", "phi3_rate")
+
     def init(self) -> CouplingState:
         """The clock begins at the first sample."""
         return CouplingState(begin(self.clock), 0.0, unread())

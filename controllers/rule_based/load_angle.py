@@ -61,6 +61,11 @@ class LoadAngle(NamedTuple):
         """What the law looks at."""
         return "sensors"
 
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Channels of the measurement that its command goes by."""
+        return ("psi", "psi_rate", "phi1", "phi1_rate", "phi3_rate")
+
     def init(self) -> LoadAngleState:
         """Filters are filled by the first sample."""
         return LoadAngleState(begin(self.clock), 0.0, 0.0, 0.0, 0.0, 0.0, unread())

@@ -61,6 +61,11 @@ class Stabiliser(NamedTuple):
         """What the law looks at."""
         return "sensors"
 
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Channels of the measurement that its command goes by."""
+        return ("psi_rate", "phi1", "phi1_rate", "phi3_rate")
+
     def init(self) -> StabiliserState:
         """The clock begins at the first sample."""
         return StabiliserState(begin(self.clock), 0.0, 0.0, 0.0, unread())

@@ -58,6 +58,11 @@ class Threshold(NamedTuple):
         """What the law looks at."""
         return "sensors"
 
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Channels of the measurement that its command goes by."""
+        return ("psi", "psi_rate", "phi1_rate", "phi3_rate")
+
     def init(self) -> ThresholdState:
         """Loaded, the clock begins at the first sample."""
         return ThresholdState(begin(self.clock), 0.0, 0.0, 0.0, 0.0, unread())

@@ -71,6 +71,11 @@ class Tracking(NamedTuple):
         """What the law looks at."""
         return "sensors"
 
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Channels of the measurement that its command goes by."""
+        return ("psi", "psi_rate", "phi1", "phi1_rate", "phi3_rate")
+
     def init(self) -> TrackingState:
         """The clock begins at the first sample."""
         return TrackingState(begin(self.clock), 0.0, 0.0, 1.0, unread())

@@ -7,10 +7,13 @@ from typing import Any, NamedTuple
 
 from gyroctl.controllers.supervisor.rules import MODES, PULL, Rules, Watch, command, counted, first_watch, observe
 from gyroctl.plant.compiled import begun, stepped
+from gyroctl.plant.measurement import CHANNELS
 from gyroctl.plant.readings import Readings, believed, unread
 
 GROUP = "gyroctl.controllers"
 COUNTED = ("starts", "pulls", "catches", "unloads", "clipped", *(f"time_{mode}" for mode in MODES))
+WATCHED = ("psi", "psi_rate", "omega_rate", "phi1_rate", "phi3_rate")
+"""What the rules read of a measurement."""
 
 
 class SupervisorState(NamedTuple):
@@ -38,6 +41,12 @@ class Supervisor(NamedTuple):
     def information(self) -> Any:
         """What the law within looks at; sensors at least."""
         return "sensors" if self.law.information == "none" else self.law.information
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Channels that its rules go by, and the law within: all of them where that does not say."""
+        within = getattr(self.law, "sensors", CHANNELS)
+        return tuple(name for name in CHANNELS if name in WATCHED or name in within)
 
     def init(self) -> SupervisorState:
         """Nothing seen yet."""

@@ -27,14 +27,16 @@ def laws(context: typer.Context) -> None:
     from rich.console import Console
     from rich.table import Table
 
+    from gyroctl.harness.protocol import Sensing
     from gyroctl.harness.registry import describe, law, registered
 
-    table = Table("law", "looks at", "period [s]", "parameters (shipped tuning)", "what it does")
+    table = Table("law", "looks at", "reads", "period [s]", "parameters (shipped tuning)", "what it does")
     for name in registered():
         built = law(name)
         parameters = ", ".join(f"{key} {_short(value)}" for key, value in describe(built).items() if key != "period")
         summary = (type(built).__doc__ or "").strip().splitlines()[0]
-        table.add_row(name, built.information, f"{built.period:g}", parameters, summary)
+        reads = ", ".join(built.sensors) if isinstance(built, Sensing) else ""
+        table.add_row(name, built.information, reads, f"{built.period:g}", parameters, summary)
     Console().print(table)
 
 

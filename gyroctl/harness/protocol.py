@@ -61,6 +61,16 @@ class Previewing(Protocol):
 
 
 @runtime_checkable
+class Sensing(Protocol):
+    """A law that says which of the sensors it reads."""
+
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """Channels of the measurement that its command goes by; the others it needs only where one of these is lost."""
+        ...
+
+
+@runtime_checkable
 class Counting(Protocol):
     """A law that counts while it runs: deadline_misses, fallbacks, clamped, or counts of its own."""
 

@@ -26,6 +26,9 @@ GROUP = "gyroctl.controllers"
 REAL = "real"
 """Name of the sets that were tuned in real water, and of what serves all seas there."""
 
+DEFAULT_SEA = "gamma5"
+"""Name of the sea of `gyroctl.SeaState()` in the names of sets."""
+
 
 def registered() -> dict[str, EntryPoint]:
     """Entry points of all registered laws by name, sorted."""
@@ -64,6 +67,16 @@ def tuned_seeds(name: str) -> set[int]:
     return seeds_of(tuned_sets(name))
 
 
+def real_set(name: str) -> str | None:
+    """Name of the set with which a law goes into real water; None where it was tuned for none.
+
+    "real", for all seas. A law that has none there takes that of the default sea, "real-gamma5": better tuned for
+    another sea of the same water than for another water.
+    """
+    sets = tuned_sets(name)
+    return next((choice for choice in (REAL, f"{REAL}-{DEFAULT_SEA}") if choice in sets), None)
+
+
 def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
     """Build a law.
 
@@ -73,7 +86,8 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
         A registered name, or "file.py:Name" for a law in a user's file.
     tuning : str, optional
         A set of its tuned parameters: "all", or one for a sea alone, as "gamma1", "gamma5", "gamma50"; "real" for all
-        seas in real water. A law whose design model goes beyond the linear one takes "real" unless told otherwise.
+        seas in real water, or that of `real_set`. A law whose design model goes beyond the linear one takes "real"
+        unless told otherwise; one without a design model cannot know of the water, and is told.
     **parameters
         Parameters of the law; the defaults are its shipped tuning for all seas. The design model `plant` of a law that
         has one may be a variant, "realistic", or a table of choices as `gyroctl.zhang2017` takes them.
@@ -97,7 +111,8 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
         parameters = {**parameters, "plant": _design(name, parameters["plant"])}
     design = parameters.get("plant")
     if tuning is None and isinstance(design, Plant) and design.coefficients.beyond is not None:
-        parameters = {**tuned_sets(name).get(REAL, {}).get("parameters", {}), **parameters}
+        known_set = real_set(name)
+        parameters = {**(_tuned_parameters(name, known_set) if known_set else {}), **parameters}
     factory = _from_file(name) if ".py:" in name else _from_name(name)
     if not callable(factory):
         raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")
@@ -188,6 +203,8 @@ def _design(name: str, plant: str | Mapping[str, Any]) -> Plant:
 
 def _tuned_parameters(name: str, tuning: str) -> dict[str, Any]:
     sets = tuned_sets(name)
+    if tuning == REAL:
+        tuning = real_set(name) or REAL
     if tuning not in sets:
         mend = f"Choose one of {', '.join(sets)}" if sets else f"Tune it: gyroctl tune {name} --ship"
         raise InputError(f"laws.{name}.tuning", tuning, "there is no such set of tuned parameters", mend)

@@ -16,7 +16,7 @@ from gyroctl.statistics import wilson
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.stages import Means, Seen
 from gyroctl.tuning.task import Task, TuningSea
-from gyroctl.tuning.waters import Circumstances
+from gyroctl.tuning.waters import LINEAR, Circumstances
 from gyroctl.version import VERSION
 
 
@@ -43,7 +43,7 @@ def result(means: Means, runs: int) -> dict[str, Any]:
 
 
 def provenance(task: Task, on: Circumstances) -> dict[str, Any]:
-    """Circumstances of a tuning: date, version, seeds, rule, seas, start, plant."""
+    """Circumstances of a tuning: date, version, seeds, rule, seas, start, plant, water with the coupling's lag [s]."""
     return {
         "date": datetime.date.today().isoformat(),
         "version": VERSION,
@@ -55,6 +55,7 @@ def provenance(task: Task, on: Circumstances) -> dict[str, Any]:
         "plant": on.plant.name,
         "plant_sha256": plant_hash(on.plant),
         "hydrodynamics_sha256": on.plant.excitation.sha256,
+        **({} if task.water == LINEAR else {"water": task.water, "cc_lag": on.settings.actuators.cc_lag}),
     }
 
 
