@@ -67,7 +67,8 @@ RUNS = {
         "2 h",
     ),
     "faults": Run(
-        "gyroctl evaluate faults",
+        'gyroctl evaluate faults --laws "nmpc[plant=realistic],coupling[tuning=real]" --seeds 3465:3472 '
+        '--seeds "@friction 0.45=3465:3528"',
         "gyroctl evaluate faults --laws coupling,load_angle --seeds 1:2 --duration 300",
         "faults.json",
         "1 h",
@@ -79,7 +80,7 @@ RUNS = {
         "1 h",
     ),
     "information_real": Run(
-        "gyroctl evaluate information_real",
+        "gyroctl evaluate information_real --seeds 3529:3536",
         "gyroctl evaluate information_real --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
         "information_real.json",
         "not measured",
@@ -97,13 +98,16 @@ RUNS = {
         "not measured",
     ),
     "gauge": Run(
-        "gyroctl evaluate gauge --seeds 100000:100003 --duration 400 --allow-tuning-seeds",
+        "gyroctl evaluate gauge --seeds 3529:3536",
         "gyroctl evaluate gauge --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
         "gauge.json",
         "25 min",
     ),
     "real": Run(
-        'gyroctl evaluate real --seeds 3401:3464 --seeds "@gamma 5=3001:3400"',
+        'gyroctl evaluate real --seeds 3401:3416 --seeds "@gamma 5=3001:3016" '
+        '--seeds nmpc=3401:3464 --seeds coupling=3401:3464 --seeds best_constant=3401:3464 '
+        '--seeds "nmpc@gamma 5=3001:3400" --seeds "coupling@gamma 5=3001:3400" '
+        '--seeds "best_constant@gamma 5=3001:3128"',
         "gyroctl evaluate real --laws nmpc,coupling,load_angle --seeds 100000:100001 --duration 260 "
         "--allow-tuning-seeds",
         "real.json",
@@ -113,7 +117,7 @@ RUNS = {
     "bound_gamma5": Run(BOUND.format(5), QUICK.format(5), "bound.json", "30 min"),
     "bound_gamma50": Run(BOUND.format(50) + OWN_SET, QUICK.format(50), "bound.json", "35 min"),
     "bound_realistic": Run(
-        REAL.format("1-8", ""), REAL.format("100001,100000", " --quick"), "bound.json", "not measured"
+        REAL.format("3545-3552", ""), REAL.format("100001,100000", " --quick"), "bound.json", "not measured"
     ),
     "margins": Run(f"{POINT} --cc 0.052 --law load_angle", "", "margins.json", "30 s"),
     "margins_loose": Run(f"{POINT} --cc 0.02", "", "margins.json", "10 s"),

@@ -40,9 +40,11 @@ BIAS: Mapping[str, float] = {
 DEVICES: Mapping[str, Mapping[str, float]] = {
     "drag 0.3": {"drag": 0.3},
     "drag 0.8": {"drag": 0.8},
+    "drag 1": {"drag": 1.0},
     "drag 1.2": {"drag": 1.2},
     "friction 0.3": {"traction": 0.3},
     "friction 0.4": {"traction": 0.4},
+    "friction 0.45": {"traction": 0.45},
     "friction 0.8": {"traction": 0.8},
     "bearing 0": {"bearing": 0.0},
     "bearing 0.02 Nm": {"bearing": 0.02},
