@@ -105,7 +105,7 @@ RUNS = {
     ),
     "real": Run(
         'gyroctl evaluate real --seeds 3401:3416 --seeds "@gamma 5=3001:3016" '
-        '--seeds nmpc=3401:3464 --seeds coupling=3401:3464 '
+        "--seeds nmpc=3401:3464 --seeds coupling=3401:3464 "
         '--seeds "nmpc@gamma 5=3001:3400" --seeds "coupling@gamma 5=3001:3400"',
         "gyroctl evaluate real --laws nmpc,coupling,load_angle --seeds 100000:100001 --duration 260 "
         "--allow-tuning-seeds",

@@ -7,7 +7,7 @@ import pytest
 from nmpc_subproblems import CC_MAX, DEVICE, PULLBACK, STEP, TANGENT, ByCondensing, M, N, horizon
 from numpy.typing import NDArray
 
-from gyroctl.controllers.nmpc.planner import planner_of
+from gyroctl.controllers.nmpc.planner import NEWTON, planner_of
 from gyroctl.controllers.nmpc.prediction import STEPS, linear_kind
 from gyroctl.controllers.nmpc.problem import Problem, gradient, predict
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
@@ -125,7 +125,7 @@ def test_rival_changes_places_with_the_plan_where_it_costs_less() -> None:
         costs, rivals = [], np.concatenate([begin, 0.5 * begin])
         for more in (0, 2):
             cc, result, worked = plan.copy(), np.array([0.0, 100.0, 1.0, 1.0]), rivals.copy()
-            planner(*flat, cc, worked, result, 1, more, 0)
+            planner(*flat, cc, worked, result, 1, more, 0, NEWTON)
             assert predict(STEP, problem, cc, states) == result[0]
             costs.append(result[0])
         each, alone = [], rivals.reshape(2, N).copy()

@@ -120,7 +120,7 @@ def test_planner_varies_a_plan_as_often_as_it_is_told() -> None:
         for _ in range(times):
             vary(STEP, SIDE, problem, expected)
         given = problem.start, moments, now, np.array(problem.weights), problem.h, problem.k
-        planner(*given, found, np.empty(0), result, 0, 0, times)
+        planner(*given, found, np.empty(0), result, 0, 0, times, NEWTON)
         assert np.array_equal(found, expected)
 
 

@@ -67,7 +67,7 @@ SAMPLE = """
     if more >= 0:
         plan_at(plan)(
             step, slope, beside, w.start, acted_on(law, ahead, moments), w.now, w.weights, law.h, law.k, w.trial,
-            w.rivals, w.result, law.iterations, more, law.varied,
+            w.rivals, w.result, law.iterations, more, law.varied, law.newton,
         )
         if not isfinite(w.result[0]):
             status = FAILED

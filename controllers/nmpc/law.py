@@ -229,7 +229,7 @@ class Nmpc:
         if more >= 0:
             moments = acted_on(law, memory.ahead, memory.moments)
             given = w.start, moments, w.now, w.weights, law.h, law.k, w.trial, w.rivals, w.result
-            self._planner(*given, law.iterations, more, law.varied)
+            self._planner(*given, law.iterations, more, law.varied, law.newton)
             if not math.isfinite(w.result[0]):
                 status = FAILED
             elif self.clock() - begin > self.deadline:
@@ -294,6 +294,7 @@ class Nmpc:
             retries=int(effort.retries),
             life=int(effort.life),
             varied=int(effort.varied),
+            newton=int(effort.newton),
             fresh_rival=ELSEWHERE[effort.solver],
             fallback=(float(pair.cc), float(pair.cg)) if type(pair) is Fallback else (0.0, 0.0),
             addresses=(0, 0, 0, 0, 0, 0),

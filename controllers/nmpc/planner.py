@@ -29,7 +29,7 @@ from gyroctl.plant.compiled import callback, entry_point, inlined, put, source_s
 FIELDS = len(Weights._fields)
 
 NEWTON, TOLERANCE = 4, 1e-4
-"""Newton steps on a subproblem, each better than the last, and its tolerance [Nms]: a few serve as well as all."""
+"""Newton steps on a subproblem where nothing else is said, each better than the last, and its tolerance [Nms]."""
 
 FRESH = {"condensed": 100.0, "riccati": 100.0, "osqp": 100.0, "descent": 1e-3}
 """Memory of a solver that begins anew: proximal weight [J/(Nms)^2], or step length [(Nms)^2/J]."""
@@ -54,10 +54,10 @@ step_at, pullback_at, tangent_at, beside_at = function_at(6), function_at(8), fu
 
 swept_iterations = within(iterate_briefly)
 
-PLAN = types.void(*[types.intp] * MOST, *[ROW] * 9, types.int64, types.int64, types.int64)
+PLAN = types.void(*[types.intp] * MOST, *[ROW] * 9, *[types.int64] * 4)
 """Of ``plan(step, slope, beside, start, moments, now, weights, h, k, cc, rivals, result, *counts)``.
 
-The counts are iterations, more, varied, see `compiled_planner`."""
+The counts are iterations, more, varied and newton, see `compiled_planner`."""
 
 
 @inlined
@@ -86,6 +86,7 @@ def _by_dense_programs(stamp: str) -> Any:
         iterations: int,
         more: int,
         varied: int,
+        newton: int,
     ) -> None:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         step, tangent, beside = step_at(step_address), tangent_at(tangent_address), beside_at(beside_address)
@@ -101,7 +102,7 @@ def _by_dense_programs(stamp: str) -> Any:
         for r in range(1, count):
             put(rivals[n * (r - 1) : n * r], plans[r])
             turns[r] = more
-        improve(step, beside, tangent, problem, plans, result[1:], turns, NEWTON, TOLERANCE, room)
+        improve(step, beside, tangent, problem, plans, result[1:], turns, newton, TOLERANCE, room)
         result[0] = room.costs[0]
         put(plans[0], cc)
         for r in range(1, count):
@@ -134,6 +135,7 @@ def _by_programs(stamp: str) -> Any:
         iterations: int,
         more: int,
         varied: int,
+        newton: int,
     ) -> None:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         step, tangent = step_at(step_address), tangent_at(tangent_address)
@@ -144,7 +146,7 @@ def _by_programs(stamp: str) -> Any:
             tried, count, memory = cc, iterations, result[1]
             if begun > 0:
                 tried, count, memory = rivals[n * (begun - 1) : n * begun], more, result[1 + begun]
-            found = swept_iterations(step, tangent, problem, tried, memory, count, NEWTON, TOLERANCE, room)
+            found = swept_iterations(step, tangent, problem, tried, memory, count, newton, TOLERANCE, room)
             if begun == 0:
                 result[0], result[1] = found.after, found.proximal
                 continue
@@ -176,6 +178,7 @@ def _by_descent(stamp: str) -> Any:
         iterations: int,
         more: int,
         varied: int,
+        newton: int,
     ) -> None:
         stamp  # noqa: B018 - read, so that it belongs to the closure which numba's cache compares
         step, pullback = step_at(step_address), pullback_at(pullback_address)
@@ -204,7 +207,8 @@ STAMP = source_stamp((__file__, by_address.__file__, *descent.SOURCES, *rti.SOUR
 def compiled_planner(solver: str) -> Any:
     """Compile a planner, see `PLAN`: the functions of the model need not be there for it.
 
-    The plan `cc` (n,) is improved by so many `iterations` of the solver "condensed", "riccati" or "descent". `now`
+    The plan `cc` (n,) is improved by so many `iterations` of the solver "condensed", "riccati" or "descent", a program
+    of the first two by `newton` steps: each is better than the last, and a few serve as well as all. `now`
     holds power [W], last coupling, its limit [Nms] and the control interval [s]; `weights` the fields of `Weights`; the
     rest is as in `Problem`. `result` (2 + rivals,) holds what the solver remembers of the plan, see `FRESH`, as its
     second number, and of each rival behind it; all are written, the cost of the plan [J] is the first. With `more` > 0
@@ -247,15 +251,16 @@ def plan_by_address(
     iterations: int,
     more: int,
     varied: int,
+    newton: int,
 ) -> None:
     """Call a planner from Python."""
     plan_at(address)(
-        step, slope, beside, start, moments, now, weights, h, k, cc, rivals, result, iterations, more, varied
+        step, slope, beside, start, moments, now, weights, h, k, cc, rivals, result, iterations, more, varied, newton
     )
 
 
 def planner_of(kind: Kind, solver: str) -> Callable[..., None]:
-    """Return ``plan(start, moments, now, weights, h, k, cc, rivals, result, iterations, more, varied)`` of any solver.
+    """Return ``plan(start, moments, now, weights, h, k, cc, rivals, result, *counts)`` of any solver, see `PLAN`.
 
     As `compiled_planner`, with the functions of the model in it, and with "osqp" among the solvers.
     """

@@ -62,6 +62,7 @@ class Numbers(NamedTuple):
     retries: int  # iterations that each of them gets
     life: int  # plans for which it is kept before it is begun anew
     varied: int  # times that a plan is varied before it is improved
+    newton: int  # steps on a program
     fresh_rival: float  # what a solver remembers of one that is begun elsewhere
     fallback: tuple[float, float]  # cc, cg [Nms]
     addresses: tuple[int, int, int, int, int, int]  # plan, three functions of the model, learn, clock; see `entry`

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple, get_args
 
-from gyroctl.controllers.nmpc.planner import FRESH
+from gyroctl.controllers.nmpc.planner import FRESH, NEWTON
 from gyroctl.errors import InputError
 from gyroctl.nested import named
 from gyroctl.waves.gauge import Gauge
@@ -20,6 +20,7 @@ SETTINGS = ("information", "horizon", "period", "effort", "probe", "command", "a
 POSITIVE = [
     "horizon",
     "iterations",
+    "newton",
     "replan",
     "every",
     "rivals",
@@ -39,6 +40,7 @@ class Effort(NamedTuple):
 
     solver: str = "condensed"  # of quadratic programs: condensed, riccati, the baseline osqp; or descent, by gradients
     iterations: int = 1  # of the solver, per plan
+    newton: int = NEWTON  # steps on a program in an iteration
     replan: int = 1  # samples from one plan to the next; the last one is followed in between
     every: int = 3  # every so many plans another one is begun elsewhere
     retries: int = 2  # iterations that it gets; none is begun with 0

@@ -20,7 +20,7 @@ def osqp_planner(kind: Kind) -> Callable[..., None]:
     built: dict[int, tuple[OsqpSolver, Any]] = {}
 
     def plan(*given: Any) -> None:
-        start, moments, now, weights, h, k, cc, rivals, result, iterations, more, _ = given
+        start, moments, now, weights, h, k, cc, rivals, result, iterations, more, *_ = given
         power, before, cc_max, period = now.tolist()
         priced, width = Weights(*weights.tolist()), moments.size // (STEPS * cc.size + 1)
         problem = Problem(start, moments, power, before, cc_max, period, h, k, priced, width)
