@@ -126,7 +126,19 @@ def _gauge(report: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _real(report: Mapping[str, Any]) -> dict[str, Any]:
-    own = ("difference", "forward", "single", "phi1_less", "turns", "slips", "reversals", "phi1", "phi3", "beyond")
+    own = (
+        "difference",
+        "forward",
+        "single",
+        "over",
+        "phi1_less",
+        "turns",
+        "slips",
+        "reversals",
+        "phi1",
+        "phi3",
+        "beyond",
+    )
     seas = {sea: [{**_only(line, ROW), **_only(line, own)} for line in lines] for sea, lines in report["seas"].items()}
     told = _only(report, ("water", "pairs", "sets", "targets"))
     return {**_asked(report), **told, "seas": seas}

@@ -28,10 +28,10 @@ from gyroctl.studies.evaluation.real_targets import (
     FORWARD,
     IN_STEP,
     LOCKED,
+    OVER,
     PHI1_LESS,
     PHI3,
     POWER,
-    RATIO,
     SINGLE,
     TARGETS,
     Answer,
@@ -158,6 +158,13 @@ def test_motion_beside_the_pair_is_a_paired_difference() -> None:
     )
 
 
+def test_power_beside_three_times_the_pairs_is_a_paired_difference_whatever_its_sign() -> None:
+    pair = np.array([-0.5, 1.0, -1.5, 0.5, -2.0, 1.0, -0.5, -1.0])
+    found = lines_of(outcome(runs("best_constant", mean_power=pair), runs("law", mean_power=9.0 + 3.0 * pair)))
+    assert found["law"].over.value == pytest.approx(9.0) and found["law"].over.high - found["law"].over.low < 9.0
+    assert found["best_constant"].over.value == pytest.approx(-2.0 * pair.mean())
+
+
 # --- the targets ----------------------------------------------------------------------------------------------------
 
 
@@ -166,7 +173,7 @@ def sure(value: float, arm: float = 0.0) -> Estimate:
 
 
 GOOD: dict[str, Any] = {
-    **{"power": sure(11.0), "cv": sure(0.20), "lock": sure(0.99), "step": sure(0.99), "ratio": sure(3.0)},
+    **{"power": sure(11.0), "cv": sure(0.20), "lock": sure(0.99), "step": sure(0.99), "over": sure(0.0)},
     **{"forward": sure(0.95), "single": sure(0.95), "phi1_less": sure(0.0), "phi3": sure(0.25)},
 }
 """What just meets every demand on the planning law."""
@@ -190,7 +197,7 @@ def test_targets_are_those_that_were_set() -> None:
     asked = {(one.name, one.gamma): {(d.measure, d.limit, d.most) for d in one.demands} for one in TARGETS}
     lock = {(LOCKED, 0.99, False), (IN_STEP, 0.99, False)}
     home = {(POWER, 11.0, False), (CV, 0.2, True), (FORWARD, 0.95, False), (SINGLE, 0.95, False)}
-    abroad = {(RATIO, 3.0, False), (LOCKED, 0.98, False), (FORWARD, 0.9, False)}
+    abroad = {(OVER, 0.0, False), (LOCKED, 0.98, False), (FORWARD, 0.9, False)}
     assert asked == {
         ("planning law", 5.0): home | lock | {(PHI1_LESS, 0.0, True), (PHI3, 0.25, True)},
         ("planning law, same parameters", 1.0): abroad,
@@ -214,9 +221,9 @@ def test_each_limit_is_one_of_its_own(measure: str) -> None:
     assert [one.verdict for one in found.findings].count("not met") == 1
 
 
-@pytest.mark.parametrize(("measure", "value"), [("ratio", 2.99), ("lock", 0.979), ("forward", 0.899)])
+@pytest.mark.parametrize(("measure", "value"), [("over", -0.01), ("lock", 0.979), ("forward", 0.899)])
 def test_other_seas_ask_for_their_own(measure: str, value: float) -> None:
-    enough = {"ratio": sure(3.0), "lock": sure(0.98), "forward": sure(0.9), "power": sure(4.0), "cv": sure(0.9)}
+    enough = {"over": sure(0.0), "lock": sure(0.98), "forward": sure(0.9), "power": sure(4.0), "cv": sure(0.9)}
     assert judged(made(**enough), 50.0).verdict == "met"
     assert judged(made(**{**enough, measure: sure(value)}), 50.0).verdict == "not met"
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.studies.evaluation.draw import note, power_over_cv
-from gyroctl.studies.evaluation.real_lines import Line
-from gyroctl.studies.evaluation.real_targets import CV, POWER, RATIO, Target
+from gyroctl.studies.evaluation.real_lines import TIMES, Line
+from gyroctl.studies.evaluation.real_targets import CV, OVER, POWER, Target
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,4 +32,4 @@ def corner(target: Target, table: Sequence[Line]) -> tuple[float, float]:
     """Largest CV and least power [W] that a target asks for."""
     limits = {demand.measure: demand.limit for demand in target.demands}
     constant = next((line.row.power.value for line in table if line.row.law == REFERENCE), 0.0)
-    return limits.get(CV, math.inf), max(limits.get(POWER, 0.0), limits.get(RATIO, 0.0) * constant)
+    return limits.get(CV, math.inf), max(limits.get(POWER, 0.0), TIMES * constant if OVER in limits else 0.0)

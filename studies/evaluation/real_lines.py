@@ -12,6 +12,9 @@ from gyroctl.studies.evaluation.rows import Row, rows
 SINGLE_POWER, SINGLE_CV = 9.0, 0.25
 """What a single run is to give at least [W], and its largest CV of power [1]."""
 
+TIMES = 3.0
+"""How many times the power of the best constant pair a planning law is to give where it was not tuned for. [1]"""
+
 MEANS: Mapping[str, str] = {
     "turns": "turns_kept",
     "slips": "cycle_slips",
@@ -29,6 +32,7 @@ class Line(NamedTuple):
     row: Row
     forward: Estimate  # share of the runs in which the axis never rolls backwards [1]
     single: Estimate  # share of the runs that give `SINGLE_POWER` at a CV within `SINGLE_CV` [1]
+    over: Estimate  # mean power less `TIMES` that of the constant pair on the same realisations [W]
     phi1_less: Estimate  # 98 % of |phi1| less that of the constant pair on the same realisations [rad]
     turns: Estimate  # mean ring speed over that of the waves [1]
     slips: Estimate  # per 1000 waves
@@ -50,15 +54,21 @@ def lines_of(outcome: Outcome) -> dict[str, Line]:
 
 
 def line(row: Row, runs: Runs, reference: Runs) -> Line:
-    """One law; a run without numbers counts as one with a reversal, and as one that does not give enough."""
+    """One law; a run without numbers counts as one with a reversal, and as one that does not give enough.
+
+    Power is told against a multiple of the pair's as a difference: a pair that drains its flywheel has less than none,
+    and a ratio to that says nothing.
+    """
     value, both = runs.values, common_seeds(runs, reference)
     less, _ = paired_difference(runs.on(both, "phi1_p98"), reference.on(both, "phi1_p98"), zero_if_lost=False)
+    over, _ = paired_difference(runs.on(both, "mean_power"), TIMES * reference.on(both, "mean_power"))
     enough = (value["mean_power"] >= SINGLE_POWER) & (value["power_cv"] <= SINGLE_CV)
     means = {name: bootstrap_mean(value[metric], zero_if_lost=False) for name, metric in MEANS.items()}
     return Line(
         row,
         forward=lock_probability(value["reversals"] == 0.0),
         single=lock_probability(enough),
+        over=over,
         phi1_less=less,
         **means,
     )
