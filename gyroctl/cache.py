@@ -62,7 +62,9 @@ def private_folder(place: Path) -> Path | None:
                 place.chmod(0o700)
             if found.st_mode & OTHERS_WRITE:
                 removed = _remove_code(place)
-                _say(f"Others could write to {place}: it is closed to them now, and {removed} files of code are removed")
+                _say(
+                    f"Others could write to {place}: it is closed to them now, and {removed} files of code are removed"
+                )
         tempfile.TemporaryFile(dir=place).close()
     except OSError as error:
         return _nothing(f"{place} cannot be written to ({error.strerror or error})")

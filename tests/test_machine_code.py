@@ -16,13 +16,13 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
+from gyroctl.cache import KEY
 from gyroctl.cli.first_time import say_first_time
 from gyroctl.harness import loop
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.plant import kernel, machine_code
 from gyroctl.plant.compiled import entry_point
 from gyroctl.plant.ingredients import Untold, ingredients
-from gyroctl.cache import KEY
 from gyroctl.plant.machine_code import folder, kept
 
 LAW = """

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyroctl.cli.first_time import say_first_time
-from gyroctl.cli.options import Workers
+from gyroctl.cli.options import AllowCode, Workers
 
 if TYPE_CHECKING:
     import xarray
@@ -25,6 +25,7 @@ def compare(
     search: Annotated[
         bool, typer.Option(help="Search the best constant pair of this sea and device where none is known yet.")
     ] = True,
+    allow_code: AllowCode = None,
 ) -> None:
     """Compare laws on identical wave realisations."""
     from gyroctl.comparison.compare import Realisations, check_length, check_seeds
@@ -34,7 +35,7 @@ def compare(
     from gyroctl.tuning.yardstick import find_yardstick
 
     _folder(out)
-    setup = read_experiment(experiment, quick)
+    setup = read_experiment(experiment, quick, allow_code or ())
     waves, asked = Realisations(setup.sea, setup.run.seeds, setup.run.duration), setup.record()
     tuned, limit, runs = setup.tuning_seeds, setup.run.motion_limit, out / "runs"
     check_seeds(waves.seeds, tuned)
