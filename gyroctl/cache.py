@@ -143,11 +143,13 @@ def _remove_code(place: Path) -> int:
     return len(files)
 
 
-def _nothing(why: str) -> None:
+def _nothing(why: str) -> Path | None:
+    """Say once, in this process and those that it starts, that nothing is kept; the answer is always None."""
     mend = "set GYROCTL_CACHE to a folder of your own"
     if not os.environ.get(SAID):
         os.environ[SAID] = "1"
         _say(f"Nothing is kept between runs, each compiles anew: {why}; {mend}")
+    return None
 
 
 def _say(words: str) -> None:

@@ -111,7 +111,13 @@ def test_task_runs_no_file_from_outside_its_folder(folders: Folders, run: Run) -
         assert code == 2 and "--allow-code" in err and str(folders.law) in err
         assert read_task(str(task), allow_code=[folders.law]).stem
     with pytest.raises(gy.InputError, match=r"fixed\.allow_code"):
-        build_task({"law": "supervisor", "fixed": {"allow_code": str(folders.law)}, "knobs": {}})
+        build_task(
+            {
+                "law": "supervisor",
+                "fixed": {"allow_code": str(folders.law)},
+                "knobs": {"cc": {"start": 0.05, "width": 0.3}},
+            }
+        )
     assert not folders.mark.exists()
 
 

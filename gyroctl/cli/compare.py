@@ -31,6 +31,7 @@ def compare(
     from gyroctl.comparison.compare import Realisations, check_length, check_seeds
     from gyroctl.comparison.compare import compare as run
     from gyroctl.comparison.experiment import read_experiment
+    from gyroctl.errors import visible
     from gyroctl.provenance import command_line
     from gyroctl.tuning.yardstick import find_yardstick
 
@@ -60,7 +61,8 @@ def compare(
     for name in ds.law.values:
         reasons = [str(reason) for reason in ds.failure.sel(law=name).values if reason]
         if reasons:
-            typer.echo(f"{name} failed in {len(reasons)} of {ds.sizes['realisation']} runs: {reasons[0]}", err=True)
+            many = f"{len(reasons)} of {ds.sizes['realisation']} runs"
+            typer.echo(f"{name} failed in {many}: {visible(reasons[0])}", err=True)
     if ds.failed.any():
         raise typer.Exit(2 if ds.failed.all() else 1)
 

@@ -23,6 +23,7 @@ from gyroctl.harness.seed_ledger import refused_for
 from gyroctl.harness.sensing import Channel, Sensors
 from gyroctl.harness.start import STARTS
 from gyroctl.harness.yardstick import BASELINE
+from gyroctl.names import name_of
 from gyroctl.plant import Parameters, Plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
@@ -195,6 +196,8 @@ def build_experiment(
         check_length(run.duration, run.blend)
     check_known("actuators", table["actuators"], names_of(Actuators))
     trust = Trust(folder, asked_for(allow_code))
+    for name in table["laws"]:
+        name_of("laws", name)
     entries = {name: trust.names(f"laws.{name}", entry) for name, entry in table["laws"].items()}
     kinds = _kinds(entries)
     actuators = Actuators(**table["actuators"])

@@ -7,6 +7,7 @@ import importlib
 import importlib.util
 import inspect
 import math
+import os
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
@@ -230,7 +231,7 @@ def defined(file: Path) -> dict[str, Any]:
 
 
 def _existing(name: str, path: str) -> Path:
-    if not Path(path).is_file():
+    if not os.path.isfile(path):  # also of what can be no path
         raise InputError("law", name, f"there is no file {path}", "Give the path of a Python file, as file.py:Name")
     return Path(path)
 

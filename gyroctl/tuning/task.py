@@ -16,6 +16,7 @@ from gyroctl.errors import InputError
 from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
 from gyroctl.harness.registry import home
 from gyroctl.harness.tuned_sets import task_file
+from gyroctl.names import name_of, part_of_path
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.waters import LINEAR, in_water
@@ -279,6 +280,7 @@ def build_task(
     if is_file(law):
         law = trust.name("law", law)
         stem = parted(law)[1]
+    part_of_path("law", stem)
     method = tables.get("method", METHODS[0])
     if method not in METHODS:
         raise InputError("method", method, "unknown method", f"Choose one of {', '.join(METHODS)}")
@@ -290,6 +292,8 @@ def build_task(
         raise InputError("search.confirm_share", search.confirm_share, "must be between 0 and 1", "The default is 0.3")
     if search.seed > LARGEST_SEED:
         raise InputError("search.seed", search.seed, "is too large", f"Give at most {LARGEST_SEED}")
+    for name in table_of(tables, "knobs"):
+        name_of("knobs", name)
     knobs = tuple(_knob(f"knobs.{name}", name, entry) for name, entry in table_of(tables, "knobs").items())
     if method == "evolution" and not knobs:
         mend = "Write [knobs] and below it for example cc = {start = 0.05, width = 0.3}"
@@ -307,7 +311,7 @@ def _seas(table: Mapping[str, Any]) -> dict[str, TuningSea]:
         return dict(SEAS)
     seas = {}
     for name, entry in table.items():
-        path = f"seas.{name}"
+        path = f"seas.{part_of_path('seas', name)}"
         if name == EVERY_SEA or not isinstance(entry, Mapping):
             raise InputError(path, entry, "must be a table with a name of its own", f"Write [seas.rough], not {path}")
         check_known(path, entry, ("hs", "wp", "gamma", "weight", "power", "runs"))
@@ -326,7 +330,8 @@ def _goals(tables: Mapping[str, Any], seas: Mapping[str, TuningSea]) -> dict[str
     main = table_of(tables, "goal")
     goals = {"": _goal("goal", main, seas)}
     for name, entry in table_of(tables, "goals").items():
-        goals[name] = _goal(f"goals.{name}", {**main, **checked_table(f"goals.{name}", entry)}, seas)
+        path = f"goals.{part_of_path('goals', name)}"
+        goals[name] = _goal(path, {**main, **checked_table(path, entry)}, seas)
     return goals
 
 

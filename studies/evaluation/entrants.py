@@ -12,12 +12,17 @@ from gyroctl.harness.code_files import is_file
 from gyroctl.harness.protocol import Law, innermost
 from gyroctl.harness.registry import REAL, law, registered, tuned_sets
 from gyroctl.harness.sight import sight
+from gyroctl.names import text_of
 from gyroctl.reports.layout import REFERENCE
 
 Kind = Literal["constant", "simple", "planning"]
 
 ALL = "all"
 """Name of the one set of parameters for all seas, the default of every law."""
+
+
+LONGEST_LIST = 20_000
+"""Characters of a list of laws that is typed."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +61,7 @@ def parse(text: str) -> list[Entrant]:
     InputError
         Field ``laws``: brackets that do not match, or a parameter without a value.
     """
+    text_of("laws", text, longest=LONGEST_LIST)
     found, depth, start = [], 0, 0
     for i, sign in enumerate(text + ","):
         depth += (sign == "[") - (sign == "]")

@@ -12,6 +12,7 @@ from gyroctl.errors import InputError
 from gyroctl.harness.code_files import asked_for
 from gyroctl.harness.run import Settings
 from gyroctl.harness.seed_ledger import ledger, refused_for
+from gyroctl.names import text_of
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.studies.evaluation.entrants import Entrant, default_entrants, parse
 from gyroctl.studies.evaluation.seeds import SeedPlan, seed_plan
@@ -90,6 +91,7 @@ def request(
     """
     given = {"laws": bool(laws), "seeds": bool(seeds), "duration": duration is not None}
     given["budget"] = budget is not None
+    text_of("planner", planner)
     budget = BUDGET if budget is None else budget
     duration = DURATION if duration is None else duration
     allowed, typed = asked_for(allow_code), parse(laws) if laws else default_entrants()
