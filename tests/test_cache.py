@@ -110,8 +110,7 @@ import subprocess, sys
 import numpy as np
 from gyroctl.controllers.nmpc.kept_code import kept_function
 from gyroctl.plant.compiled import entry_point
-x = np.ones(1)
-kept_function("doubled", {text!r}).ctypes
+kept_function("doubled", {text!r})
 print(entry_point(lambda x: x + 1.0)(2.0), flush=True)
 if len(sys.argv) < 2:
     subprocess.run([sys.executable, "-c", {again!r}], check=True)

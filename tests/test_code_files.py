@@ -144,6 +144,9 @@ def test_tuned_set_runs_no_file_from_outside_the_folder_of_its_law(folders: Fold
     assert not folders.mark.exists()
     gy.law(name, "rough", allow_code=[folders.law])
     assert folders.mark.exists()
+    sets["sets"]["rough"]["parameters"]["wraps"] = "within/mine.py:Mine"  # relative to the law
+    (folders.own / "tuned" / "pair.json").write_text(json.dumps(sets))
+    assert gy.law(name, "rough").period == 0.1
 
 
 def test_law_that_is_typed_runs(folders: Folders) -> None:
