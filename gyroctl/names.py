@@ -7,6 +7,7 @@ A name becomes a path in `file_in` alone. It becomes markup in `in_markup` (HTML
 from __future__ import annotations
 
 import html
+import re
 import unicodedata
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,9 @@ HIDDEN = ("Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp")
 DEVICES = {"CON", "PRN", "AUX", "NUL", "CONIN$", "CONOUT$"}
 DEVICES |= {f"{port}{number}" for port in ("COM", "LPT") for number in "0123456789\xb9\xb2\xb3"}
 """What Windows takes for a device in any folder, whatever follows behind a dot."""
+
+TAG = re.compile(r"<(?=[A-Za-z/!?])")
+"""What may begin HTML; "< 0.01" does not."""
 
 PLAIN = "Give a name of letters, digits, spaces, -, _ and single dots"
 
@@ -100,7 +104,7 @@ def in_cell(value: Any) -> Any:
 
 def in_table(text: str) -> str:
     """Text as a cell of a table in markdown, where it is neither a border nor HTML."""
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace("|", "\\|") if set(text) & set("<|") else text
+    return TAG.sub("&lt;", text.replace("|", "\\|"))
 
 
 def _is_number(text: str) -> bool:
