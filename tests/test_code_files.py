@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 from command_line import Run
+from test_reports_synthetic import FOUR, save, synthetic
 
 import gyroctl as gy
 from gyroctl.comparison.experiment import build_experiment, read_experiment
@@ -152,3 +153,12 @@ def test_tuned_set_runs_no_file_from_outside_the_folder_of_its_law(folders: Fold
 def test_law_that_is_typed_runs(folders: Folders) -> None:
     assert gy.law(f"{folders.law}:Mine").period == 0.1
     assert gy.law("supervisor", wraps=f"{folders.own}/link.py:Mine").period == 0.1
+
+
+def test_report_of_results_builds_no_law(folders: Folders, run: Run) -> None:
+    """Not even one that the experiment within them names."""
+    asked = {"laws": {name: {"law": f"{folders.own}/mine.py:Mine"} for name in FOUR}}
+    save(synthetic().assign_attrs(experiment=json.dumps(asked)), folders.own / "results.nc")
+    code, _, err = run("report", folders.own)
+    assert code == 0, err
+    assert not folders.mark.exists()

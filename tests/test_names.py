@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 from command_line import SHORT, Run
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from rich.console import Console
 from small_task import SMALL
@@ -72,6 +72,7 @@ def test_name_that_is_one_stays_as_it_is(name: str) -> None:
     assert name_of("laws", name) == part_of_path("laws", name) == name
 
 
+@settings(deadline=None)
 @given(st.text(st.characters(codec=None), max_size=120))
 def test_part_of_a_path_stays_in_its_folder(name: str) -> None:
     folder = Path("/out/folder")
@@ -85,6 +86,7 @@ def test_part_of_a_path_stays_in_its_folder(name: str) -> None:
     assert len(path.name.encode()) <= 255
 
 
+@settings(deadline=None)
 @given(st.text(st.characters(codec=None)))
 def test_any_text_can_be_shown(text: str) -> None:
     shown = visible(text)
