@@ -27,6 +27,9 @@ CODE = re.compile(r".*\.(nbi|nbc)|.*_[0-9a-f]{16}\.py|" + re.escape(KEY))
 SAID = "GYROCTL_CACHE_SAID"
 """In the environment once it is said that nothing is kept: the processes that work for this one do not say it again."""
 
+USER = getattr(os, "getuid", None)
+"""Tells the user's number; None on Windows, which keeps the folders of users apart by lists of its own."""
+
 OTHERS_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
@@ -55,8 +58,8 @@ def private_folder(place: Path) -> Path | None:
     try:
         place.mkdir(parents=True, exist_ok=True, mode=0o700)
         found = place.stat()
-        if hasattr(os, "getuid"):  # Windows keeps a user's folders apart by lists of its own
-            if found.st_uid != os.getuid():
+        if USER is not None:
+            if found.st_uid != USER():
                 return _nothing(f"{place} belongs to another user")
             if found.st_mode & 0o077:
                 place.chmod(0o700)
@@ -78,7 +81,7 @@ def _usual(base: str, named: bool) -> Path | None:
         if not Path.home().is_dir():
             return _nothing(f"there is no home folder {Path.home()}")
         for place in (Path(base), Path(base).parent):
-            if hasattr(os, "getuid") and place.is_dir() and place.stat().st_mode & stat.S_IWOTH:
+            if USER is not None and place.is_dir() and place.stat().st_mode & stat.S_IWOTH:
                 return _nothing(f"{place} is shared with everybody")
     return private_folder(Path(base) / "gyroctl")
 

@@ -75,7 +75,7 @@ def test_code_that_others_could_have_written_is_removed(
 def test_folder_of_another_user_is_not_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(os, "getuid", lambda: tmp_path.stat().st_uid + 1)
+    monkeypatch.setattr(cache, "USER", lambda: tmp_path.stat().st_uid + 1)
     monkeypatch.setenv("GYROCTL_CACHE", str(tmp_path))
     assert cache_folder() is None and machine_code.folder() is None
     assert not machine_code.kept("")
@@ -92,7 +92,7 @@ def test_no_place_of_everybody_unless_the_user_says_so(
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("HOME", str(home))
     assert cache_folder() is not None
-    home.chmod(0o1777)  # as /tmp is
+    home.chmod(0o1777)  # as the folder for temporary files is
     cache._usual.cache_clear()
     assert cache_folder() is None and "shared" in capsys.readouterr().err
     monkeypatch.setenv("HOME", str(tmp_path / "gone"))
