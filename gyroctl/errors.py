@@ -24,7 +24,7 @@ class InputError(ValueError):
 
     def __init__(self, field: str, value: object, problem: str, mend: str) -> None:
         self.field, self.value, self.problem, self.mend = field, value, problem, mend
-        super().__init__(f"{field} = {value!r}: {problem}. {mend}.")
+        super().__init__(visible(f"{field} = {value!r}: {problem}. {mend}."))
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str]]:
         """Keep the four parts when the error crosses a process boundary."""
@@ -45,12 +45,19 @@ def check_kind(field: str, value: object, kind: type | tuple[type, ...], what: s
 
 def in_words(error: BaseException) -> str:
     """Tell an error: what refuses input, or names a law, says all in its text; of any other also kind and place."""
-    text = without_addresses(str(error))
+    text = visible(without_addresses(str(error)))
     if isinstance(error, InputError) or type(error).__name__ == "LawError":
         return text
     last = traceback.extract_tb(error.__traceback__)[-1:]
     place = "".join(f" ({Path(frame.filename).name}, line {frame.lineno})" for frame in last)
     return f"{type(error).__name__}: {text}{place}"
+
+
+def visible(text: str) -> str:
+    """Text with escapes for what cannot be printed: a message steers no terminal, and can always be written."""
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text)
 
 
 def without_addresses(text: str) -> str:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from gyroctl.errors import in_words
+from gyroctl.names import in_cell
 
 
 @contextmanager
@@ -85,9 +86,9 @@ class Kept:
 
 
 def write_rows(path: Path, rows: Iterable[Iterable[Any]]) -> Path:
-    """Write a CSV file whole or not at all."""
+    """Write a CSV file whole or not at all; no text in it is a formula."""
     with written_whole(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
-        csv.writer(stream).writerows(rows)
+        csv.writer(stream).writerows([in_cell(value) for value in row] for row in rows)
     return path
 
 

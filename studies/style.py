@@ -67,11 +67,17 @@ def sea_name(gamma: float) -> str:
 
 
 @contextmanager
-def styled() -> Iterator[None]:
-    """Draw and save with the style of the study; the user's own settings stay as they are."""
+def styled(formulas: bool = True) -> Iterator[None]:
+    """Draw and save with the style of the study; the user's own settings stay as they are.
+
+    Parameters
+    ----------
+    formulas : bool
+        Whether text between dollar signs is a formula: not in a figure with names from outside.
+    """
     import matplotlib as mpl
 
-    with mpl.rc_context(_STYLE):
+    with mpl.rc_context({**_STYLE, "text.parse_math": formulas}):
         yield
 
 

@@ -24,6 +24,7 @@ ROOMS = {
     "laws",
     "margins",
     "order",
+    "outside",
     "physics",
     "planner",
     "price",

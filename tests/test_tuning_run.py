@@ -187,7 +187,7 @@ def test_python_law_is_tuned_on_processes_with_the_same_bits(on: Circumstances, 
         "seeds": {"first": 100128, "count": 1},
         "search": {"population": 4, "window": 104.0, "confirm": 105.0, "runs": 1},
     }
-    task, budget = build_task(tables), 4 * 104.0 + 2 * 105.0
+    task, budget = build_task(tables, folder=tmp_path), 4 * 104.0 + 2 * 105.0
     one = tune(task, "mild", on, budget, quiet=True)
     assert tune(task, "mild", on, budget, workers=2, quiet=True).sets == one.sets
 
@@ -228,15 +228,15 @@ def test_log_of_a_tuning_is_found_again_only_where_nothing_has_changed(
 
     (tmp_path / "mine.py").write_text(EXAMPLE.read_text())
     tables = {**SMALL, "law": f"{tmp_path}/mine.py:MyLaw"}
-    first = logs(build_task(tables), on)
-    assert len(first) == 1 and logs(build_task(tables), on) == first
-    assert len(logs(build_task({**tables, "fixed": {"period": 0.2}}), on)) == 2
-    assert len(logs(build_task(tables), Circumstances(on.plant.replace(d1=1.9)))) == 3
-    assert len(logs(build_task(tables), Circumstances(on.plant, gy.Settings(blend=90.0)))) == 4
+    first = logs(build_task(tables, folder=tmp_path), on)
+    assert len(first) == 1 and logs(build_task(tables, folder=tmp_path), on) == first
+    assert len(logs(build_task({**tables, "fixed": {"period": 0.2}}, folder=tmp_path), on)) == 2
+    assert len(logs(build_task(tables, folder=tmp_path), Circumstances(on.plant.replace(d1=1.9)))) == 3
+    assert len(logs(build_task(tables, folder=tmp_path), Circumstances(on.plant, gy.Settings(blend=90.0)))) == 4
     (tmp_path / "mine.py").write_text(EXAMPLE.read_text() + "\n\nLIMIT = 0.02\n")
-    assert len(logs(build_task(tables), on)) == 5
+    assert len(logs(build_task(tables, folder=tmp_path), on)) == 5
     monkeypatch.setattr("gyroctl.tuning.tune.fingerprint", lambda: "another package")
-    assert len(logs(build_task(tables), on)) == 6
+    assert len(logs(build_task(tables, folder=tmp_path), on)) == 6
 
 
 # --- the command ---------------------------------------------------------------------------------------------------

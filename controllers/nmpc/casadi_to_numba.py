@@ -45,7 +45,7 @@ BESIDE = 8
 
 HEAD = """import math
 
-from numba import cfunc, float64, void
+from numba import float64, void
 
 from gyroctl.plant.fused import fma
 from gyroctl.plant.trigonometry import cos_sin
@@ -53,7 +53,7 @@ from gyroctl.plant.trigonometry import cos_sin
 STAMP = {stamp!r}
 
 
-@cfunc(void({types}), cache=True, error_model='numpy')
+@kept(void({types}))
 def {name}({arguments}):
 """
 

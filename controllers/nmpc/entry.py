@@ -34,7 +34,7 @@ SOURCES = (
 OPENING = """from math import isfinite
 
 import numpy as np
-from numba import cfunc, float64, void
+from numba import float64, void
 
 from gyroctl.controllers.nmpc.views import view
 {imports}
@@ -42,7 +42,7 @@ from gyroctl.controllers.nmpc.views import view
 STAMP = {stamp!r}
 
 
-@cfunc(void({types}), cache=True, error_model='numpy')
+@kept(void({types}))
 def {name}({arguments}):
     many, some = int(p[0]), int(s[0])
     whole, numbers = p[1 : 1 + many].view(np.int64), view(p, 1 + many, (p.size - 1 - many,))

@@ -1,29 +1,34 @@
-"""Functions written as text: a module of their own in the cache folder, whose machine code numba keeps beside it."""
+"""Functions written as text: a module of their own in memory, of which the machine code is kept under the text's hash.
+
+The text is never read from a file: it is written anew by each process that needs it, and only what came of it is kept,
+under a seal (`gyroctl.plant.machine_code`).
+"""
 
 from __future__ import annotations
 
 import hashlib
 import sys
-from importlib.util import module_from_spec, spec_from_file_location
+from collections.abc import Callable
+from types import ModuleType
 from typing import Any
 
-from gyroctl.cache import cache_folder
-from gyroctl.writing import write_text
+from gyroctl.plant.machine_code import kept_callback
 
 
 def kept_function(name: str, text: str) -> Any:
-    """Return the function `name` of a module with this text; it is kept by the hash of the text."""
-    stem = f"{name}_{hashlib.sha256(text.encode()).hexdigest()[:16]}"
+    """Return the function `name` of a module with this text, in which ``@kept(signature)`` makes a function pointer."""
+    stamp = hashlib.sha256(text.encode()).hexdigest()
+    stem = f"{name}_{stamp[:16]}"
     if stem not in sys.modules:
-        file = cache_folder() / f"{stem}.py"
-        if not file.is_file():  # whole: another process may do the same at the same time
-            write_text(file, text)
-        spec = spec_from_file_location(stem, file)
-        assert spec is not None and spec.loader is not None
-        module = module_from_spec(spec)
+
+        def kept(signature: Any) -> Callable[[Any], Any]:
+            return lambda function: kept_callback(function, signature, stamp, error_model="numpy")
+
+        module = ModuleType(stem)
+        module.__dict__["kept"] = kept
         sys.modules[stem] = module  # numba finds a cached function again by the name of its module
         try:
-            spec.loader.exec_module(module)
+            exec(compile(text, f"<{stem}>", "exec"), module.__dict__)
         except BaseException:
             del sys.modules[stem]
             raise

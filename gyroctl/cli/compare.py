@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyroctl.cli.first_time import say_first_time
-from gyroctl.cli.options import Workers
+from gyroctl.cli.options import AllowCode, Workers
 
 if TYPE_CHECKING:
     import xarray
@@ -25,16 +25,18 @@ def compare(
     search: Annotated[
         bool, typer.Option(help="Search the best constant pair of this sea and device where none is known yet.")
     ] = True,
+    allow_code: AllowCode = None,
 ) -> None:
     """Compare laws on identical wave realisations."""
     from gyroctl.comparison.compare import Realisations, check_length, check_seeds
     from gyroctl.comparison.compare import compare as run
     from gyroctl.comparison.experiment import read_experiment
+    from gyroctl.errors import visible
     from gyroctl.provenance import command_line
     from gyroctl.tuning.yardstick import find_yardstick
 
     _folder(out)
-    setup = read_experiment(experiment, quick)
+    setup = read_experiment(experiment, quick, allow_code or ())
     waves, asked = Realisations(setup.sea, setup.run.seeds, setup.run.duration), setup.record()
     tuned, limit, runs = setup.tuning_seeds, setup.run.motion_limit, out / "runs"
     check_seeds(waves.seeds, tuned)
@@ -59,7 +61,8 @@ def compare(
     for name in ds.law.values:
         reasons = [str(reason) for reason in ds.failure.sel(law=name).values if reason]
         if reasons:
-            typer.echo(f"{name} failed in {len(reasons)} of {ds.sizes['realisation']} runs: {reasons[0]}", err=True)
+            many = f"{len(reasons)} of {ds.sizes['realisation']} runs"
+            typer.echo(f"{name} failed in {many}: {visible(reasons[0])}", err=True)
     if ds.failed.any():
         raise typer.Exit(2 if ds.failed.all() else 1)
 

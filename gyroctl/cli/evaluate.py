@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import Workers, failures
+from gyroctl.cli.options import AllowCode, Workers, failures
 
 
 def evaluate(
@@ -51,12 +51,16 @@ def evaluate(
     allow_tuning_seeds: Annotated[
         bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a table judges nothing.")
     ] = False,
+    allow_code: AllowCode = None,
 ) -> None:
     """Judge laws on spent or reserve realisations: seas, off the design, information, devices, real water."""
     from gyroctl.studies.evaluation import evaluate_tables, request
 
     chosen, say = seeds or (), partial(typer.echo, err=True)
-    asked = request(out, laws, chosen, duration, workers, allow_tuning_seeds, budget, planner, say=say)
+    allowed = allow_code or ()
+    asked = request(
+        out, laws, chosen, duration, workers, allow_tuning_seeds, budget, planner, say=say, allow_code=allowed
+    )
     made = evaluate_tables(tables or (), asked)
     for name in made:
         typer.echo((out / f"{name}.md").read_text(encoding="utf-8"))

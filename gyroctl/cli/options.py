@@ -18,6 +18,14 @@ Hs = Annotated[float, typer.Option(help="Significant wave height [m].")]
 PeakFrequency = Annotated[float, typer.Option(help="Peak frequency [rad/s].")]
 Variant = Annotated[str, typer.Option(help="Form of the plant: corrected, paper or realistic.")]
 Workers = Annotated[int, typer.Option(min=0, max=1024, help="Workers; 0 for all cores. Changes no result.")]
+AllowCode = Annotated[
+    list[Path] | None,
+    typer.Option(
+        "--allow-code",
+        help="File of Python that may run where an experiment, a task or a tuned set outside its folder names a law in "
+        "it; may repeat. Read it first.",
+    ),
+]
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="Parameter of the law, key=value; may repeat.")]
 
 

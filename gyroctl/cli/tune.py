@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gyroctl.cli.options import Workers, failures
+from gyroctl.cli.options import AllowCode, Workers, failures
 
 if TYPE_CHECKING:
     from gyroctl.tuning.task import Task
@@ -34,18 +35,21 @@ def tune(
         typer.Option(help="Experiment file: plant, sensors, actuators, seeds to keep away.", show_default=False),
     ] = None,
     ship: Annotated[bool, typer.Option("--ship", help="Also write the sets beside the law.")] = False,
+    allow_code: AllowCode = None,
 ) -> None:
     """Tune laws; a tuning that was stopped goes on where it was, one with a larger budget too."""
+    from gyroctl.harness.code_files import is_file
     from gyroctl.harness.registry import home, tuned_sets
     from gyroctl.harness.tuned_sets import tuned_file, write_sets
+    from gyroctl.names import file_in
     from gyroctl.tuning.bench import workers_wanted
     from gyroctl.tuning.task import read_task
     from gyroctl.tuning.tune import tune as run
     from gyroctl.writing import Kept
 
-    on = circumstances(experiment, water)
+    on, allowed = circumstances(experiment, water, allow_code or ()), allow_code or ()
     wanted = [name.strip() for name in sets.split(",") if name.strip()]
-    tasks = [read_task(name, water) for name in laws]
+    tasks = [read_task(name, water, allowed) for name in laws]
     for task in tasks:  # all that can be refused is refused before the first run
         for which in wanted:
             task.served(which)
@@ -53,12 +57,12 @@ def tune(
     for task in tasks:
         for which in wanted:
             with kept.stage(f"{task.stem} for {which}"):  # a law that fails does not stop the tuning of the others
-                start = _start(tuned_sets(task.law), begin)
+                start = _start(tuned_sets(task.law, allowed), begin)
                 found = run(task, which, on, budget, out, workers_wanted(workers), start=start)
-                write_sets(out / f"{task.stem}.json", task.law, found.sets)
+                write_sets(file_in(out, task.stem, ending=".json"), task.law, found.sets)
                 if ship:
                     folder, stem = home(task.law)
-                    write_sets(tuned_file(folder, stem), task.stem if ".py:" in task.law else task.law, found.sets)
+                    write_sets(tuned_file(folder, stem), task.stem if is_file(task.law) else task.law, found.sets)
                 _front(task, task.named(which), found, out)
                 _table(task, found)
     if len(kept.failed) == len(tasks) * len(wanted):
@@ -67,14 +71,14 @@ def tune(
     failures(kept.failed)
 
 
-def circumstances(experiment: Path | None, water: str = "linear") -> Circumstances:
+def circumstances(experiment: Path | None, water: str = "linear", allow_code: Sequence[Path] = ()) -> Circumstances:
     """Plant, sensors and actuators of an experiment, or those of a water."""
     from gyroctl.comparison.experiment import read_experiment
     from gyroctl.tuning.waters import Circumstances, circumstances_of
 
     if experiment is None:
         return circumstances_of(water)
-    setup = read_experiment(experiment)
+    setup = read_experiment(experiment, allow_code=allow_code)
     return Circumstances(setup.plant, setup.settings, frozenset(setup.run.seeds))
 
 
@@ -91,23 +95,26 @@ def _start(sets: dict[str, Any], name: str) -> Start | None:
 
 
 def _front(task: Task, which: str, found: Tuned, out: Path) -> None:
+    from gyroctl.names import file_in
     from gyroctl.reports.tuning_front import write_tuning_front
     from gyroctl.tuning.pareto_front import front_rows, write_front
 
     goals = task.goals[""]
     rows = front_rows(found.archive, found.sets, {name: goal.motion for name, goal in goals.items()})
     limits = {name: goal.power_cv for name, goal in goals.items() if goal.power_cv < 10.0}
-    write_front(rows, out / f"{task.stem}.{which}.front.csv")
-    write_tuning_front(rows, out / f"{task.stem}.{which}.front.png", f"{task.stem}, tuned for {which}", limits)
+    write_front(rows, file_in(out, task.stem, which, ending=".front.csv"))
+    picture = file_in(out, task.stem, which, ending=".front.png")
+    write_tuning_front(rows, picture, f"{task.stem}, tuned for {which}", limits)
 
 
 def _table(task: Task, found: Tuned) -> None:
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
+    from rich.markup import escape
     from rich.table import Table
 
     first = next(iter(found.sets.values()))["found"]
-    title = f"{task.stem}: {first['spent_s']:.3g} s of {first['budget_s']:.3g} s simulated"
+    title = f"{escape(task.stem)}: {first['spent_s']:.3g} s of {first['budget_s']:.3g} s simulated"
     caption = "power in W, 98 % motion of phi1 and phi3 in rad, cycle slips per 1000 waves"
     head = ("set", "sea", "power", "CV", "locked", "95 %", "motion", "slips", "goal")
     left: dict[str, Any] = {"title_justify": "left", "caption_justify": "left"}
@@ -116,8 +123,8 @@ def _table(task: Task, found: Tuned) -> None:
         for sea, result in entry["result"].items():
             low, high = result["locked_ci95"]
             table.add_row(
-                name,
-                sea,
+                escape(name),
+                escape(sea),
                 f"{result['mean_power']:.2f}",
                 f"{result['power_cv']:.2f}",
                 f"{round(result['locked'] * result['runs'])}/{result['runs']}",

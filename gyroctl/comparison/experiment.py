@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from gyroctl.comparison.items import check_different
 from gyroctl.devices import VARIANTS, zhang2017
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.code_files import Trust, asked_for, is_file
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import law, registered
 from gyroctl.harness.run import Settings
@@ -22,6 +23,7 @@ from gyroctl.harness.seed_ledger import refused_for
 from gyroctl.harness.sensing import Channel, Sensors
 from gyroctl.harness.start import STARTS
 from gyroctl.harness.yardstick import BASELINE
+from gyroctl.names import name_of
 from gyroctl.plant import Parameters, Plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
@@ -154,7 +156,7 @@ class Experiment:
         }
 
 
-def read_experiment(path: Path | None, quick: bool = False) -> Experiment:
+def read_experiment(path: Path | None, quick: bool = False, allow_code: Sequence[str | Path] = ()) -> Experiment:
     """Read an experiment.
 
     Parameters
@@ -163,20 +165,24 @@ def read_experiment(path: Path | None, quick: bool = False) -> Experiment:
         TOML file; None for the default experiment.
     quick : bool
         Four realisations of 600 s instead of what the file says.
+    allow_code : sequence of str or Path
+        Files outside the experiment's folder that may run, see `gyroctl.harness.code_files`.
 
     Raises
     ------
     InputError
-        For a missing or unreadable file, an unknown table or key, a value out of range; the field is named as in
-        the file.
+        For a missing or unreadable file, an unknown table or key, a value out of range, a law in a file outside the
+        experiment's folder that was not asked for; the field is named as in the file.
     """
     if path is None:
         return build_experiment({}, quick)
-    return build_experiment(read_tables(path, "experiment"), quick, path.parent)
+    return build_experiment(read_tables(path, "experiment"), quick, path.parent, allow_code)
 
 
-def build_experiment(tables: Mapping[str, Any], quick: bool = False, folder: Path = Path()) -> Experiment:
-    """Build an experiment from tables as read from TOML; paths in them are relative to `folder`."""
+def build_experiment(
+    tables: Mapping[str, Any], quick: bool = False, folder: Path = Path(), allow_code: Sequence[str | Path] = ()
+) -> Experiment:
+    """Build an experiment from tables as read from TOML; paths are relative to `folder`, from where laws may run."""
     check_known("", tables, TABLES)
     table = {name: table_of(tables, name) for name in TABLES}
     sea, run = _sea(table["sea"], folder), _run(table["run"])
@@ -189,14 +195,18 @@ def build_experiment(tables: Mapping[str, Any], quick: bool = False, folder: Pat
     if run.start == "locked":
         check_length(run.duration, run.blend)
     check_known("actuators", table["actuators"], names_of(Actuators))
-    kinds = _kinds(table["laws"], folder)
+    trust = Trust(folder, asked_for(allow_code))
+    for name in table["laws"]:
+        name_of("laws", name)
+    entries = {name: trust.names(f"laws.{name}", entry) for name, entry in table["laws"].items()}
+    kinds = _kinds(entries)
     actuators = Actuators(**table["actuators"])
     run_size(run.duration, run.dt, actuators.period)
     return Experiment(
         sea=sea,
         run=run,
         plant=_plant(table["plant"], folder),
-        laws=_laws(table["laws"], kinds, sea),
+        laws=_laws(entries, kinds, sea, allow_code),
         sensors=_sensors(table["sensors"]),
         actuators=actuators,
         source=tables,
@@ -254,7 +264,7 @@ def _plant(table: dict[str, Any], folder: Path) -> Plant:
     return zhang2017(variant, **table)
 
 
-def _kinds(table: dict[str, Any], folder: Path) -> dict[str, str]:
+def _kinds(table: dict[str, Any]) -> dict[str, str]:
     """What each law is built from: a registered name, or "file.py:Name" with its path; all registered ones by default.
 
     Every law is also told relative to the best constant pair, so that this always takes part.
@@ -263,9 +273,11 @@ def _kinds(table: dict[str, Any], folder: Path) -> dict[str, str]:
         return {name: name for name in registered()}
     kinds = {}
     for name, entry in table.items():
-        kind = str(checked_table(f"laws.{name}", entry).get("law", name))
-        if ".py:" in kind and not Path(kind.rpartition(":")[0]).is_absolute():
-            kind = str(folder / kind)
+        kind = checked_table(f"laws.{name}", entry).get("law", name)
+        if not isinstance(kind, str):
+            raise InputError(f"laws.{name}.law", kind, "is no name of a law", 'Give a name, or "file.py:Name"')
+        if kind == name and is_file(kind):  # a key would not have been looked at as a name of code
+            raise InputError(f"laws.{name}", name, "is a file", 'Give the law a name, and law = "file.py:Name" in it')
         kinds[name] = kind
     if table.get(BASELINE):
         problem = "the yardstick is searched for the sea and the device and takes no entries"
@@ -273,19 +285,21 @@ def _kinds(table: dict[str, Any], folder: Path) -> dict[str, str]:
     return {**kinds, BASELINE: kinds.get(BASELINE, BASELINE)}
 
 
-def _laws(table: dict[str, Any], kinds: Mapping[str, str], sea: Sea) -> dict[str, Law]:
+def _laws(
+    table: dict[str, Any], kinds: Mapping[str, str], sea: Sea, allow_code: Sequence[str | Path]
+) -> dict[str, Law]:
     built = {}
     for name, kind in kinds.items():
         parameters = {key: value for key, value in table.get(name, {}).items() if key != "law"}
-        built[name] = _law(name, kind, parameters, sea)
+        built[name] = _law(name, kind, parameters, sea, allow_code)
     return built
 
 
-def _law(name: str, kind: str, parameters: dict[str, Any], sea: Sea) -> Law:
+def _law(name: str, kind: str, parameters: dict[str, Any], sea: Sea, allow_code: Sequence[str | Path]) -> Law:
     if kind == BASELINE and "gamma" not in parameters and isinstance(sea, SeaState):
         parameters = {**parameters, "gamma": sea.gamma}
     try:
-        return law(kind, **parameters)
+        return law(kind, **{**parameters, "allow_code": allow_code})  # what data may run is not for data to say
     except InputError as error:
         known = error.field.replace(f"laws.{kind}", f"laws.{name}") if error.field != "law" else f"laws.{name}.law"
         raise InputError(known, error.value, error.problem, error.mend) from None

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import law as registered_law
+from gyroctl.names import text_of
 from gyroctl.plant import Plant
 
 LAW = 'Give a law, for example gyroctl.law("load_angle"), or its registered name'
@@ -15,6 +16,7 @@ LAW = 'Give a law, for example gyroctl.law("load_angle"), or its registered name
 def check_plant(plant: Plant) -> None:
     """Refuse what is no plant."""
     check_kind("plant", plant, Plant, "a plant", "Give one as the first argument, for example gyroctl.zhang2017()")
+    text_of("plant.name", plant.name)
 
 
 def law_of(value: Law | str, field: str = "law") -> Law:
@@ -46,7 +48,7 @@ def laws_by_name(laws: Mapping[str, Law | str] | Sequence[str]) -> dict[str, Law
         mend = 'Give a mapping from names to laws, for example {"mine": law}'
         raise InputError("laws", given, "is no mapping from names to laws", mend)
     if isinstance(laws, Mapping):
-        return {str(name): law_of(value, f"laws.{name}") for name, value in laws.items()}
+        return {text_of("laws", str(name)): law_of(value, f"laws.{name}") for name, value in laws.items()}
     for each in laws:
         if not isinstance(each, str):
             mend = 'Give them with names, for example {"mine": law}'

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.harness.code_files import is_file, parted
 from gyroctl.harness.law_entry import NotCompiled, compiled, line_of
 from gyroctl.harness.law_trials import (
     LONG,
@@ -73,7 +74,7 @@ def check_law(name: str, plant: Plant, runs: int = RUNS, tick: Callable[[], None
     InputError
         For a file or law that does not exist.
     """
-    if ".py:" in name and not Path(name.rpartition(":")[0]).is_file():
+    if is_file(name) and not Path(parted(name)[0]).is_file():
         law(name)  # says what is wrong
     try:
         built = law(name)

@@ -7,7 +7,8 @@ import importlib
 import importlib.util
 import inspect
 import math
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -17,6 +18,7 @@ from typing import Any, cast
 from gyroctl import nested
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError, check_kind
+from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
 from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
 from gyroctl.plant import Plant
@@ -49,35 +51,44 @@ def home(name: str) -> tuple[Path, str]:
     InputError
         For an unknown law or a missing file.
     """
-    if ".py:" in name:
-        path, _, attribute = name.rpartition(":")
+    if is_file(name):
+        path, attribute = parted(name)
         return _existing(name, path).parent, attribute
     module = importlib.import_module(_point(name).module)
     package = module if hasattr(module, "__path__") else importlib.import_module(str(module.__package__))
     return Path(str(package.__file__)).parent, name
 
 
-def tuned_sets(name: str) -> dict[str, Any]:
-    """Tuned sets that ship beside a law, by name; empty where there are none."""
-    return read_sets(tuned_file(*home(name)))
+def tuned_sets(name: str, allow_code: Sequence[str | Path] = ()) -> dict[str, Any]:
+    """Tuned sets that ship beside a law, by name; empty where there are none.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, or a set that names code outside the law's folder which was not asked for.
+    """
+    folder, stem = home(name)
+    sets, trust = read_sets(tuned_file(folder, stem)), Trust(folder, asked_for(allow_code))
+    named = {key: trust.names(f"tuned.{key}.parameters", entry.get("parameters", {})) for key, entry in sets.items()}
+    return {key: {**entry, "parameters": named[key]} for key, entry in sets.items()}
 
 
 def tuned_seeds(name: str) -> set[int]:
     """Seeds on which a law was tuned, and so may not be judged."""
-    return seeds_of(tuned_sets(name))
+    return seeds_of(read_sets(tuned_file(*home(name))))
 
 
-def real_set(name: str) -> str | None:
+def real_set(name: str, allow_code: Sequence[str | Path] = ()) -> str | None:
     """Name of the set with which a law goes into real water; None where it was tuned for none.
 
     "real", for all seas. A law that has none there takes that of the default sea, "real-gamma5": better tuned for
     another sea of the same water than for another water.
     """
-    sets = tuned_sets(name)
+    sets = tuned_sets(name, allow_code)
     return next((choice for choice in (REAL, f"{REAL}-{DEFAULT_SEA}") if choice in sets), None)
 
 
-def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
+def law(name: str, tuning: str | None = None, *, allow_code: Sequence[str | Path] = (), **parameters: Any) -> Law:
     """Build a law.
 
     Parameters
@@ -88,6 +99,8 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
         A set of its tuned parameters: "all", or one for a sea alone, as "gamma1", "gamma5", "gamma50"; "real" for all
         seas in real water, or that of `real_set`. A law whose design model goes beyond the linear one takes "real"
         unless told otherwise; one without a design model cannot know of the water, and is told.
+    allow_code : sequence of str or Path, optional
+        Files that may run where a tuned set names a law in a file outside the folder of this one.
     **parameters
         Parameters of the law; the defaults are its shipped tuning for all seas. The design model `plant` of a law that
         has one may be a variant, "realistic", or a table of choices as `gyroctl.zhang2017` takes them.
@@ -104,16 +117,16 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
     """
     check_kind("law", name, str, "the name of a law", 'Give a name, for example gyroctl.law("load_angle")')
     if tuning is not None:
-        parameters = {**_tuned_parameters(name, tuning), **parameters}
+        parameters = {**_tuned_parameters(name, tuning, allow_code), **parameters}
     if isinstance(parameters.get("wraps"), str | Mapping):
-        parameters = {**parameters, "wraps": _wrapped(name, parameters["wraps"])}
+        parameters = {**parameters, "wraps": _wrapped(name, parameters["wraps"], allow_code)}
     if isinstance(parameters.get("plant"), str | Mapping):
         parameters = {**parameters, "plant": _design(name, parameters["plant"])}
     design = parameters.get("plant")
     if tuning is None and isinstance(design, Plant) and design.coefficients.beyond is not None:
-        known_set = real_set(name)
-        parameters = {**(_tuned_parameters(name, known_set) if known_set else {}), **parameters}
-    factory = _from_file(name) if ".py:" in name else _from_name(name)
+        known_set = real_set(name, allow_code)
+        parameters = {**(_tuned_parameters(name, known_set, allow_code) if known_set else {}), **parameters}
+    factory = _from_file(name) if is_file(name) else _from_name(name)
     if not callable(factory):
         raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")
     own_names = _defaults(factory)
@@ -179,9 +192,9 @@ def _check_parameter(name: str, key: str, value: Any, known: Mapping[str, Any]) 
         raise InputError(field, value, "must not be negative: both controls only dissipate", f"Give {key} >= 0 in Nms")
 
 
-def _wrapped(name: str, wraps: str | Mapping[str, Any]) -> Law:
+def _wrapped(name: str, wraps: str | Mapping[str, Any], allow_code: Sequence[str | Path]) -> Law:
     """Build the law that another one wraps: a name, or a table with `law` and its parameters."""
-    table = {"law": wraps} if isinstance(wraps, str) else dict(wraps)
+    table = {"law": wraps} if isinstance(wraps, str) else {**wraps}
     inner = table.pop("law", None)
     if not isinstance(inner, str) or inner == name:
         raise InputError(
@@ -190,7 +203,7 @@ def _wrapped(name: str, wraps: str | Mapping[str, Any]) -> Law:
             "is no law to wrap",
             'Give its name, or a table with law = "load_angle" and its parameters',
         )
-    return law(inner, **table)
+    return law(inner, **{**table, "allow_code": allow_code})  # what data may run is not for data to say
 
 
 def _design(name: str, plant: str | Mapping[str, Any]) -> Plant:
@@ -201,10 +214,10 @@ def _design(name: str, plant: str | Mapping[str, Any]) -> Plant:
         raise InputError(f"laws.{name}.{error.field}", error.value, error.problem, error.mend) from None
 
 
-def _tuned_parameters(name: str, tuning: str) -> dict[str, Any]:
-    sets = tuned_sets(name)
+def _tuned_parameters(name: str, tuning: str, allow_code: Sequence[str | Path]) -> dict[str, Any]:
+    sets = tuned_sets(name, allow_code)
     if tuning == REAL:
-        tuning = real_set(name) or REAL
+        tuning = real_set(name, allow_code) or REAL
     if tuning not in sets:
         mend = f"Choose one of {', '.join(sets)}" if sets else f"Tune it: gyroctl tune {name} --ship"
         raise InputError(f"laws.{name}.tuning", tuning, "there is no such set of tuned parameters", mend)
@@ -235,13 +248,13 @@ def defined(file: Path) -> dict[str, Any]:
 
 
 def _existing(name: str, path: str) -> Path:
-    if not Path(path).is_file():
+    if not os.path.isfile(path):  # also of what can be no path
         raise InputError("law", name, f"there is no file {path}", "Give the path of a Python file, as file.py:Name")
     return Path(path)
 
 
 def _from_file(name: str) -> Callable[..., Any]:
-    path, _, attribute = name.rpartition(":")
+    path, attribute = parted(name)
     module = _module(name, _existing(name, path))
     if not hasattr(module, attribute):
         raise InputError("law", name, f"{path} defines no {attribute}", "Name a class or function of the file")

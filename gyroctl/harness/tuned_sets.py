@@ -8,17 +8,18 @@ from pathlib import Path
 from typing import Any
 
 from gyroctl.errors import InputError
+from gyroctl.names import file_in
 from gyroctl.writing import write_json
 
 
 def tuned_file(folder: Path, stem: str) -> Path:
     """Path of the tuned sets of the law `stem` whose code is in `folder`."""
-    return folder / "tuned" / f"{stem}.json"
+    return file_in(folder / "tuned", stem, ending=".json")
 
 
 def task_file(folder: Path, stem: str) -> Path:
     """Path of the task by which the law `stem`, whose code is in `folder`, is tuned."""
-    return folder / "tuning" / f"{stem}.toml"
+    return file_in(folder / "tuning", stem, ending=".toml")
 
 
 def read_sets(path: Path) -> dict[str, Any]:

@@ -3,6 +3,9 @@
 numba keeps the code of a function beside its file: another folder, environment or installation compiles the same text
 again. Here it is kept in the one folder of this package's cache, under a stamp of its sources; numba itself adds
 signature, processor and its own version. A function whose file is gone, or was never there, can be kept as well.
+
+numba's files are pickles, which can do anything when they are read. So they lie in a folder of this user alone, each
+under a seal of that folder; what has another seal is not looked into, but compiled again and replaced.
 """
 
 from __future__ import annotations
@@ -21,9 +24,9 @@ from numba.core import sigutils
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataCacheFile, NullCache, _CacheLocator
 from numba.core.ccallback import CFunc
 
-from gyroctl.cache import cache_folder
+from gyroctl.cache import cache_folder, private_folder, sealed, unsealed
 
-FOLDER = "compiled"
+FOLDER = "machine-code"
 
 VERSIONS = 24
 """Stamps of one function that stay: who changes a source and changes it back finds the code again."""
@@ -35,15 +38,19 @@ UNREADABLE = (OSError, EOFError, pickle.UnpicklingError, AttributeError, ImportE
 """What a file gives that was cut short, or written by something else."""
 
 
-def folder() -> Path:
-    """$NUMBA_CACHE_DIR, or a part of this package's cache."""
+def folder() -> Path | None:
+    """$NUMBA_CACHE_DIR, or a part of this package's cache; None where nothing can be kept."""
     wanted = os.environ.get("NUMBA_CACHE_DIR")
-    return Path(wanted) if wanted else cache_folder() / FOLDER
+    if wanted:
+        return private_folder(Path(wanted))
+    cache = cache_folder()
+    return private_folder(cache / FOLDER) if cache else None
 
 
 def kept(name: str) -> bool:
     """Whether there is code of a function, ``file.function``, in any version."""
-    return any(folder().glob(f"{name}*.nbi"))
+    place = folder()
+    return place is not None and any(place.glob(f"{name}*.nbi"))
 
 
 class _Locator(_CacheLocator):  # type: ignore[misc]
@@ -53,7 +60,10 @@ class _Locator(_CacheLocator):  # type: ignore[misc]
         self.stamp, self._py_file = stamp, file  # numba names the file where it warns
 
     def get_cache_path(self) -> str:
-        return str(folder())
+        place = folder()
+        if place is None:
+            raise OSError("there is no folder to keep machine code in")
+        return str(place)
 
     def get_source_stamp(self) -> str:
         return self.stamp
@@ -71,7 +81,7 @@ class _Entry(CompileResultCacheImpl):  # type: ignore[misc]
 
 
 class _Index(IndexDataCacheFile):  # type: ignore[misc]
-    """Which file holds the code of which signature, each under a name of its own.
+    """Which file holds the code of which signature, each under a name of its own, and all of them under seals.
 
     numba numbers them by what its index knows: two processes that compile two signatures at the same time would take
     the same number, and each of them the other's code.
@@ -81,6 +91,25 @@ class _Index(IndexDataCacheFile):  # type: ignore[misc]
         name = f"{Path(self._index_name).stem}.{hashlib.sha256(repr(key).encode()).hexdigest()[:16]}.nbc"
         self._save_data(name, data)
         self._save_index({**self._load_index(), key: name})
+
+    def _load_index(self) -> dict[Any, str]:
+        try:
+            version, stamp, names = self._load_data(self._index_name)
+        except UNREADABLE:  # or not there: it is written anew
+            return {}
+        return names if (version, stamp) == (self._version, self._source_stamp) else {}
+
+    def _save_index(self, overloads: dict[Any, str]) -> None:
+        self._save_data(self._index_name, (self._version, self._source_stamp, overloads))
+
+    def _load_data(self, name: str) -> Any:
+        path = Path(self._data_path(name))
+        return pickle.loads(unsealed(path.parent, name, path.read_bytes()))
+
+    def _save_data(self, name: str, data: Any) -> None:
+        path = Path(self._data_path(name))
+        with self._open_for_write(path) as file:
+            file.write(sealed(path.parent, name, self._dump(data)))
 
 
 class _Files(FunctionCache):  # type: ignore[misc]
@@ -136,8 +165,11 @@ def kept_callback(function: Any, signature: Any, stamp: str, **options: Any) -> 
 
 def _forget(base: str) -> None:
     """Remove the oldest versions of a function's code, given the name of one of them."""
+    place = folder()
+    if place is None:
+        return
     name = glob.escape(STAMP.split(base)[0])
-    indices = sorted(folder().glob(f"{name}[_-]*.nbi"), key=lambda path: path.stat().st_mtime, reverse=True)
+    indices = sorted(place.glob(f"{name}[_-]*.nbi"), key=lambda path: path.stat().st_mtime, reverse=True)
     for index in indices[VERSIONS:]:
-        for path in (index, *folder().glob(f"{glob.escape(index.stem)}.*.nbc")):
+        for path in (index, *place.glob(f"{glob.escape(index.stem)}.*.nbc")):
             path.unlink(missing_ok=True)

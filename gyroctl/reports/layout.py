@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.names import text_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -121,6 +122,9 @@ def check_layout(ds: xr.Dataset, name: str) -> xr.Dataset:
         raise InputError("results", name, f"this is no comparison of laws; missing: {', '.join(missing)}", MEND)
     if ds.sizes["law"] == 0 or ds.sizes["realisation"] == 0:
         raise InputError("results", name, "the comparison holds no run", MEND)
+    for field, values in (("law", ds["law"].values), ("label", ds["label"].values if "label" in ds.variables else ())):
+        for value in values:
+            text_of(f"results.{field}", str(value))
     return ds
 
 

@@ -23,6 +23,7 @@ STYLE: Any = {
     "font.family": "sans-serif",
     "font.sans-serif": ["Liberation Sans", "Arial", "Helvetica", "DejaVu Sans"],
     "font.size": 10,
+    "text.parse_math": False,  # names are text, whatever is in them
     "axes.edgecolor": LIGHT.axis,
     "axes.labelcolor": LIGHT.muted,
     "axes.spines.top": False,

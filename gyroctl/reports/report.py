@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gyroctl.names import in_markup
 from gyroctl.reports import figures, layout, wording
 from gyroctl.reports.evaluation import Evaluation, evaluate
 from gyroctl.reports.pareto import pareto
@@ -90,7 +91,7 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
     # what words the text and the figures words the page: each function of `wording` is a filter
     environment.filters["in_words"] = in_words
     environment.filters |= {name: words for name, words in vars(wording).items() if callable(words)}
-    verdict = judge(found)
+    verdict, drawn = judge(found), _in_markup(ds, found)
     return environment.get_template("report.html.j2").render(
         evaluation=found,
         verdict=verdict,
@@ -101,11 +102,11 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
         styles=law_styles(layout.names(ds), found.reference),
         sea=sea_line(ds),
         figures={
-            name: _figure_json(draw(ds, found))
+            name: _figure_json(draw(*drawn))
             for name, draw in DRAW.items()
             if name != "differences" or found.power_differences
         },
-        series=_figure_json(time_series(ds, found)) if layout.has_examples(ds) else None,
+        series=_figure_json(time_series(*drawn)) if layout.has_examples(ds) else None,
         templates={
             name: _script_safe(json.dumps(template(colours).to_plotly_json(), sort_keys=True))
             for name, colours in (("light", LIGHT), ("dark", DARK))
@@ -116,6 +117,15 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
         experiment=_experiment_text(ds),
         parameters=_parameters(ds),
     )
+
+
+def _in_markup(ds: xr.Dataset, found: Evaluation) -> tuple[xr.Dataset, Evaluation]:
+    """Comparison whose laws are called as markup writes their names: the text of a figure is markup to plotly."""
+    names = [in_markup(name) for name in layout.names(ds)]
+    if names == layout.names(ds):
+        return ds, found
+    drawn = ds.assign_coords(law=names)
+    return drawn, evaluate(drawn)
 
 
 def sea_line(ds: xr.Dataset) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from gyroctl.errors import visible
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
 from gyroctl.reports.verdict import judge
 from gyroctl.reports.wording import NOTHING, interval, minutes, minutes_interval, number, percent, sees, watts
@@ -123,12 +124,12 @@ def print_table(ds: xr.Dataset, evaluation: Evaluation | None = None, console: C
     found = evaluate(ds) if evaluation is None else evaluation
     verdict = judge(found)
     if found.plant:
-        out.print(Text(f"Device: {found.plant}"))
+        out.print(Text(visible(f"Device: {found.plant}")))
     out.print(results_table(ds, found, intervals=out.width >= WIDE))
     out.print(motion_table(ds, found))
-    out.print(Text(" ".join(verdict.sentences)))
+    out.print(Text(visible(" ".join(verdict.sentences))))
     for caveat in verdict.caveats:
-        out.print(Text(f"! {caveat}", style="yellow"))
+        out.print(Text(visible(f"! {caveat}"), style="yellow"))
 
 
 def _table(headings: tuple[str, ...]) -> Table:

@@ -10,7 +10,7 @@ from contextlib import AbstractContextManager
 from dataclasses import replace
 from multiprocessing import get_context
 from types import TracebackType
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,7 +62,8 @@ class Runner:
         return [self._metrics(loop.waves, outcome) for loop, outcome in zip(loops, outcomes, strict=True)]
 
     def _loop(self, job: Job) -> Loop:
-        built = law(job.law, None, **dict(job.parameters))
+        parameters: dict[str, Any] = dict(job.parameters)
+        built = law(job.law, None, **parameters)
         acting = self.acting(job.sea, job.seed, job.duration)
         return Loop(built, acting, scanning(self.plant, built, self.settings, job.dt), job.law)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
@@ -13,8 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
 from gyroctl.harness.registry import home
 from gyroctl.harness.tuned_sets import task_file
+from gyroctl.names import name_of, part_of_path
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.waters import LINEAR, in_water
@@ -229,7 +231,7 @@ PAIRS = {"best_constant": "constant"}
 """Laws that are another law with its best numbers."""
 
 
-def read_task(name: str, water: str = LINEAR) -> Task:
+def read_task(name: str, water: str = LINEAR, allow_code: Sequence[str | Path] = ()) -> Task:
     """Read the task of a law, or a task file.
 
     Parameters
@@ -238,32 +240,47 @@ def read_task(name: str, water: str = LINEAR) -> Task:
         A registered law or "file.py:Name" with its task beside it (``tuning/NAME.toml``), or the path of a task file.
     water : str
         For which water it is meant.
+    allow_code : sequence of str or Path
+        Files outside the task's folder that may run, see `gyroctl.harness.code_files`. A file that is given as `name`
+        may.
 
     Raises
     ------
     InputError
-        For a law without a task, a file that cannot be read, an unknown entry, or a value out of range.
+        For a law without a task, a file that cannot be read, an unknown entry, a value out of range, or a law in a file
+        outside the task's folder that was not asked for.
     """
     if name.endswith(".toml"):
         path, stem = Path(name), Path(name).stem
     else:
+        if is_file(name):
+            allow_code = (*asked_for(allow_code), Path(parted(name)[0]))
         folder, stem = home(PAIRS.get(name, name))
         path = task_file(folder, stem)
         if not path.is_file():
             problem = f"ships no task for its tuning: there is no {path.name} in {path.parent}"
             raise InputError("law", name, problem, "Write one, see docs/tuning.md, and give its path")
-    return build_task(read_tables(path, "task"), stem, path.parent, water)
+    return build_task(read_tables(path, "task"), stem, path.parent, water, allow_code)
 
 
-def build_task(given: Mapping[str, Any], stem: str = "law", folder: Path = Path(), water: str = LINEAR) -> Task:
-    """Build a task from tables as read from TOML; a law's file is relative to `folder`."""
+def build_task(
+    given: Mapping[str, Any],
+    stem: str = "law",
+    folder: Path = Path(),
+    water: str = LINEAR,
+    allow_code: Sequence[str | Path] = (),
+) -> Task:
+    """Build a task from tables as read from TOML; a law's file is relative to `folder`, from where it may run."""
+    trust = Trust(folder, asked_for(allow_code))
     tables = in_water(given, water)
     check_known("", tables, TABLES)
     law = tables.get("law", stem)
     if not isinstance(law, str):
         raise InputError("law", law, "must be a name", 'Give a registered law, or "file.py:Name"')
-    if ".py:" in law:
-        law, stem = str((folder / law).resolve()), law.rpartition(":")[2]
+    if is_file(law):
+        law = trust.name("law", law)
+        stem = parted(law)[1]
+    part_of_path("law", stem)
     method = tables.get("method", METHODS[0])
     if method not in METHODS:
         raise InputError("method", method, "unknown method", f"Choose one of {', '.join(METHODS)}")
@@ -275,13 +292,15 @@ def build_task(given: Mapping[str, Any], stem: str = "law", folder: Path = Path(
         raise InputError("search.confirm_share", search.confirm_share, "must be between 0 and 1", "The default is 0.3")
     if search.seed > LARGEST_SEED:
         raise InputError("search.seed", search.seed, "is too large", f"Give at most {LARGEST_SEED}")
+    for name in table_of(tables, "knobs"):
+        name_of("knobs", name)
     knobs = tuple(_knob(f"knobs.{name}", name, entry) for name, entry in table_of(tables, "knobs").items())
     if method == "evolution" and not knobs:
         mend = "Write [knobs] and below it for example cc = {start = 0.05, width = 0.3}"
         raise InputError("knobs", {}, "there is nothing to tune", mend)
     fixed = {
         name: value if isinstance(value, str) else number(f"fixed.{name}", value)
-        for name, value in table_of(tables, "fixed").items()
+        for name, value in trust.names("fixed", table_of(tables, "fixed")).items()
     }
     seeds = _entries(Seeds(), "seeds", table_of(tables, "seeds"))
     return Task(law, stem, method, fixed, knobs, seas, _goals(tables, seas), search, seeds, water)
@@ -292,7 +311,7 @@ def _seas(table: Mapping[str, Any]) -> dict[str, TuningSea]:
         return dict(SEAS)
     seas = {}
     for name, entry in table.items():
-        path = f"seas.{name}"
+        path = f"seas.{part_of_path('seas', name)}"
         if name == EVERY_SEA or not isinstance(entry, Mapping):
             raise InputError(path, entry, "must be a table with a name of its own", f"Write [seas.rough], not {path}")
         check_known(path, entry, ("hs", "wp", "gamma", "weight", "power", "runs"))
@@ -311,7 +330,8 @@ def _goals(tables: Mapping[str, Any], seas: Mapping[str, TuningSea]) -> dict[str
     main = table_of(tables, "goal")
     goals = {"": _goal("goal", main, seas)}
     for name, entry in table_of(tables, "goals").items():
-        goals[name] = _goal(f"goals.{name}", {**main, **checked_table(f"goals.{name}", entry)}, seas)
+        path = f"goals.{part_of_path('goals', name)}"
+        goals[name] = _goal(path, {**main, **checked_table(path, entry)}, seas)
     return goals
 
 

@@ -22,6 +22,7 @@ from gyroctl.fingerprint import fingerprint
 from gyroctl.harness.law_fingerprint import law_source
 from gyroctl.harness.registry import describe, law
 from gyroctl.harness.seed_ledger import ledger
+from gyroctl.names import file_in
 from gyroctl.simulation.progress import Progress
 from gyroctl.tuning.bench import Bench
 from gyroctl.tuning.best_pair import Lengths, best_pair
@@ -112,7 +113,8 @@ def tune(
         task = starting(task, start.parameters)
     example = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
     plan = planned(task, seas, budget)
-    log = TuningLog(folder / f"{task.stem}.{which}.{_key(task, which, on)}.jsonl" if folder is not None else None)
+    parts = (task.stem, which, _key(task, which, on))
+    log = TuningLog(file_in(folder, *parts, ending=".jsonl") if folder is not None else None)
     total = plan.generations * plan.generation + plan.points * plan.confirmation
     with (
         Bench(on.plant, on.settings, example, workers) as bench,

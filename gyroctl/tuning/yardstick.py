@@ -216,7 +216,9 @@ def _kept(
     """Search a pair and keep it."""
     say("Searching the best constant pair of this sea and device, once")
     found = _searched(wanted, workers or os.cpu_count() or 1, quiet, lengths)
-    write_json(_file(wanted), {**asdict(found), "content": wanted.content()})
+    file = _file(wanted)
+    if file is not None:
+        write_json(file, {**asdict(found), "content": wanted.content()})
     return found
 
 
@@ -250,14 +252,18 @@ def _shipped(key: str) -> Yardstick | None:
     return None
 
 
-def _file(wanted: Search) -> Path:
-    return cache_folder() / FOLDER / f"{wanted.key}.json"
+def _file(wanted: Search) -> Path | None:
+    cache = cache_folder()
+    return cache / FOLDER / f"{wanted.key}.json" if cache else None
 
 
 def _read(wanted: Search) -> Yardstick | None:
     """Pair that was found before; a file that is no such thing, or of other content, is searched again."""
+    file = _file(wanted)
+    if file is None:
+        return None
     try:
-        stored: Mapping[str, Any] = json.loads(_file(wanted).read_text(encoding="utf-8"))
+        stored: Mapping[str, Any] = json.loads(file.read_text(encoding="utf-8"))
         same = stored["content"] == wanted.content()
         return Yardstick(**{item.name: stored[item.name] for item in fields(Yardstick)}) if same else None
     except (OSError, ValueError, KeyError, TypeError):

@@ -4,18 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, Literal
 
 from gyroctl.errors import InputError
+from gyroctl.harness.code_files import is_file
 from gyroctl.harness.protocol import Law, innermost
 from gyroctl.harness.registry import REAL, law, registered, tuned_sets
 from gyroctl.harness.sight import sight
+from gyroctl.names import text_of
 from gyroctl.reports.layout import REFERENCE
 
 Kind = Literal["constant", "simple", "planning"]
 
 ALL = "all"
 """Name of the one set of parameters for all seas, the default of every law."""
+
+
+LONGEST_LIST = 20_000
+"""Characters of a list of laws that is typed."""
 
 
 @dataclass(frozen=True)
@@ -26,10 +33,12 @@ class Entrant:
     name: str  # registered name, or "file.py:Name"
     parameters: Mapping[str, Any] = field(default_factory=dict)  # what differs from its defaults
     tuning: str = ALL  # set of tuned parameters: "all", or one for a sea alone
+    allow_code: tuple[Path, ...] = ()  # files that may run where a tuned set names a law in them
 
     def build(self) -> Law:
         """Build the law anew: a law that was run may keep what it has worked out, and would be stored as another."""
-        return law(self.name, None if self.tuning == ALL else self.tuning, **self.parameters)
+        tuning = None if self.tuning == ALL else self.tuning
+        return law(self.name, tuning, **{"allow_code": self.allow_code, **self.parameters})
 
 
 def reference(gamma: float = 5.0) -> Entrant:
@@ -52,6 +61,7 @@ def parse(text: str) -> list[Entrant]:
     InputError
         Field ``laws``: brackets that do not match, or a parameter without a value.
     """
+    text_of("laws", text, longest=LONGEST_LIST)
     found, depth, start = [], 0, 0
     for i, sign in enumerate(text + ","):
         depth += (sign == "[") - (sign == "]")
@@ -74,9 +84,9 @@ def with_sets(entrants: Iterable[Entrant], sea: str) -> list[Entrant]:
     found = []
     for entrant in entrants:
         found.append(entrant)
-        plain = entrant.tuning == ALL and ".py:" not in entrant.name
+        plain = entrant.tuning == ALL and not is_file(entrant.name)
         if plain and entrant.name != "constant" and sea in tuned_sets(entrant.name):  # that set is best_constant
-            found.append(Entrant(f"{entrant.label} ({sea})", entrant.name, entrant.parameters, sea))
+            found.append(replace(entrant, label=f"{entrant.label} ({sea})", tuning=sea))
     return found
 
 
@@ -85,7 +95,9 @@ def in_real_water(entrants: Iterable[Entrant], sea: str) -> list[Entrant]:
     found = []
     for entrant in entrants:
         free = entrant.tuning == ALL and entrant.name != "constant"  # whose sets there are the best pairs
-        found.append(replace(entrant, tuning=real_set(tuned_sets(entrant.name), sea)) if free else entrant)
+        found.append(
+            replace(entrant, tuning=real_set(tuned_sets(entrant.name, entrant.allow_code), sea)) if free else entrant
+        )
     return found
 
 

@@ -118,7 +118,7 @@ def _one(name: str, ask: Request) -> dict[str, Any]:
 
     begin = time.monotonic()
     ask = ask.usually(*USUAL[name]) if name in USUAL else ask
-    with styled():
+    with styled(formulas=False):
         found, text, figure = TABLES[name](ask)
         ask.out.mkdir(parents=True, exist_ok=True)
         save(figure, ask.out / f"{name}.png")

@@ -9,8 +9,10 @@ from typing import Any
 
 from gyroctl.comparison.compare import check_workers
 from gyroctl.errors import InputError
+from gyroctl.harness.code_files import asked_for
 from gyroctl.harness.run import Settings
 from gyroctl.harness.seed_ledger import ledger, refused_for
+from gyroctl.names import text_of
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.studies.evaluation.entrants import Entrant, default_entrants, parse
 from gyroctl.studies.evaluation.seeds import SeedPlan, seed_plan
@@ -78,8 +80,9 @@ def request(
     planner: str = "nmpc",
     quiet: bool = False,
     say: Callable[[str], None] = lambda _: None,
+    allow_code: Sequence[str | Path] = (),
 ) -> Request:
-    """Build a request from what was typed.
+    """Build a request from what was typed; the files of laws that are typed may run, and `allow_code` for tuned sets.
 
     Raises
     ------
@@ -88,9 +91,11 @@ def request(
     """
     given = {"laws": bool(laws), "seeds": bool(seeds), "duration": duration is not None}
     given["budget"] = budget is not None
+    text_of("planner", planner)
     budget = BUDGET if budget is None else budget
     duration = DURATION if duration is None else duration
-    entrants = tuple(entrant for entrant in (parse(laws) if laws else default_entrants()) if entrant.label != REFERENCE)
+    allowed, typed = asked_for(allow_code), parse(laws) if laws else default_entrants()
+    entrants = tuple(replace(entrant, allow_code=allowed) for entrant in typed if entrant.label != REFERENCE)
     built, names = [entrant.build() for entrant in entrants], [entrant.name for entrant in entrants]
     tuned_on = refused_for(built, names)
     plan = seed_plan(seeds, allow_tuning_seeds, tuned_on)

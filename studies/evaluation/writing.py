@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from gyroctl.names import in_table
 from gyroctl.reports.wording import interval, number, percent, sees, watts
 from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation.rows import Row
@@ -52,7 +53,7 @@ def row_table(headings: Sequence[str], lines: Sequence[Mapping[str, str]], text:
 def markdown_table(headings: Sequence[str], lines: Sequence[Sequence[str]], text: int = 1) -> str:
     """Write a table; the first `text` columns and the last one are aligned to the left."""
     marks = ["---" if i < text or i == len(headings) - 1 else "---:" for i in range(len(headings))]
-    return "\n".join("| " + " | ".join(cells) + " |" for cells in (headings, marks, *lines))
+    return "\n".join("| " + " | ".join(map(in_table, cells)) + " |" for cells in (headings, marks, *lines))
 
 
 def with_interval(estimate: Estimate, digits: int = 3) -> str:
