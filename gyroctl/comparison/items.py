@@ -122,12 +122,11 @@ def work_items(
     content = {name: law_fingerprint(law) for name, law in laws.items()}
     items = []
     for (name, law), seed in product(laws.items(), waves.seeds):
-        example = seed == waves.seeds[0]
-        series = "full" if example and full else example
-        text = json.dumps([fingerprint(), content[name], hashes[seed], series, *common])
+        example = seed == waves.seeds[0] and (full or "short")  # whether and how the time series are kept
+        text = json.dumps([fingerprint(), content[name], hashes[seed], example, *common])
         # a law that is not known by its content has no key, and its result is not stored
         key = hashlib.sha256(text.encode()).hexdigest() if content[name] else ""
-        wanted = (available, example, hashes[seed], time_limit, key, full)
+        wanted = (available, bool(example), hashes[seed], time_limit, key, full)
         items.append(Item(plant, name, law, waves, seed, settings, *wanted))
     return items
 

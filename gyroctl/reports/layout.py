@@ -21,8 +21,11 @@ MOTION_LIMIT = 0.35
 """Default limit of the 98 % motion, for either rotation. [rad]"""
 
 FEW = 32
-"""Laws up to which every pair is compared and every law is drawn and told. Of more laws only the pairs with the reference
-and with the strongest are, and pictures and words are of so many laws: work that grows with the laws, not their pairs."""
+"""Laws up to which every pair is compared and every law is drawn and told.
+
+Of more laws only the pairs with the reference and with the strongest are compared, and pictures and words are of so
+many laws: the work grows with the laws and not with their pairs.
+"""
 
 POWER = ("mean_power", "power_cv", "p98_over_mean")
 LOCK = ("locked", "loss_time", "cycle_slips")
