@@ -236,9 +236,9 @@ def table() -> dict[str, Any]:
 
 def show(content: dict[str, list[dict[str, float]]]) -> None:
     """Print each table."""
-    for name, rows in content.items():
+    for name, found in content.items():
         print(name)
-        for row in rows:
+        for row in found:
             print("   ", "  ".join(f"{key} {value:.4g}" for key, value in row.items()))
 
 

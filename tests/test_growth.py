@@ -18,7 +18,9 @@ import gyroctl as gy
 from gyroctl.comparison import execution, items, kept
 from gyroctl.comparison.compare import Realisations, compare
 from gyroctl.comparison.items import Outcome, work_items
+from gyroctl.harness import together
 from gyroctl.harness.run import Settings
+from gyroctl.plant.kernel import rows
 from gyroctl.reports import layout
 from gyroctl.reports.evaluation import evaluate
 from gyroctl.reports.report import _series_json
@@ -256,3 +258,26 @@ def test_points_of_all_laws_together_are_bounded() -> None:
         held = kept.kept(item, outcome, laws).series
         assert laws * held["power"].size <= kept.IN_ALL and held["power"].size == held["time"].size
         assert held["power"].max() == np.sin(time).max()
+
+
+def test_no_two_long_runs_are_held_at_a_time(device: gy.Plant, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Long: their records in all lanes would exceed what they may take. The numbers are those of runs side by side."""
+    waves, sizes = Realisations(gy.SeaState(), (1, 2, 3, 4), 60.0), []
+    some = work_items(device, {"plain": gy.law("constant")}, waves, Settings(blend=20.0), 60.0)
+    beside = items.perform(some)
+    plain = items.run_together
+
+    def noting(plant: gy.Plant, loops: Sequence[Any]) -> list[Any]:
+        sizes.append(len(loops))
+        return plain(plant, loops)
+
+    monkeypatch.setattr(items, "run_together", noting)
+    record = 16 * 600 * (rows(device.coefficients) + 7) * 8
+    for most, expected in ((record, [4]), (record - 1, [1, 1, 1, 1])):
+        sizes.clear()
+        monkeypatch.setattr(together, "MEMORY", most)
+        found = items.perform(some)
+        assert sizes == expected
+        for one, other in zip(found, beside, strict=True):
+            names = [name for name in other.values if not name.startswith("step_ms")]
+            np.testing.assert_equal([one.values[name] for name in names], [other.values[name] for name in names])

@@ -22,7 +22,7 @@ from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.harness.protocol import Law, LawError
 from gyroctl.harness.run import Settings, lead_in
 from gyroctl.harness.start import locked_start
-from gyroctl.harness.together import Loop, run_together
+from gyroctl.harness.together import Loop, run_together, too_long
 from gyroctl.harness.together import Outcome as Run
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
@@ -144,7 +144,16 @@ def check_different(hashes: Sequence[str]) -> None:
 
 
 def perform(items: Sequence[Item]) -> list[Outcome]:
-    """Run items of one plant, side by side where that is possible; a law that fails ends its own run alone."""
+    """Run items of one plant, side by side where that is possible; a law that fails ends its own run alone.
+
+    Of runs so long that they go one by one no two are held at a time, neither records nor waves.
+    """
+    if any(too_long(item.plant, item.waves.duration, item.settings.actuators.period) for item in items):
+        return [outcome for item in items for outcome in _performed([item])]
+    return _performed(items)
+
+
+def _performed(items: Sequence[Item]) -> list[Outcome]:
     loops = [
         Loop(item.law, item.waves.at(item.plant, item.seed, item.settings), item.settings, item.name, item.time_limit)
         for item in items
