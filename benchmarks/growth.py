@@ -1,14 +1,20 @@
-"""How cost grows: with runs, lanes, states, horizon and cores.
+"""How cost grows: with runs, lanes, states, horizon and cores; and what does not grow with laws, length and runs.
 
 Run ``python benchmarks/growth.py`` (three minutes); it prints a table and writes it beside itself as ``growth.json``.
 Times are of the processor, the least of three goes; those over cores are of the wall.
+
+``python benchmarks/growth.py laws length driver`` prints one or more of these alone and writes nothing: pairs, time and
+page of a comparison by its laws (eight realisations, made-up metrics); memory of one run, and size of what is kept of
+it, by its length; memory of the driver by the runs.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import sys
 import time
+import tracemalloc
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -126,6 +132,94 @@ def over_horizon() -> list[dict[str, float]]:
     return found
 
 
+def over_laws() -> list[dict[str, float]]:
+    """Statistics, verdict, summary and page of a comparison by the number of its laws."""
+    from gyroctl.reports.evaluation import evaluate
+    from gyroctl.reports.report import render
+    from gyroctl.reports.summary import summarise
+    from gyroctl.reports.verdict import judge
+
+    render(made_up(4))  # load the libraries
+    found = []
+    for laws in (8, 32, 125, 500, 2000):
+        ds = made_up(laws)
+        begin = time.process_time()
+        evaluation = evaluate(ds)
+        judge(evaluation)
+        middle = time.process_time()
+        page, summary = render(ds, evaluation), json.dumps(summarise(ds, evaluation))
+        row = {"laws": laws, "pairs": len(evaluation.power_differences), "statistics_s": middle - begin}
+        row |= {"page_s": time.process_time() - middle, "page_mb": len(page) / 1e6, "summary_mb": len(summary) / 1e6}
+        found.append(row)
+    return found
+
+
+def made_up(laws: int, runs: int = 8) -> Any:
+    """Comparison of so many laws in the layout of a stored one, its numbers drawn at random."""
+    import xarray as xr
+
+    from gyroctl.reports import layout
+
+    rng, names = np.random.default_rng(laws), ["best_constant", *(f"law {k}" for k in range(1, laws))]
+    power = rng.gamma(20.0, 0.1, (laws, 1)) * rng.normal(1.0, 0.05, (laws, runs))
+    numbers = {name: 0.1 * rng.uniform(size=power.shape) for name in (*layout.REQUIRED, *layout.OPTIONAL)}
+    numbers |= {"mean_power": power, "generated_w": power, "power_cv": 0.3 + numbers["power_cv"]}
+    numbers |= dict.fromkeys(("locked", "in_step"), np.ones(power.shape))
+    numbers |= {"loss_time": np.full(power.shape, np.nan), "ledger_residual": np.zeros(power.shape)}
+    coords = {"law": names, "realisation": np.arange(1, runs + 1), "sha256": ("realisation", ["0" * 64] * runs)}
+    attributes = {"experiment": "{}", "gyroctl_version": "", "created": "", "tuning_seeds": "[]", "duration": 2000.0}
+    data = {name: (("law", "realisation"), values) for name, values in numbers.items()}
+    return xr.Dataset(data, {**coords, "information": ("law", ["sensors"] * laws)}, attributes)
+
+
+def over_length() -> list[dict[str, float]]:
+    """Memory that one run takes, and points of each time series that are kept of it, by its length."""
+    from gyroctl.comparison.compare import Realisations
+    from gyroctl.comparison.items import perform, work_items
+
+    found = []
+    for length in (2e3, 1e4, 1e5):
+        (item,) = work_items(DEVICE, {"pair": gy.law("constant")}, Realisations(SEA, (1,), length), SETTINGS, 1e3)
+        tracemalloc.start()
+        (outcome,) = perform([item])
+        most = tracemalloc.get_traced_memory()[1] / 1e6
+        tracemalloc.stop()
+        found.append({"length_s": length, "peak_mb": most, "points": float(outcome.series["time"].size)})
+    return found
+
+
+def over_driver() -> list[dict[str, float]]:
+    """Memory that the driver holds by the number of runs, which here are made up and take no time."""
+    from gyroctl.comparison import execution
+    from gyroctl.comparison.compare import Realisations
+    from gyroctl.comparison.items import Item, Outcome, work_items
+
+    names = [f"metric_{k}" for k in range(70)]
+
+    def made(items: list[Item]) -> list[Outcome]:
+        return [Outcome(item.sha256, {name: float(item.seed) for name in names}) for item in items]
+
+    plain, execution.perform = execution.perform, made
+    found = []
+    try:
+        for runs in (100, 1000, 10_000):
+            waves = Realisations(SEA, tuple(range(runs // 10)), 60.0)
+            laws = {f"law {k}": gy.law("constant", cg=1e-4 * (k + 1)) for k in range(10)}
+            items = work_items(DEVICE, laws, waves, SETTINGS, 60.0)
+            tracemalloc.start()
+            outcomes = execution.execute(items, 2, None, True)
+            held, most = (size / 1e3 / runs for size in tracemalloc.get_traced_memory())
+            tracemalloc.stop()
+            found.append({"runs": len(outcomes), "held_kb_each": held, "peak_kb_each": most})
+    finally:
+        execution.perform = plain
+    return found
+
+
+ALONE = {"laws": over_laws, "length": over_length, "driver": over_driver}
+"""Measured when they are asked for by name."""
+
+
 def table() -> dict[str, Any]:
     """Measure all."""
     ensemble(LANES)()  # compile
@@ -140,13 +234,21 @@ def table() -> dict[str, Any]:
     }
 
 
+def show(content: dict[str, list[dict[str, float]]]) -> None:
+    """Print each table."""
+    for name, found in content.items():
+        print(name)
+        for row in found:
+            print("   ", "  ".join(f"{key} {value:.4g}" for key, value in row.items()))
+
+
 def main() -> None:
     """Measure and print."""
+    if sys.argv[1:]:
+        show({name: ALONE[name]() for name in sys.argv[1:]})
+        return
     content = table()
-    for name in (*POINTS, "cores"):
-        print(name)
-        for row in content[name]:
-            print("   ", "  ".join(f"{key} {value:.4g}" for key, value in row.items()))
+    show({name: content[name] for name in (*POINTS, "cores")})
     Path(__file__).with_suffix(".json").write_text(json.dumps(content, indent=1) + "\n")
 
 

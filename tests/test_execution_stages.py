@@ -20,7 +20,7 @@ def sent(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     """Law and seed of what would go to a process; nothing is compiled beforehand."""
     noted: list[tuple[str, int]] = []
 
-    def note(item: Item, processes: Any) -> Future[Any]:
+    def note(item: Item, processes: Any, packed: Any) -> Future[Any]:
         noted.append((item.name, item.seed))
         future: Future[Any] = Future()
         future.set_result([failed(item, "not run here")])

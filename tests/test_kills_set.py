@@ -18,6 +18,7 @@ ROOMS = {
     "comparison",
     "faults",
     "gauge",
+    "growth",
     "harness",
     "hydrodynamics",
     "kept",

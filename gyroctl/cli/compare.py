@@ -26,6 +26,9 @@ def compare(
         bool, typer.Option(help="Search the best constant pair of this sea and device where none is known yet.")
     ] = True,
     allow_code: AllowCode = None,
+    full_series: Annotated[
+        bool, typer.Option("--full-series", help="Keep time series of more than 20 000 samples whole.")
+    ] = False,
 ) -> None:
     """Compare laws on identical wave realisations."""
     from gyroctl.comparison.compare import Realisations, check_length, check_seeds
@@ -56,6 +59,7 @@ def compare(
         motion_limit=limit,
         yardstick=pair,
         time_limit=setup.run.time_limit or None,
+        full_series=full_series,
     )
     write(ds.assign_attrs(command=command_line()), out)
     for name in ds.law.values:
@@ -94,12 +98,13 @@ def _folder(out: Path) -> None:
 def write(ds: xarray.Dataset, out: Path, results: bool = True) -> None:
     """Write the three files, each whole or not at all, and print the table."""
     from gyroctl.reports import evaluate, print_table, summarise, write_report
+    from gyroctl.reports.layout import packing
     from gyroctl.writing import write_json, written_whole
 
     found = evaluate(ds)
     if results:
         with written_whole(out / "results.nc") as part:
-            ds.to_netcdf(part, engine="h5netcdf")
+            ds.to_netcdf(part, engine="h5netcdf", encoding=packing(ds))
     write_json(out / "summary.json", summarise(ds, found))
     page = write_report(ds, out / "report.html", found)
     print_table(ds, found)

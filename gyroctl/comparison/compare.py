@@ -71,6 +71,7 @@ def compare(
     quiet: bool = False,
     time_limit: float | None = None,
     yardstick: Yardstick | None = None,
+    full_series: bool = False,
 ) -> xarray.Dataset:
     """Compare laws on identical realisations.
 
@@ -104,6 +105,10 @@ def compare(
         From `gyroctl.find_yardstick`, for this sea, plant and actuators. It takes part as ``best_constant``, under
         which name no other law may stand. Without it a pair that ships may, and the verdict says that none was
         searched.
+    full_series : bool
+        Keep the time series of the first realisation sample by sample. Otherwise one of more than `items.SERIES` points
+        keeps its peaks: every sample of 120 s in the middle, and the least and the greatest value of each bucket
+        beside it. No metric depends on it.
 
     Returns
     -------
@@ -135,7 +140,7 @@ def compare(
     for name, law in built.items():
         ticks_of(law, name, settings.actuators)
     limit = max(60.0, waves.duration) if time_limit is None else time_limit
-    items = work_items(plant, built, waves, settings, limit)
+    items = work_items(plant, built, waves, settings, limit, full_series)
     outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet)
     rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in built}
     check_fair(rows)

@@ -22,6 +22,7 @@ from pebble import ProcessExpired, ProcessPool
 
 from gyroctl.comparison import store
 from gyroctl.comparison.items import Item, Outcome, failed, perform
+from gyroctl.comparison.kept import kept
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, Machined, Preparing, Wrapping, innermost
 from gyroctl.harness.together import pieces
@@ -51,6 +52,7 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
         Show no progress.
     """
     outcomes: Outcomes = {}
+    laws = len({item.name for item in items})
     with Progress("runs", len(items), quiet) as progress:
         todo = []
         for item in items:
@@ -58,12 +60,12 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
             if stored is None:
                 todo.append(item)
             else:
-                outcomes[item.name, item.seed] = Outcome(*stored)
+                outcomes[item.name, item.seed] = kept(item, Outcome(*stored), laws)
                 progress.skip()
         for item, outcome in _outcomes(todo, workers):
             if not outcome.failure:
                 store.save(results, item.key, outcome.sha256, outcome.values, outcome.series)
-            outcomes[item.name, item.seed] = outcome
+            outcomes[item.name, item.seed] = kept(item, outcome, laws)
             progress.advance()
     return outcomes
 
@@ -76,7 +78,12 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
     """
     laws = {item.name: item.law for item in items}
     fast = [name for name, law in laws.items() if _ours(law) and isinstance(innermost(law), tuple)]
-    slow = [name for name in laws if name not in fast]
+    quick = set(fast)
+    slow = [name for name in laws if name not in quick]
+    of_law: dict[str, list[Item]] = {name: [] for name in laws}
+    for item in items:
+        of_law[item.name].append(item)
+    packed: dict[str, bytes] = {}
     futures: dict[Future[Any], list[Item]] = {}
     with _pools(workers) as (threads, processes):
         several = workers > 1 and len(items) > 1
@@ -84,15 +91,15 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
 
         def begin(name: str) -> None:
             """By threads, side by side, what is machine code, and by processes the rest."""
-            own, law = [item for item in items if item.name == name], laws[name]
-            machine = name in fast or (_ours(law) and isinstance(law, Machined) and law.machine() is not None)
+            own, law = of_law[name], laws[name]
+            machine = name in quick or (_ours(law) and isinstance(law, Machined) and law.machine() is not None)
             if machine:
                 shares = [own[part] for part in pieces(len(own), workers)]
                 futures.update({threads.submit(perform, share): share for share in shares})
                 return
             for item in own:
                 by_thread = _ours(item.law) and not several
-                futures[threads.submit(perform, [item]) if by_thread else _sent(item, processes)] = [item]
+                futures[threads.submit(perform, [item]) if by_thread else _sent(item, processes, packed)] = [item]
 
         def begin_slow() -> None:
             while slow:
@@ -103,18 +110,24 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
                 begin_slow()
             compile_law(laws[name])
             begin(name)
+            while futures and next(iter(futures)).done():  # what has ended is not held until all have begun
+                future = next(iter(futures))
+                yield from _ended({future: futures.pop(future)}, ())
         yield from _ended(futures, parts)
         if slow:
-            futures.clear()
             begin_slow()
             yield from _ended(futures, ())
 
 
-def _ended(futures: Mapping[Future[Any], list[Item]], beside: Sequence[Future[Any]]) -> Iterator[tuple[Item, Outcome]]:
+def _ended(futures: dict[Future[Any], list[Item]], beside: Sequence[Future[Any]]) -> Iterator[tuple[Item, Outcome]]:
     """Items with their outcomes as their futures end, and no sooner than what runs beside them."""
-    for future in as_completed([*futures, *beside]):
-        if future in futures:
-            yield from zip(futures[future], _outcomes_of(future, futures[future]), strict=True)
+    left = dict(futures)  # a future keeps its result as long as it is kept
+    futures.clear()
+    for future in as_completed([*left, *beside]):
+        if future in left:
+            items = left.pop(future)
+            yield from zip(items, _outcomes_of(future, items), strict=True)
+        del future
 
 
 @contextmanager
@@ -155,14 +168,15 @@ def _prepare(part: Callable[[], Any]) -> None:
     part()
 
 
-def _sent(item: Item, processes: ProcessPool) -> Future[Any]:
-    """Send an item to a process; the law goes by its content, with the module that it is from."""
+def _sent(item: Item, processes: ProcessPool, packed: dict[str, bytes]) -> Future[Any]:
+    """Send an item to a process; the law goes by its content, with the module that it is from, packed once for all."""
     module = sys.modules.get(type(innermost(item.law)).__module__)
     by_content = module is not None and not _ours(item.law) and module.__name__ != "__main__"
     try:
         if by_content:
             cloudpickle.register_pickle_by_value(module)
-        packed = cloudpickle.dumps(item.law)
+        if item.name not in packed:
+            packed[item.name] = cloudpickle.dumps(item.law)
     except Exception as error:  # what a user's object may do when it is asked for its parts
         failure: Future[Any] = Future()
         what = f"cannot be sent to a process of its own ({type(error).__name__}: {error}): keep plain values in it"
@@ -171,8 +185,8 @@ def _sent(item: Item, processes: ProcessPool) -> Future[Any]:
     finally:
         if by_content:
             cloudpickle.unregister_pickle_by_value(module)
-    limit = item.time_limit + GRACE
-    future: Future[Any] = processes.schedule(_perform_sent, args=(replace(item, law=None), packed), timeout=limit)
+    limit, sent = item.time_limit + GRACE, (replace(item, law=None), packed[item.name])
+    future: Future[Any] = processes.schedule(_perform_sent, args=sent, timeout=limit)
     return future
 
 

@@ -22,10 +22,11 @@ from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.harness.protocol import Law, LawError
 from gyroctl.harness.run import Settings, lead_in
 from gyroctl.harness.start import locked_start
-from gyroctl.harness.together import Loop, run_together
+from gyroctl.harness.together import Loop, run_together, too_long
 from gyroctl.harness.together import Outcome as Run
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
+from gyroctl.simulation.extremes import on_few_points
 from gyroctl.simulation.lock import load_share
 from gyroctl.simulation.metrics import Record, evaluate
 from gyroctl.simulation.validity import validity
@@ -34,6 +35,11 @@ from gyroctl.waves.energy import wave_power
 
 COUNTERS = ("deadline_misses", "fallbacks", "clamped", "starts", "pulls", "catches", "unloads")
 """What a law may count while it runs, see `LawTiming`."""
+
+
+SERIES = 20_000
+"""Most points of a time series that is stored, the samples of 2000 s: a longer one keeps its peaks and the stretch in
+its middle, see `few_points`, unless all of it is asked for. Metrics are always of the whole record."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +81,7 @@ class Item:
     sha256: str  # of the waves as they act
     time_limit: float  # that a run may take [s]
     key: str  # under which the result is stored
+    full: bool = False  # whether the time series are wanted sample by sample, however long
 
 
 @dataclass(frozen=True)
@@ -82,15 +89,20 @@ class Outcome:
     """Result of an item."""
 
     sha256: str  # of its waves
-    values: dict[str, float]  # metrics; none where the run failed
+    values: Mapping[str, float]  # metrics; none where the run failed
     series: dict[str, NDArray[np.float64]] = field(default_factory=dict)  # of the example
     failure: str = ""  # why the run failed
 
 
 def work_items(
-    plant: Plant, laws: Mapping[str, Law], waves: Realisations, settings: Settings, time_limit: float
+    plant: Plant,
+    laws: Mapping[str, Law],
+    waves: Realisations,
+    settings: Settings,
+    time_limit: float,
+    full: bool = False,
 ) -> list[Item]:
-    """Every law on every realisation.
+    """Every law on every realisation; with `full` the time series of the first one whole, whatever their length.
 
     Raises
     ------
@@ -110,11 +122,12 @@ def work_items(
     content = {name: law_fingerprint(law) for name, law in laws.items()}
     items = []
     for (name, law), seed in product(laws.items(), waves.seeds):
-        example = seed == waves.seeds[0]
+        example = seed == waves.seeds[0] and (full or "short")  # whether and how the time series are kept
         text = json.dumps([fingerprint(), content[name], hashes[seed], example, *common])
         # a law that is not known by its content has no key, and its result is not stored
         key = hashlib.sha256(text.encode()).hexdigest() if content[name] else ""
-        items.append(Item(plant, name, law, waves, seed, settings, available, example, hashes[seed], time_limit, key))
+        wanted = (available, bool(example), hashes[seed], time_limit, key, full)
+        items.append(Item(plant, name, law, waves, seed, settings, *wanted))
     return items
 
 
@@ -131,7 +144,16 @@ def check_different(hashes: Sequence[str]) -> None:
 
 
 def perform(items: Sequence[Item]) -> list[Outcome]:
-    """Run items of one plant, side by side where that is possible; a law that fails ends its own run alone."""
+    """Run items of one plant, side by side where that is possible; a law that fails ends its own run alone.
+
+    Of runs so long that they go one by one no two are held at a time, neither records nor waves.
+    """
+    if any(too_long(item.plant, item.waves.duration, item.settings.actuators.period) for item in items):
+        return [outcome for item in items for outcome in _performed([item])]
+    return _performed(items)
+
+
+def _performed(items: Sequence[Item]) -> list[Outcome]:
     loops = [
         Loop(item.law, item.waves.at(item.plant, item.seed, item.settings), item.settings, item.name, item.time_limit)
         for item in items
@@ -161,7 +183,7 @@ def _series(item: Item, record: Record, waves: WaveRealisation) -> dict[str, NDA
     cc, cg = record.controls.T
     psi, phi1_rate, phi3_rate = states[:, PSI], states[:, PHI1_RATE], states[:, PHI3_RATE]
     time, p = np.arange(states.shape[0]) * record.period, item.plant.parameters
-    return {
+    series = {
         "time": time,
         "power": cg * states[:, OMEGA_RATE] ** 2,
         "ring_speed": states[:, PSI_RATE],
@@ -172,3 +194,4 @@ def _series(item: Item, record: Record, waves: WaveRealisation) -> dict[str, NDA
         "load_share": load_share(psi, phi1_rate, phi3_rate, cg, record.period, item.waves.sea.wp, p.J4 / p.N),
         "elevation": np.interp(time, waves.time, waves.elevation),
     }
+    return series if item.full else on_few_points(series, SERIES)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import zipfile
 import zlib
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -16,13 +17,13 @@ Stored = tuple[str, dict[str, float], dict[str, NDArray[np.float64]]]
 
 
 def save(
-    folder: Path | None, key: str, sha256: str, values: dict[str, float], series: dict[str, NDArray[np.float64]]
+    folder: Path | None, key: str, sha256: str, values: Mapping[str, float], series: dict[str, NDArray[np.float64]]
 ) -> None:
     """Store a result under its key; without a folder or a key there is nothing to do."""
     if folder is None or not key:
         return
     with written_whole(folder / f"{key}.npz") as part:
-        np.savez(part, head=np.array(json.dumps({"sha256": sha256, "values": values})), **series)  # type: ignore[arg-type]
+        np.savez(part, head=np.array(json.dumps({"sha256": sha256, "values": dict(values)})), **series)  # type: ignore[arg-type]
 
 
 def load(folder: Path | None, key: str) -> Stored | None:

@@ -130,11 +130,17 @@ def pieces(count: int, workers: int = 1) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(edges)]
 
 
+def too_long(plant: Plant, duration: float, period: float) -> bool:
+    """Whether the records of a filling of the lanes, runs of `duration` sampled every `period` [s], exceed `MEMORY`."""
+    samples = math.floor(duration / period + 1e-9)
+    return LANES * samples * (rows(plant.coefficients) + len(CHANNELS)) * 8 > MEMORY
+
+
 def _told(plant: Plant, loop: Loop) -> _Told:
     waves, actuators, k = loop.waves, loop.settings.actuators, plant.coefficients
     samples = math.floor(waves.duration / actuators.period + 1e-9)
-    size = LANES * samples * (rows(k) + len(CHANNELS)) * 8
-    if k.beyond is not None or rows(k) > ROOM or actuators.moves or size > MEMORY:
+    alone = actuators.moves or too_long(plant, waves.duration, actuators.period)
+    if k.beyond is not None or rows(k) > ROOM or alone:
         return _Told(loop, loop.law, None, None)
     own, _ = informed(loop.law, waves, plant)
     machine = compile_law(own)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -106,8 +107,8 @@ class Evaluation:
     """A whole comparison: the laws, their paired differences and what the numbers refer to."""
 
     laws: tuple[LawResult, ...]  # in the order of the file
-    power_differences: tuple[PairedDifference, ...]  # mean power of every pair of laws, Holm-corrected [W]
-    cv_differences: tuple[PairedDifference, ...]  # power CV of every pair of laws, Holm-corrected [1]
+    power_differences: tuple[PairedDifference, ...]  # mean power of pairs of laws, Holm-corrected, see `_pairs` [W]
+    cv_differences: tuple[PairedDifference, ...]  # power CV of the same pairs [1]
     reference: str | None  # the law that ratios refer to, None where the comparison has none
     seeds: tuple[int, ...]  # evaluation seeds
     tuning_seeds: tuple[int, ...]
@@ -117,12 +118,23 @@ class Evaluation:
     seed_states: Mapping[str, Sequence[int]] = field(default_factory=dict)  # seeds by their state in the ledger
     plant: str = ""  # name of the device, empty where the file does not say
     slips: bool = False  # whether its rolling contact may slip
+    strongest: str = ""  # of more than a few laws the one that all are compared with beside the reference
+    powers: Mapping[str, NDArray[np.float64]] = field(default_factory=dict, repr=False)  # of each run, by law [W]
 
     def law(self, name: str) -> LawResult:
         """Find the result of the law `name`."""
-        return next(law for law in self.laws if law.name == name)
+        return self._by_name[name]
 
-    @property
+    @cached_property
+    def _by_name(self) -> dict[str, LawResult]:
+        return {law.name: law for law in self.laws}
+
+    @cached_property
+    def _by_pair(self) -> dict[tuple[str, frozenset[str]], PairedDifference]:
+        kinds = {"power": self.power_differences, "cv": self.cv_differences}
+        return {(kind, frozenset((d.first, d.second))): d for kind, found in kinds.items() for d in found}
+
+    @cached_property
     def by_power(self) -> tuple[LawResult, ...]:
         """The laws, most mean power first."""
         return tuple(sorted(self.laws, key=lambda law: -law.power.value if np.isfinite(law.power.value) else np.inf))
@@ -133,8 +145,19 @@ class Evaluation:
         return tuple(sorted(set(self.seeds) & set(self.tuning_seeds)))
 
     def difference(self, first: str, second: str) -> PairedDifference:
-        """Paired difference in mean power between two laws, the one with more power first."""
-        return next(d for d in self.power_differences if {d.first, d.second} == {first, second})
+        """Paired difference in mean power between two laws, the one with more power first.
+
+        A pair that is not among `power_differences` is compared now, and corrected as one of all pairs.
+        """
+        known = self._by_pair.get(("power", frozenset((first, second))))
+        if known is None:
+            both, every = np.stack([self.powers[first], self.powers[second]]), _every(len(self.powers))
+            (known,) = paired_differences([first, second], both, tests=every)
+        return known
+
+    def cv_difference(self, first: str, second: str) -> PairedDifference:
+        """Paired difference in power CV of a pair that is among `power_differences`."""
+        return self._by_pair["cv", frozenset((first, second))]
 
 
 def evaluate(source: xr.Dataset) -> Evaluation:
@@ -160,10 +183,14 @@ def evaluate(source: xr.Dataset) -> Evaluation:
     reference = layout.REFERENCE if layout.REFERENCE in laws else None
     limit = float(ds.attrs.get("motion_limit", layout.MOTION_LIMIT))
     tuning_seeds = layout.read_json(ds, "tuning_seeds", [])
+    power, cv = layout.values(ds, "mean_power"), layout.values(ds, "power_cv")
+    strongest = _strongest(ds, power) if len(laws) > layout.FEW else ""
     return Evaluation(
-        laws=tuple(_law(ds, name, reference, limit) for name in laws),
-        power_differences=paired_differences(laws, layout.values(ds, "mean_power")),
-        cv_differences=paired_differences(laws, layout.values(ds, "power_cv"), words=ROUGH, zero_if_lost=False),
+        laws=tuple(_laws(ds, reference, limit)),
+        power_differences=_pairs(laws, power, reference, strongest),
+        cv_differences=_pairs(laws, cv, reference, strongest, words=ROUGH, zero_if_lost=False),
+        strongest=strongest,
+        powers=dict(zip(laws, power, strict=True)),
         reference=reference,
         seeds=tuple(int(seed) for seed in ds["realisation"].values),
         tuning_seeds=tuple(int(seed) for seed in tuning_seeds) if isinstance(tuning_seeds, list) else (),
@@ -176,28 +203,72 @@ def evaluate(source: xr.Dataset) -> Evaluation:
     )
 
 
-def _law(ds: xr.Dataset, name: str, reference: str | None, limit: float) -> LawResult:
-    row = {variable: layout.of_law(ds, variable, name) for variable in (*layout.REQUIRED, *layout.OPTIONAL)}
-    facts = ds.sel(law=name)
-    locked, duration = _flags(row["locked"]), layout.duration(ds)
-    failures = layout.failures(ds, name)
-    finished = np.isfinite(row["locked"]) & ~np.isin(ds["realisation"].values, list(failures))
+def _strongest(ds: xr.Dataset, power: NDArray[np.float64]) -> str:
+    """Law with the most mean power among those without an oracle, or among all where each has one."""
+    means = np.array([finite_mean(row) for row in power])
+    causal = np.isfinite(means) & (ds["information"].values != "oracle")
+    among = causal if causal.any() else np.isfinite(means)
+    return layout.names(ds)[int(np.argmax(np.where(among, means, -np.inf)))]
+
+
+def _every(laws: int) -> int:
+    """Pairs of so many laws."""
+    return laws * (laws - 1) // 2
+
+
+def _pairs(
+    laws: Sequence[str], values: NDArray[np.float64], reference: str | None, strongest: str, **kind: Any
+) -> tuple[PairedDifference, ...]:
+    """Pairs of laws that are compared: all of a few laws, and of more those with the reference and the strongest.
+
+    The pairs with the reference are named before there is a result: Holm's correction counts them alone. The strongest
+    is known by its result: its pairs are corrected as some of all pairs, so that the words stay right for it.
+    """
+    if not strongest:
+        return paired_differences(laws, values, **kind)
+    with_reference = [(law, reference) for law in laws if law != reference] if reference is not None else []
+    with_strongest = [(law, strongest) for law in laws if law not in (strongest, reference) and strongest != reference]
+    chosen = paired_differences(laws, values, pairs=with_strongest, tests=_every(len(laws)), **kind)
+    return (*paired_differences(laws, values, pairs=with_reference, **kind), *chosen)
+
+
+def _laws(ds: xr.Dataset, reference: str | None, limit: float) -> Iterator[LawResult]:
+    """Each variable is read once, and not once a law."""
+    names, failures = layout.names(ds), layout.failures(ds)
+    table = {variable: layout.values(ds, variable) for variable in (*layout.REQUIRED, *layout.OPTIONAL)}
     if "generated_w" not in ds.variables:  # of old, the mean power was the electrical one
-        row["generated_w"] = row["mean_power"]
+        table["generated_w"] = table["mean_power"]
+    beside = table["mean_power"][names.index(reference)] if reference is not None else None
+    labels = [str(label) for label in ds["label"].values] if "label" in ds.variables else names
+    seen = [str(level) for level in ds["information"].values]
+    ahead = ds["preview"].values if "preview" in ds.variables else np.full(len(names), np.nan)
+    for k, name in enumerate(names):
+        row = {variable: values[k] for variable, values in table.items()}
+        facts = {"name": name, "label": labels[k], "information": seen[k], "preview": float(ahead[k])}
+        yield _law(ds, row, failures[k], beside, limit, facts)
+
+
+def _law(
+    ds: xr.Dataset,
+    row: Mapping[str, NDArray[np.float64]],
+    failures: Mapping[int, str],
+    beside: NDArray[np.float64] | None,
+    limit: float,
+    facts: Mapping[str, Any],
+) -> LawResult:
+    locked, duration = _flags(row["locked"]), layout.duration(ds)
+    finished = np.isfinite(row["locked"]) & ~np.isin(ds["realisation"].values, list(failures))
     known, unknown = "in_step" in ds.variables, Estimate(np.nan, np.nan, np.nan, "not recorded")
     ratio = Estimate(np.nan, np.nan, np.nan, "no best_constant in this comparison")
-    if reference is not None:
-        ratio = paired_ratio(row["mean_power"], layout.of_law(ds, "mean_power", reference))
+    if beside is not None:
+        ratio = paired_ratio(row["mean_power"], beside)
     means = ("p98_over_mean", "cycle_slips", "turns_kept", "capture_width_ratio", "saturations", "generated_w")
     floating = ("outside_share", *layout.MOTION, *layout.FLOWS)
     supervised = ("availability", "motor_energy", "net_energy")
     same: dict[str, Any] = {variable: finite_mean(row[variable]) for variable in (*means, *floating, *supervised)}
     same |= {variable: _total(row[variable]) for variable in ("deadline_misses", "fallbacks", "starts", "unloads")}
     return LawResult(
-        name=name,
-        label=str(facts["label"].values) if "label" in ds.variables else name,
-        information=str(facts["information"].values),
-        preview=float(facts["preview"].values) if "preview" in facts.variables else float("nan"),
+        **facts,
         runs=locked.size,
         failures=failures,
         locked=int(locked.sum()),

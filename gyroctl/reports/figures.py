@@ -164,7 +164,9 @@ def paired_forest(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
     """Paired differences in mean power [W] with 95 % intervals; grey where the two laws are not distinguishable."""
     import plotly.graph_objects as go
 
-    pairs = [d for d in evaluation.power_differences if math.isfinite(d.estimate.value)]
+    drawn = {law.name for law in evaluation.laws}
+    known = (d for d in evaluation.power_differences if drawn.issuperset((d.first, d.second)))
+    pairs = [d for d in known if math.isfinite(d.estimate.value)]
     if len(pairs) > MOST_PAIRS:
         centre = evaluation.reference or evaluation.by_power[0].name
         pairs = [d for d in pairs if centre in (d.first, d.second)]

@@ -21,6 +21,13 @@ REFERENCE = "best_constant"
 MOTION_LIMIT = 0.35
 """Default limit of the 98 % motion, for either rotation. [rad]"""
 
+FEW = 32
+"""Laws up to which every pair is compared and every law is drawn and told.
+
+Of more laws only the pairs with the reference and with the strongest are compared, and pictures and words are of so
+many laws: the work grows with the laws and not with their pairs.
+"""
+
 POWER = ("mean_power", "power_cv", "p98_over_mean")
 LOCK = ("locked", "loss_time", "cycle_slips")
 MOTION = ("phi1_p98", "phi3_p98")
@@ -159,13 +166,16 @@ def names(ds: xr.Dataset) -> list[str]:
     return [str(name) for name in ds["law"].values]
 
 
-def failures(ds: xr.Dataset, law: str) -> dict[int, str]:
-    """Why runs of a law failed, by seed; empty for files that are older than this."""
+def failures(ds: xr.Dataset) -> list[dict[int, str]]:
+    """Why runs of each law failed, by seed; empty for files that are older than this."""
     if "failed" not in ds.variables:
-        return {}
-    row = ds.sel(law=law)
-    said = zip(row["realisation"].values, row["failed"].values, row["failure"].values, strict=True)
-    return {int(seed): str(why) for seed, failed, why in said if failed}
+        return [{} for _ in names(ds)]
+    failed, why = (ds[name].transpose("law", "realisation").values for name in ("failed", "failure"))
+    seeds = [int(seed) for seed in ds["realisation"].values]
+    return [
+        {seed: str(reason) for seed, broken, reason in zip(seeds, *row, strict=True) if broken}
+        for row in zip(failed, why, strict=True)
+    ]
 
 
 def values(ds: xr.Dataset, variable: str) -> NDArray[np.float64]:
@@ -175,9 +185,10 @@ def values(ds: xr.Dataset, variable: str) -> NDArray[np.float64]:
     return np.asarray(ds[variable].transpose("law", "realisation").values, dtype=np.float64)
 
 
-def of_law(ds: xr.Dataset, variable: str, law: str) -> NDArray[np.float64]:
-    """Read a variable of one law, one value a realisation."""
-    return values(ds.sel(law=[law]), variable).ravel()
+def packing(ds: xr.Dataset) -> dict[str, dict[str, Any]]:
+    """How a comparison is written: its time series compressed, without the loss of a bit."""
+    series = [name for name in ds.data_vars if str(name).startswith("example_") and ds[name].size]
+    return {str(name): {"zlib": True, "complevel": 4, "shuffle": True} for name in series}
 
 
 def has_examples(ds: xr.Dataset) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from gyroctl.reports import layout
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
 from gyroctl.reports.pareto import pareto_labels, pareto_range, plottable
 from gyroctl.reports.theme import LIGHT, LOCK_SCALE, law_styles
-from gyroctl.reports.verdict import judge
+from gyroctl.reports.verdict import judge, shown
 from gyroctl.statistics import Estimate
 
 if TYPE_CHECKING:
@@ -71,7 +72,9 @@ def write_picture(source: xr.Dataset | str | Path, path: str | Path) -> Path:
     from matplotlib.figure import Figure
 
     ds = layout.open_results(source)
-    found = evaluate(ds)
+    every = evaluate(ds)
+    found = replace(every, laws=shown(every))
+    ds = ds.sel(law=[name for name in layout.names(ds) if name in {law.name for law in found.laws}])
     target = Path(path)
     target.parent.mkdir(parents=True, exist_ok=True)
     with mpl.rc_context(STYLE):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +15,8 @@ from gyroctl.reports.evaluation import Evaluation, evaluate
 from gyroctl.reports.pareto import pareto
 from gyroctl.reports.resting import in_words
 from gyroctl.reports.theme import DARK, LIGHT, law_styles, template
-from gyroctl.reports.timeseries import time_series
-from gyroctl.reports.verdict import judge
+from gyroctl.reports.timeseries import POINTS, time_series
+from gyroctl.reports.verdict import judge, shown
 from gyroctl.writing import write_text
 
 if TYPE_CHECKING:
@@ -91,7 +92,11 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
     # what words the text and the figures words the page: each function of `wording` is a filter
     environment.filters["in_words"] = in_words
     environment.filters |= {name: words for name, words in vars(wording).items() if callable(words)}
-    verdict, drawn = judge(found), _in_markup(ds, found)
+    verdict, drawn = judge(found), shown(found)
+    few = found if len(drawn) == len(found.laws) else replace(found, laws=drawn)
+    few_ds = ds if few is found else ds.sel(law=[law.name for law in drawn])
+    styles = law_styles(layout.names(ds), found.reference) | law_styles(layout.names(few_ds), found.reference)
+    marked = _in_markup(few_ds, few)
     return environment.get_template("report.html.j2").render(
         evaluation=found,
         verdict=verdict,
@@ -99,14 +104,16 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
         created=str(ds.attrs["created"])[:16].replace("T", " "),
         laws=found.by_power,
         broken=[law for law in found.by_power if law.failures],
-        styles=law_styles(layout.names(ds), found.reference),
+        drawn=drawn,
+        styles=styles,
         sea=sea_line(ds),
         figures={
-            name: _figure_json(draw(*drawn))
+            name: _figure_json(draw(*marked))
             for name, draw in DRAW.items()
             if name != "differences" or found.power_differences
         },
-        series=_figure_json(time_series(*drawn)) if layout.has_examples(ds) else None,
+        series=_series_json(time_series(*marked)) if layout.has_examples(ds) else None,
+        points=POINTS,
         templates={
             name: _script_safe(json.dumps(template(colours).to_plotly_json(), sort_keys=True))
             for name, colours in (("light", LIGHT), ("dark", DARK))
@@ -153,6 +160,16 @@ def _figure_json(figure: go.Figure) -> str:
     return _script_safe(str(figure.to_json()))
 
 
+def _series_json(figure: go.Figure) -> str:
+    """Time series as JSON in which the times that all lines share stand once: the page hands them to each line."""
+    figure.layout.template = None
+    content = json.loads(str(figure.to_json()))
+    content["layout"]["meta"] = {"time": content["data"][0]["x"]}
+    for trace in content["data"]:
+        assert trace.pop("x") == content["layout"]["meta"]["time"]
+    return _script_safe(json.dumps(content, separators=(",", ":")))
+
+
 def _script_safe(text: str) -> str:
     """JSON that cannot end the script element it stands in, whatever a law is called."""
     return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
@@ -164,7 +181,10 @@ def _emphasised(sentence: str, names: list[str]) -> Markup:
 
     text = str(escape(sentence)).replace("95 %", "95&nbsp;%").replace("98 %", "98&nbsp;%")
     for name in names:
-        quoted = re.escape(str(escape(name)))
+        written = str(escape(name))
+        if written not in text:  # quick: there may be thousands of names
+            continue
+        quoted = re.escape(written)
         text = re.sub(rf"(?<![\w.-]){quoted}(?![\w-])", lambda match: f"<strong>{match.group()}</strong>", text)
     return Markup(text)
 

@@ -137,6 +137,7 @@ def _difference(difference: PairedDifference) -> dict[str, Any]:
         "ci95": _interval(difference.estimate),
         "p_value": difference.p_value,
         "p_holm": difference.p_holm,
+        "holm_over": difference.tests,
         "verdict": difference.words,
     }
 

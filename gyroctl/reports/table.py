@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from gyroctl.errors import visible
 from gyroctl.reports.evaluation import Evaluation, LawResult, evaluate
-from gyroctl.reports.verdict import judge
+from gyroctl.reports.verdict import judge, shown
 from gyroctl.reports.wording import NOTHING, interval, minutes, minutes_interval, number, percent, sees, watts
 
 if TYPE_CHECKING:
@@ -125,8 +126,11 @@ def print_table(ds: xr.Dataset, evaluation: Evaluation | None = None, console: C
     verdict = judge(found)
     if found.plant:
         out.print(Text(visible(f"Device: {found.plant}")))
-    out.print(results_table(ds, found, intervals=out.width >= WIDE))
-    out.print(motion_table(ds, found))
+    few = replace(found, laws=shown(found))
+    out.print(results_table(ds, few, intervals=out.width >= WIDE))
+    out.print(motion_table(ds, few))
+    if len(few.laws) < len(found.laws):
+        out.print(Text(f"{len(few.laws)} of {len(found.laws)} laws; all of them in report.html and summary.json"))
     out.print(Text(visible(" ".join(verdict.sentences))))
     for caveat in verdict.caveats:
         out.print(Text(visible(f"! {caveat}"), style="yellow"))

@@ -11,6 +11,7 @@ from gyroctl.reports import layout
 from gyroctl.reports.evaluation import Evaluation
 from gyroctl.reports.theme import REFERENCE_GREY, law_styles, template
 from gyroctl.reports.verdict import judge
+from gyroctl.simulation.extremes import STRETCH, few_points, middle
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -25,15 +26,16 @@ PANELS = (
     ("cg", "Generator coefficient c<sub>g</sub> [Nms]"),
     ("load_share", "Used share of the lock capacity [1]"),
 )
-WINDOW = 120.0
-"""First view: about sixty waves. [s]"""
+POINTS = 2000
+"""Most points of a line: two a pixel or so over the whole run, and the first view sample by sample."""
 
 
 def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
     """Elevation, power, ring speed, motion, actuators and load share of the first realisation, over time [s].
 
     The legend shows and hides a law in all panels; at first only the reference and the best law are shown, and 120 s
-    of the run.
+    of the run. A line has at most `POINTS` points: every sample of those 120 s, and beside them the least and the
+    greatest value of every few seconds, so that each peak shows. All lines have the same times.
 
     Raises
     ------
@@ -53,8 +55,17 @@ def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         subplot_titles=["Wave elevation [m]", *(title for _, title in PANELS)],
     )
     time = np.asarray(ds["time"].values, dtype=np.float64)
+    grid = few_points(time, POINTS)
+    drawn = time if grid is None else grid.time
+
+    def line(name: str) -> NDArray[np.float32]:
+        """Values of all laws, or of all of the waves, in single precision."""
+        values = np.asarray(ds[f"example_{name}"].values, dtype=np.float64)
+        return np.asarray(values if grid is None else grid(values), dtype=np.float32)
+
     figure.add_scatter(
-        **_sampled(time, ds["example_elevation"].values),
+        x=drawn,
+        y=line("elevation"),
         mode="lines",
         line={"color": REFERENCE_GREY, "width": 1.2},
         showlegend=False,
@@ -63,11 +74,14 @@ def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         col=1,
     )
     shown = _shown_first(evaluation)
+    rows = {name: row for row, name in enumerate(layout.names(ds))}
+    lines = {signal: line(signal) for signal, _ in PANELS}
     for law in evaluation.laws:
         style = styles[law.name]
         for row, (signal, _) in enumerate(PANELS, start=2):
             figure.add_scatter(
-                **_sampled(time, ds[f"example_{signal}"].sel(law=law.name).values),
+                x=drawn,
+                y=lines[signal][rows[law.name]],
                 mode="lines",
                 line={"color": style.colour, "width": 1.4, "shape": "hv" if signal in ("cc", "cg") else "linear"},
                 name=law.name,
@@ -79,7 +93,9 @@ def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
                 col=1,
             )
     last = 1 + len(PANELS)
-    low, high = _usual_range(ds["example_load_share"].values)
+    usual = (time >= middle(time, STRETCH)[0]) & (time <= middle(time, STRETCH)[1])
+    even = np.ptp(np.diff(time)) < 1e-6  # what is stored of a long run is its peaks but for the middle
+    low, high = _usual_range(ds["example_load_share"].values[:, usual | even])
     figure.update_yaxes(range=[low, high], row=last, col=1)
     figure.update_xaxes(title_text="Time [s]", row=last, col=1)
     figure.update_yaxes(nticks=5)
@@ -88,7 +104,7 @@ def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
             figure.update_yaxes(range=_actuator_range(ds[f"example_{signal}"].values), row=row, col=1)
     for note in figure.layout.annotations:
         note.update(x=0, xanchor="left", font={"size": 12.5}, yshift=2)
-    figure.update_xaxes(range=_window(time, WINDOW))
+    figure.update_xaxes(range=list(middle(time, STRETCH)))
     figure.update_layout(
         template=template(),
         height=110 + 122 * last,
@@ -100,29 +116,11 @@ def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
     return figure
 
 
-def _sampled(time: NDArray[np.float64], values: NDArray[Any]) -> dict[str, Any]:
-    """Trace data in single precision, uniform time as start and step: half the page would be time otherwise."""
-    y = np.asarray(values, dtype=np.float32)
-    steps = np.diff(time)
-    if steps.size and np.allclose(steps, steps[0], rtol=1e-6):
-        return {"x0": float(time[0]), "dx": round(float(steps[0]), 9), "y": y}
-    return {"x": time.astype(np.float32), "y": y}
-
-
 def _shown_first(evaluation: Evaluation) -> set[str]:
     winner = judge(evaluation).winner or evaluation.by_power[0].name
     second = evaluation.reference if evaluation.reference not in (None, winner) else None
     others = [law.name for law in evaluation.by_power if law.name != winner]
     return {winner, second or (others[0] if others else winner)}
-
-
-def _window(time: NDArray[np.float64], width: float) -> list[float]:
-    """Choose a window in the middle of the run, the whole run where it is shorter."""
-    first, last = float(time[0]), float(time[-1])
-    if last - first <= width:
-        return [first, last]
-    start = round((first + last - width) / 2.0 / 10.0) * 10.0
-    return [start, start + width]
 
 
 def _usual_range(values: NDArray[Any]) -> tuple[float, float]:
@@ -143,8 +141,8 @@ def _actuator_range(values: NDArray[Any]) -> list[float]:
 
 def _zoom_buttons(time: NDArray[np.float64], rows: int) -> dict[str, Any]:
     views = {
-        "20 s": _window(time, 20.0),
-        "120 s": _window(time, WINDOW),
+        "20 s": list(middle(time, 20.0)),
+        "120 s": list(middle(time, STRETCH)),
         "whole run": [float(time[0]), float(time[-1])],
     }
     axes = [f"xaxis{k if k > 1 else ''}.range" for k in range(1, rows + 1)]

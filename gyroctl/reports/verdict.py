@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
+from functools import lru_cache
 from typing import NamedTuple
 
 from gyroctl.reports.evaluation import Evaluation, LawResult
+from gyroctl.reports.layout import FEW
 from gyroctl.reports.wording import interval, listed, number, percent, plain, seed_ranges
 from gyroctl.statistics import FEWEST, NOT_DISTINGUISHABLE, Estimate
+
+COUNTS: Mapping[str, Callable[[LawResult], int]] = {
+    "locked": lambda law: law.locked,
+    "in step": lambda law: law.in_step or 0,
+    "within the limit": lambda law: law.runs - law.over_limit,
+}
+"""Runs of which a law needs as many as the reference."""
 
 SMALL = 0.02
 """Part of the power below which what is stored goes without saying. [1]"""
@@ -47,7 +57,10 @@ def judge(evaluation: Evaluation) -> Verdict:
     Verdict
         Sentences ready to print.
     """
-    reasons = {law.name: _reasons(law, evaluation) for law in evaluation.laws}
+    needs = {
+        what: _needed(evaluation, [(law, count(law)) for law in evaluation.laws]) for what, count in COUNTS.items()
+    }
+    reasons = {law.name: _reasons(law, evaluation, needs) for law in evaluation.laws}
     fit = [law for law in evaluation.by_power if not reasons[law.name]]
     winner = fit[0] if fit else None
     sentences = [_opening(evaluation, winner)]
@@ -59,7 +72,18 @@ def judge(evaluation: Evaluation) -> Verdict:
     return Verdict(winner.name if winner else None, tuple(sentences), tuple(_caveats(evaluation)))
 
 
-def _reasons(law: LawResult, evaluation: Evaluation) -> list[str]:
+def shown(evaluation: Evaluation) -> tuple[LawResult, ...]:
+    """Laws that pictures and terminals show, most power first: of many the winner, the reference and the strongest."""
+    laws = evaluation.by_power
+    if len(laws) <= FEW:
+        return laws
+    always = {judge(evaluation).winner, evaluation.reference} - {None}
+    others = [law.name for law in laws if law.name not in always]
+    chosen = always | set(others[: FEW - len(always)])
+    return tuple(law for law in laws if law.name in chosen)
+
+
+def _reasons(law: LawResult, evaluation: Evaluation, needs: Mapping[str, tuple[int, str]]) -> list[str]:
     reasons = []
     if law.failures:
         reasons.append(_failure(law))
@@ -67,17 +91,17 @@ def _reasons(law: LawResult, evaluation: Evaluation) -> list[str]:
         told = f"is told the waves {plain(law.preview)} s ahead, as far as it plans"
         ahead = told if math.isfinite(law.preview) else "knows the future waves"
         reasons.append(f"{ahead} (oracle)")
-    needed, who = _needed(evaluation, [(other, other.locked) for other in evaluation.laws])
+    needed, who = needs["locked"]
     if law.failed == law.runs:
         return reasons
     if law.locked == 0:
         reasons.append(f"lost lock in every run ({law.runs})")
     elif law.locked < needed:
         reasons.append(f"held lock in {law.locked} of {law.runs} runs only ({who}: {needed})")
-    needed, who = _needed(evaluation, [(other, other.in_step or 0) for other in evaluation.laws])
+    needed, who = needs["in step"]
     if law.in_step is not None and too_few(law.in_step, needed, law.runs):
         reasons.append(f"is in step with the waves in {law.in_step} of {law.runs} runs only ({who}: {needed})")
-    reasons += _motion(law, evaluation)
+    reasons += _motion(law, evaluation, needs["within the limit"])
     if evaluation.reference and law.name != evaluation.reference:
         reference = evaluation.law(evaluation.reference)
         lead, generated = law.power.value - reference.power.value, law.generated_w - reference.generated_w
@@ -93,14 +117,14 @@ def _failure(law: LawResult) -> str:
     return f"failed in {law.failed} of {law.runs} runs ({next(iter(law.failures.values()))})"
 
 
-def _motion(law: LawResult, evaluation: Evaluation) -> list[str]:
+def _motion(law: LawResult, evaluation: Evaluation, need: tuple[int, str]) -> list[str]:
     limit = plain(evaluation.motion_limit)
     far = [
         f"moves too far (98 % of |{name}| {number(value)} rad, limit {limit} rad)"
         for name, value in (("phi1", law.phi1_p98), ("phi3", law.phi3_p98))
         if value > evaluation.motion_limit
     ]
-    within, who = _needed(evaluation, [(other, other.runs - other.over_limit) for other in evaluation.laws])
+    within, who = need
     if not far and law.over_limit > max(law.runs - within, STRAY * law.runs):
         far.append(
             f"moves too far in {law.over_limit} of {law.runs} runs (limit {limit} rad; {who}: {law.runs - within})"
@@ -108,6 +132,7 @@ def _motion(law: LawResult, evaluation: Evaluation) -> list[str]:
     return far
 
 
+@lru_cache(maxsize=4096)
 def too_few(count: int, needed: int, runs: int) -> bool:
     """Whether a law is in step in too few of its runs, beside a reference that is in step in `needed` of as many."""
     from scipy.stats import binom
@@ -175,7 +200,7 @@ def _runner_up(winner: LawResult, others: list[LawResult], evaluation: Evaluatio
     difference = evaluation.difference(winner.name, others[0].name)
     lead = f"{number(difference.estimate.value)} W{_bracket(difference.estimate, 'W')} over the next, {others[0].name}"
     if difference.words == NOT_DISTINGUISHABLE:
-        pairs = len(evaluation.power_differences)
+        pairs = difference.tests
         over = f" over {pairs} pairs" if pairs > 1 else ""
         return [f"Its lead of {lead}, is {NOT_DISTINGUISHABLE} (Holm-corrected{over}, p {_p(difference.p_holm)})."]
     if difference.words == "more":
@@ -187,11 +212,16 @@ def _excluded(winner: LawResult | None, reasons: dict[str, list[str]], evaluatio
     floor = winner.power.value if winner else float("-inf")
     stronger = [law for law in evaluation.by_power if reasons[law.name] and law.power.value > floor]
     lead = "gives more power" if winner else "gives"
-    failed = [law for law in evaluation.laws if law.failures and law not in stronger]
-    return [f"{law.name} is out: it {_failure(law)}." for law in failed] + [
+    named = {law.name for law in stronger}
+    failed = [law for law in evaluation.laws if law.failures and law.name not in named]
+    said = [f"{law.name} is out: it {_failure(law)}." for law in failed[:FEW]]
+    said += [f"{len(failed) - FEW} more laws are out: they failed in some run."] if len(failed) > FEW else []
+    said += [
         f"{law.name} {lead}{',' if winner else ''} {number(law.power.value)} W, but {listed(reasons[law.name])}."
-        for law in stronger
+        for law in stronger[:FEW]
     ]
+    more = len(stronger) - FEW
+    return [*said, f"{more} more {'give more power' if winner else 'laws'}, but do not qualify."] if more > 0 else said
 
 
 def _smoothest(winner: LawResult | None, fit: list[LawResult]) -> list[str]:
@@ -266,12 +296,26 @@ def _caveats(evaluation: Evaluation) -> list[str]:
         (unbalanced, "The energy ledger does not close (relative residual)", ""),
     ):
         if concerned:
-            caveats.append(f"{lead}: {listed(concerned)}{tail}.")
+            many = [f"{len(concerned) - FEW + 1} more"] if len(concerned) > FEW else []
+            caveats.append(f"{lead}: {listed([*concerned[: FEW - len(many)], *many])}{tail}.")
+    if evaluation.strongest:
+        caveats.append(_part_of_the_pairs(evaluation))
     if any(law.in_step is None for law in laws):
         caveats.append(
             "Turns kept and step with the waves are not recorded in this file: lock alone hides pole slipping."
         )
     return caveats
+
+
+def _part_of_the_pairs(evaluation: Evaluation) -> str:
+    """Which pairs of many laws were compared, and what of them is drawn and told."""
+    count, who = len(evaluation.laws), evaluation.reference
+    pairs = f"{count * (count - 1) // 2} pairs of {count} laws"
+    named = f"with {who} (Holm's correction over {count - 1})" if who else ""
+    best = f"with {evaluation.strongest}, which is chosen by its power (corrected as some of all pairs)"
+    others = named if who == evaluation.strongest else f"{named} and {best}" if named else best
+    told = f"Pictures and words are of {FEW} laws, the strongest; every law has its row and stands in summary.json"
+    return f"Of the {pairs} those {others} are compared. {told}."
 
 
 def _left_out(law: LawResult) -> str:

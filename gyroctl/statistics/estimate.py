@@ -51,6 +51,7 @@ class PairedDifference(NamedTuple):
     p_value: float
     p_holm: float
     words: str
+    tests: int = 1  # over which it is corrected
 
 
 def nothing(note: str) -> Estimate:

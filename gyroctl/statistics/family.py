@@ -11,15 +11,18 @@ from gyroctl.statistics.estimate import CONFIDENCE, NOT_DISTINGUISHABLE, Estimat
 from gyroctl.statistics.means import paired_difference
 
 
-def holm(p_values: Sequence[float]) -> list[float]:
+def holm(p_values: Sequence[float], tests: int = 0) -> list[float]:
     """Holm's step-down correction for several comparisons; NaN stays NaN and does not count as a comparison.
+
+    Where these are some of so many `tests`, chosen by their results, the others count as if each had the greater p: no
+    value is smaller than with all of them.
 
     Source: S. Holm, "A simple sequentially rejective multiple test procedure", Scand. J. Statist. 6 (1979) 65-70.
     """
     order = sorted((i for i, p in enumerate(p_values) if np.isfinite(p)), key=lambda i: p_values[i])
-    adjusted, running = [float("nan")] * len(p_values), 0.0
+    adjusted, running, count = [float("nan")] * len(p_values), 0.0, max(len(order), tests)
     for rank, i in enumerate(order):
-        running = max(running, min(1.0, (len(order) - rank) * p_values[i]))
+        running = max(running, min(1.0, (count - rank) * p_values[i]))
         adjusted[i] = running
     return adjusted
 
@@ -31,8 +34,10 @@ def paired_differences(
     words: tuple[str, str] = ("more", "less"),
     *,
     zero_if_lost: bool = True,
+    pairs: Sequence[tuple[str, str]] | None = None,
+    tests: int = 0,
 ) -> tuple[PairedDifference, ...]:
-    """Compare every pair of laws on identical realisations, Holm-corrected over all pairs.
+    """Compare every pair of laws on identical realisations, or those given, Holm-corrected over all of them.
 
     All pairs make up the family, so the words stay right for the pair that looks best afterwards. Two laws count as
     different when the corrected p-value is below 1 - `confidence` and the interval of the single comparison leaves out
@@ -50,21 +55,31 @@ def paired_differences(
         What to call a difference above and below zero.
     zero_if_lost : bool
         See `paired_difference`.
+    pairs : sequence of two names, optional
+        Which pairs, where they are not all.
+    tests : int
+        Pairs among which these were chosen by their results, see `holm`; 0 where they were named beforehand.
 
     Returns
     -------
-    tuple of PairedDifference, length L (L - 1) / 2
+    tuple of PairedDifference, length L (L - 1) / 2 or that of `pairs`
         Each pair once, the law with the larger mean first.
     """
     means = [finite_mean(row) for row in values]
     ranked = sorted(range(len(names)), key=lambda i: -means[i] if np.isfinite(means[i]) else np.inf)
-    pairs = [(a, b) for k, a in enumerate(ranked) for b in ranked[k + 1 :]]
-    results = [paired_difference(values[a], values[b], confidence, zero_if_lost=zero_if_lost) for a, b in pairs]
-    corrected = holm([p for _, p in results])
-    return tuple(
-        PairedDifference(names[a], names[b], estimate, p, p_holm, in_words(estimate, p_holm, words, 1.0 - confidence))
-        for (a, b), (estimate, p), p_holm in zip(pairs, results, corrected, strict=True)
-    )
+    if pairs is None:
+        chosen = [(a, b) for k, a in enumerate(ranked) for b in ranked[k + 1 :]]
+    else:
+        rank = {names[i]: k for k, i in enumerate(ranked)}
+        places = (sorted((rank[first], rank[second])) for first, second in pairs)
+        chosen = [(ranked[high], ranked[low]) for high, low in places]
+    results = [paired_difference(values[a], values[b], confidence, zero_if_lost=zero_if_lost) for a, b in chosen]
+    corrected, family = holm([p for _, p in results], tests), max(len(chosen), tests)
+    found = []
+    for (a, b), (estimate, p), p_holm in zip(chosen, results, corrected, strict=True):
+        said = in_words(estimate, p_holm, words, 1.0 - confidence)
+        found.append(PairedDifference(names[a], names[b], estimate, p, p_holm, said, family))
+    return tuple(found)
 
 
 def in_words(difference: Estimate, p_holm: float, words: tuple[str, str], level: float) -> str:

@@ -19,7 +19,7 @@ from gyroctl.harness.run import Settings
 from gyroctl.harness.sight import sight
 from gyroctl.harness.yardstick import Yardstick
 from gyroctl.plant import Plant
-from gyroctl.reports.layout import REFERENCE, failures
+from gyroctl.reports.layout import REFERENCE, failures, names
 from gyroctl.studies.evaluation.entrants import Entrant, kind, pair
 from gyroctl.studies.evaluation.request import RUNS, Request
 from gyroctl.tuning.yardstick import find_yardstick
@@ -203,8 +203,8 @@ def _run_group(
         return Runs(entrant, kind(built), seen.level, np.asarray(seeds, np.int64), hashes, values, seen.preview)
 
     runs = {entrant.label: gathered(entrant) for entrant in group if entrant.label in laws}
-    for label in laws:
-        if reasons := failures(ds, label):
+    for label, reasons in zip(names(ds), failures(ds), strict=True):
+        if reasons and label in laws:
             failed[label] = f"failed in {len(reasons)} of {len(seeds)} runs: {next(iter(reasons.values()))}"
             if len(reasons) == len(seeds):
                 del runs[label]

@@ -15,6 +15,8 @@
   const places = [...document.querySelectorAll(".figure")];
   for (const place of places) {
     const figure = read("data-" + place.dataset.figure);
+    const shared = figure.layout.meta?.time;
+    if (shared) for (const trace of figure.data) trace.x = shared;
     Plotly.newPlot(place, figure.data, { ...figure.layout, template: template() }, config);
   }
   dark.addEventListener("change", () => places.forEach((place) => Plotly.relayout(place, { template: template() })));
