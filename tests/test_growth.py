@@ -96,7 +96,7 @@ def test_numbers_of_many_laws_are_those_of_the_full_table(monkeypatch: pytest.Mo
     full = evaluate(ds)
     assert len(full.power_differences) == 780 and len(found.power_differences) == 39 + 38
     for one, other in zip(found.laws, full.laws, strict=True):
-        np.testing.assert_equal(replace(one, survival=None), replace(other, survival=None))  # type: ignore[arg-type]
+        np.testing.assert_equal(vars(one), vars(other))
     for pair in found.power_differences:
         whole = full.difference(pair.first, pair.second)
         np.testing.assert_equal(pair[:4], whole[:4])
@@ -204,7 +204,7 @@ def test_metrics_are_of_the_whole_record_however_few_points_are_kept(
         for full in (True, False)
     )
     metrics = [name for name in whole.data_vars if not name.startswith("example_") and not name.startswith("step_ms")]
-    assert few[metrics].identical(whole[metrics])
+    assert few[metrics].equals(whole[metrics])
     assert whole.time.size == 1200 and few.time.size <= 300
     grid = few_points(whole.time.values, 300)
     assert grid is not None
@@ -231,7 +231,7 @@ def test_row_is_the_metrics_and_little_more() -> None:
 
 
 def test_driver_lets_go_of_what_it_has_handed_on(device: gy.Plant, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of 256 results no more are alive at the end than one share of the work, and the one in hand."""
+    """Of 256 results no more are alive at the end than two shares of the work: the one in hand and that before it."""
     made: list[weakref.ref[Outcome]] = []
 
     def quick(some: Sequence[items.Item]) -> list[Outcome]:
@@ -246,7 +246,7 @@ def test_driver_lets_go_of_what_it_has_handed_on(device: gy.Plant, monkeypatch: 
     for item, outcome in execution._outcomes(work_items(device, laws, waves, Settings(blend=20.0), 60.0), 1):
         assert outcome.values["mean_power"] == item.seed
         seen, alive = seen + 1, sum(ref() is not None for ref in made)
-    assert seen == len(made) == 256 and alive <= 17
+    assert seen == len(made) == 256 and alive <= 2 * 16
 
 
 def test_points_of_all_laws_together_are_bounded() -> None:

@@ -139,8 +139,8 @@ def too_long(plant: Plant, duration: float, period: float) -> bool:
 def _told(plant: Plant, loop: Loop) -> _Told:
     waves, actuators, k = loop.waves, loop.settings.actuators, plant.coefficients
     samples = math.floor(waves.duration / actuators.period + 1e-9)
-    alone = actuators.moves or too_long(plant, waves.duration, actuators.period)
-    if k.beyond is not None or rows(k) > ROOM or alone:
+    long = too_long(plant, waves.duration, actuators.period)
+    if k.beyond is not None or rows(k) > ROOM or actuators.moves or long:
         return _Told(loop, loop.law, None, None)
     own, _ = informed(loop.law, waves, plant)
     machine = compile_law(own)

@@ -11,7 +11,6 @@ from gyroctl.reports import layout
 from gyroctl.reports.evaluation import Evaluation
 from gyroctl.reports.theme import REFERENCE_GREY, law_styles, template
 from gyroctl.reports.verdict import judge
-from gyroctl.simulation.extremes import STRETCH, few_points, middle
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -43,6 +42,8 @@ def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
         The dataset holds no example time series.
     """
     from plotly.subplots import make_subplots
+
+    from gyroctl.simulation.extremes import STRETCH, few_points, middle  # its room loads SciPy
 
     if not layout.has_examples(ds):
         raise ValueError("the dataset holds no example time series")
@@ -140,6 +141,8 @@ def _actuator_range(values: NDArray[Any]) -> list[float]:
 
 
 def _zoom_buttons(time: NDArray[np.float64], rows: int) -> dict[str, Any]:
+    from gyroctl.simulation.extremes import STRETCH, middle
+
     views = {
         "20 s": list(middle(time, 20.0)),
         "120 s": list(middle(time, STRETCH)),
