@@ -56,7 +56,7 @@ def test_command_leads_a_coupling_that_lags_where_it_is_to_grow(held: float) -> 
     law, period = gy.law("nmpc", lag=0.03), 0.1
     c, w, u = law._numbers, work_of(law), np.empty(2)
     w.trial[:] = 0.08
-    assert not acted(c, w, 70.0, held, GOOD, u)
+    assert not acted(c, w, 70.0, 3.0, held, GOOD, u)
     time = (np.arange(20000) + 0.5) * period / 20000
     followed = u[0] + (held - u[0]) * np.exp(-time / 0.03)
     assert np.mean(followed) == pytest.approx(0.08, rel=1e-6) and w.numbers[CC] == u[0]
@@ -68,7 +68,7 @@ def test_command_does_not_lead_where_the_coupling_is_to_fall(held: float, planne
     law = gy.law("nmpc", lag=0.03)
     c, w, u = law._numbers, work_of(law), np.empty(2)
     w.trial[:] = planned
-    acted(c, w, 70.0, held, GOOD, u)
+    acted(c, w, 70.0, 3.0, held, GOOD, u)
     assert u[0] == (planned if held > planned else law.cc_max)
 
 

@@ -63,6 +63,7 @@ SAMPLE = """
     predict(predictor, forecast, ahead)
     between(forecast.now, ahead, law.period, moments)
     powered(law, w, speed)
+    doubted(law, w, forecast.placed.spread)
     more, status = posed(law, w, estimate.then), GOOD
     if more >= 0:
         plan_at(plan)(
@@ -71,7 +72,7 @@ SAMPLE = """
         )
         if not isfinite(w.result[0]):
             status = FAILED
-    if acted(law, w, speed, estimate.held[0], status, u):
+    if acted(law, w, speed, seen_ring(estimate, y), estimate.held[0], status, u):
         fell_back(w, law.fallback[0], law.fallback[1], u)
     note(seconds(clock, room) - begin, {spent})
 """
@@ -116,7 +117,8 @@ def learn_of(texts: Texts) -> Any:
 PARTS = [
     f"from {__name__} import learn_at, plan_at",
     f"from {foresight.__name__} import between",
-    f"from {sample.__name__} import FAILED, GOOD, acted, acted_on, fell_back, observed, placed, posed, powered",
+    f"from {sample.__name__} import FAILED, GOOD, acted, acted_on, doubted, fell_back",
+    f"from {sample.__name__} import observed, placed, posed, powered, seen_ring",
     f"from {stopwatch.__name__} import note, seconds",
     f"from {equations.__name__} import OMEGA_RATE",
     f"from {observer.__name__} import look_to_then",

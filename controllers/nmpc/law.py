@@ -46,12 +46,14 @@ from gyroctl.controllers.nmpc.sample import (
     Numbers,
     acted,
     acted_on,
+    doubted,
     fell_back,
     first_memory,
     observed,
     placed,
     posed,
     powered,
+    seen_ring,
 )
 from gyroctl.controllers.nmpc.settings import SETTINGS, Aims, Effort, Information, Preview, check
 from gyroctl.controllers.nmpc.stopwatch import BINS, clock_address, quantile
@@ -225,6 +227,8 @@ class Nmpc:
                 predict(c.predictor, forecast, memory.ahead)
         between(forecast.now, memory.ahead, self.period, memory.moments)
         powered(law, w, speed)
+        if self._foresight.probe is None:
+            doubted(law, w, (forecast.placed if memory.gauge is None else memory.gauge.waves).spread)
         more, status = posed(law, w, estimate.then), GOOD
         if more >= 0:
             moments = acted_on(law, memory.ahead, memory.moments)
@@ -234,7 +238,7 @@ class Nmpc:
                 status = FAILED
             elif self.clock() - begin > self.deadline:
                 status = LATE
-        if acted(law, w, speed, estimate.held[0], status, u):
+        if acted(law, w, speed, seen_ring(estimate, y), estimate.held[0], status, u):
             command, fallback = self.fallback.step(t, y, fallback)
             fell_back(w, float(command[0]), float(command[1]), u)
         return (float(u[0]), float(u[1])), NmpcState(row, fallback)
@@ -279,7 +283,8 @@ class Nmpc:
             rows=np.array([row for row in range(len(self.plant.rolling.labels)) if row != OMEGA], np.int64),
             h=np.array([self.period / STEPS]),
             k=constants(self.plant, beyond=True),
-            weights=np.array(cost._replace(turns=a.turns, grip=grip), np.float64),
+            weights=np.array(cost._replace(turns=a.turns, grip=grip, yielding=a.yielding), np.float64),
+            doubt=float(a.doubt) * grip / np.array([cost.I1, cost.I3]),
             period=float(self.period),
             horizon=float(self.horizon),
             reserve=float(a.reserve),

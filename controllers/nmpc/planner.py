@@ -17,7 +17,7 @@ from numba.np.unsafe.ndarray import to_fixed_tuple
 from gyroctl.controllers.nmpc import by_address
 from gyroctl.controllers.nmpc.by_address import ROW, function_at
 from gyroctl.controllers.nmpc.prediction import STEPS, Kind, beside_of, pullback_of, step_of, tangent_of
-from gyroctl.controllers.nmpc.problem import Problem, Weights
+from gyroctl.controllers.nmpc.problem import NOW, Problem, Weights
 from gyroctl.controllers.nmpc.solvers import descent
 from gyroctl.controllers.nmpc.solvers import real_time_iterations as rti
 from gyroctl.controllers.nmpc.solvers.descent import descend
@@ -64,7 +64,7 @@ The counts are iterations, more, varied and newton, see `compiled_planner`."""
 def problem_of(start: Any, moments: Any, now: Any, weights: Any, h: Any, k: Any, n: int) -> Problem:
     """Name what comes in flat arrays, for a plan of n intervals."""
     priced, width = Weights(*to_fixed_tuple(weights, FIELDS)), moments.size // (STEPS * n + 1)
-    return Problem(start, moments, now[0], now[1], now[2], now[3], h, k, priced, width)
+    return Problem(start, moments, now[0], now[1], now[2], now[3], h, k, priced, width, now[NOW:])
 
 
 def _by_dense_programs(stamp: str) -> Any:
@@ -209,7 +209,8 @@ def compiled_planner(solver: str) -> Any:
 
     The plan `cc` (n,) is improved by so many `iterations` of the solver "condensed", "riccati" or "descent", a program
     of the first two by `newton` steps: each is better than the last, and a few serve as well as all. `now`
-    holds power [W], last coupling, its limit [Nms] and the control interval [s]; `weights` the fields of `Weights`; the
+    holds power [W], last coupling, its limit [Nms] and the control interval [s], and behind them the margins of the
+    `Problem`, (n,) or none; `weights` the fields of `Weights`; the
     rest is as in `Problem`. `result` (2 + rivals,) holds what the solver remembers of the plan, see `FRESH`, as its
     second number, and of each rival behind it; all are written, the cost of the plan [J] is the first. With `more` > 0
     iterations each of the `rivals`, plans one after the other, is improved as well, and changes places with `cc` where

@@ -48,6 +48,13 @@ class Weights(NamedTuple):
     turns: float = 0.0  # [J/rad^2]
     reach: float = 0.0  # least ring angle at the end of the horizon [rad]
     grip: float = 0.0  # ring speed that a unit of |u3| asks for, one over the friction that is counted on [-]
+    yielding: float = 1.0  # share of `lock` where the ring is above its floor, and grip alone asks for more [-]
+
+
+NO_MARGINS = np.zeros(0)
+
+NOW = 4
+"""Numbers of a problem that change from sample to sample, `power` to `period`; in a row its margins stand behind."""
 
 
 class Problem(NamedTuple):
@@ -63,6 +70,7 @@ class Problem(NamedTuple):
     k: NDArray[np.float64]  # constants of the model
     weights: Weights
     width: int = 2  # numbers of an instant, see `prediction.width_of`
+    margins: NDArray[np.float64] = NO_MARGINS  # (n,) ring speed beyond what is needed, or (0,) for none [rad/s]
 
 
 def weights(
@@ -74,8 +82,14 @@ def weights(
 
 
 @inlined
-def stage_cost(x: Any, w: Weights, slope: Any) -> Any:
-    """Cost per second in state `x` [J/s]; its gradient is added to `slope` (n,)."""
+def margin_at(problem: Problem, i: Any) -> Any:
+    """Ring speed that is asked for beyond what is needed at the end of the interval `i` [rad/s]."""
+    return problem.margins[i] if problem.margins.size > i else 0.0
+
+
+@inlined
+def stage_cost(x: Any, w: Weights, margin: Any, slope: Any) -> Any:
+    """Cost per second in `x` with a `margin` of ring speed [rad/s], in J/s; its gradient is added to `slope` (n,)."""
     cost = 0.0
     for row, limit in ((PHI1, w.limit1), (PHI3, w.limit3)):
         beyond = abs(x[row]) - limit
@@ -83,13 +97,18 @@ def stage_cost(x: Any, w: Weights, slope: Any) -> Any:
             cost += w.motion * beyond * beyond
             slope[row] += 2.0 * w.motion * (beyond if x[row] > 0.0 else -beyond)
     extra, by_angle, by_v1, by_v3 = grip_needed(x, w)
-    below = w.floor + extra - x[RING]
+    firm = w.lock * (w.yielding if extra > 0.0 else 1.0)
+    below = w.floor + extra + margin - x[RING]
     if below > 0.0:
-        cost += w.lock * below * below
-        slope[RING] -= 2.0 * w.lock * below
-        slope[RING_ANGLE] += 2.0 * w.lock * below * by_angle
-        slope[V1] += 2.0 * w.lock * below * by_v1
-        slope[V3] += 2.0 * w.lock * below * by_v3
+        cost += firm * below * below
+        slope[RING] -= 2.0 * firm * below
+        slope[RING_ANGLE] += 2.0 * firm * below * by_angle
+        slope[V1] += 2.0 * firm * below * by_v1
+        slope[V3] += 2.0 * firm * below * by_v3
+    under = w.floor + margin - x[RING]
+    if under > 0.0 and extra > 0.0:
+        cost += (w.lock - firm) * under * under
+        slope[RING] -= 2.0 * (w.lock - firm) * under
     return cost
 
 
@@ -131,7 +150,7 @@ def cost_of(problem: Problem, cc: Any, states: Any) -> Any:
     ignored = np.zeros(problem.start.size)
     cost, last = 0.0, problem.before
     for i in range(cc.size):
-        cost += problem.period * stage_cost(states[STEPS * (i + 1)], problem.weights, ignored)
+        cost += problem.period * stage_cost(states[STEPS * (i + 1)], problem.weights, margin_at(problem, i), ignored)
         cost += problem.weights.travel * (cc[i] - last) ** 2
         last = cc[i]
     return cost + terminal_cost(states[STEPS * cc.size], problem.weights, ignored)
@@ -166,7 +185,7 @@ def _compiled(stamp: str) -> tuple[Callable[..., float], Callable[..., None]]:
         terminal_cost(states[STEPS * cc.size], problem.weights, weight)
         for i in range(cc.size - 1, -1, -1):
             by_x[:] = 0.0
-            stage_cost(states[STEPS * (i + 1)], problem.weights, by_x)
+            stage_cost(states[STEPS * (i + 1)], problem.weights, margin_at(problem, i), by_x)
             for row in range(m):
                 weight[row] += problem.period * by_x[row]
             u[0] = cc[i]

@@ -6,15 +6,16 @@ both go into rows of numbers (`flat`); the memory is changed in place.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.controllers.nmpc.power_command import PowerCommand, commanded
-from gyroctl.controllers.nmpc.problem import Weights
+from gyroctl.controllers.nmpc.problem import NOW, Weights
 from gyroctl.plant.compiled import inlined, put
-from gyroctl.plant.equations import PHI1, PSI
+from gyroctl.plant.equations import PHI1, PSI, PSI_RATE
 from gyroctl.plant.trigonometry import cos_sin
 from gyroctl.waves.estimation import EstimatorState, MomentEstimator, Predictor, PredictorState, update
 from gyroctl.waves.estimation.gauge_readings import GaugeState
@@ -22,7 +23,16 @@ from gyroctl.waves.estimation.gauge_readings import GaugeState
 FloatArray = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
-REACH = Weights._fields.index("reach")
+REACH, GRIP = Weights._fields.index("reach"), Weights._fields.index("grip")
+
+DOUBTED = 0.6
+"""Time ahead from which the margin of ring speed grows no more: the motion is steered by then. [s]"""
+
+BACKWARDS = -0.5
+"""Ring speed below which the axis rolls backwards, and no reading is that wrong. [rad/s]"""
+
+RING_READING = 1
+"""Place of the ring's speed in a measurement."""
 
 PATIENCE = 10
 """Samples for which the rest of a good plan is followed when no new one comes."""
@@ -48,6 +58,7 @@ class Numbers(NamedTuple):
     h: FloatArray  # (1,) model step [s]
     k: FloatArray  # constants of the model
     weights: FloatArray  # fields of `Weights`
+    doubt: FloatArray  # (2,) margin of ring speed that an uncertain impulse of Me1 and of Me3 asks for [rad/s per Nms]
     period: float  # [s]
     horizon: float  # [s]
     reserve: float  # mean ring speed that past and horizon together are to keep [rad/s]
@@ -86,7 +97,7 @@ class Work(NamedTuple):
     trial: FloatArray  # (n,) the plan that is worked on [Nms]
     rivals: FloatArray  # (rivals n,) plans that were begun elsewhere, one after the other [Nms]
     start: FloatArray  # state that a plan begins in
-    now: FloatArray  # power [W], last coupling, its limit [Nms], control interval [s]
+    now: FloatArray  # (NOW + n,) power [W], last coupling, its limit [Nms], control interval [s]; margins [rad/s]
     weights: FloatArray  # fields of `Weights`
     result: FloatArray  # (2 + rivals,) cost [J], what the solver remembers of the plan and of each rival
 
@@ -117,7 +128,7 @@ def first_memory(
     far = n + law.delay
     numbers = np.array([law.fresh, law.command.power, law.command.power, *pair])
     counts, weights = new(6, np.int64), new(law.weights.size)
-    problem = new(n), new(rivals * n), new(law.rows.size), new(4), weights, new(2 + rivals)
+    problem = new(n), new(rivals * n), new(law.rows.size), new(NOW + n), weights, new(2 + rivals)
     work = Work(np.full(n, pair[0]), numbers, new(PAST), counts, *problem)
     ahead, moments = new((2, far)), new(width * (2 * far + 1))
     return Memory(c.estimator.init(), c.predictor.init(), work, ahead, moments, new(bins, np.int64), gauge)
@@ -164,10 +175,36 @@ def placed(state: EstimatorState) -> float:
 
 
 @inlined
+def seen_ring(state: EstimatorState, y: Any) -> float:
+    """Speed of the ring [rad/s] as it is read, which is right also where the estimator's rolling axis is not."""
+    return float(state.x_hat[PSI_RATE] if state.missing[RING_READING] > 0.0 else y[RING_READING])
+
+
+@inlined
 def powered(c: Numbers, w: Work, speed: float) -> None:
     """Set the power by the flywheel's speed [rad/s]."""
     since = w.counts[SAMPLE] * c.period
     w.numbers[POWER], w.numbers[MEAN] = commanded(c.command, speed, w.numbers[MEAN], c.period, since, c.cg_max)
+
+
+@inlined
+def doubted(c: Numbers, w: Work, spread: Any) -> None:
+    """Write the margins of ring speed that a plan has to keep, from the deviation of the forecast, `spread` [Nm].
+
+    What is not known of a moment adds up in the speed of the float, and with it in what the rolling contact asks of the
+    ring: a chance constraint, with the errors of all instants taken for one. `spread` is (2, 1 + intervals), now first;
+    of no size where the forecast does not tell it, and then there are no margins.
+    """
+    if spread.size == 0:
+        return
+    by_1, by_3 = 0.0, 0.0
+    for j in range(spread.shape[1] - 1):
+        if j * c.period < DOUBTED:
+            by_1 += 0.5 * c.period * c.doubt[0] * (spread[0, j] + spread[0, j + 1])
+            by_3 += 0.5 * c.period * c.doubt[1] * (spread[1, j] + spread[1, j + 1])
+        i = j - c.delay
+        if 0 <= i < w.trial.size:
+            w.now[NOW + i] = math.sqrt(0.5 * (by_1 * by_1 + by_3 * by_3))
 
 
 @inlined
@@ -219,12 +256,16 @@ def elsewhere(kind: int, cc_max: float, plan: Any, other: Any) -> None:
 
 
 @inlined
-def acted(c: Numbers, w: Work, speed: float, held: float, status: int, u: Any) -> bool:
+def acted(c: Numbers, w: Work, speed: float, ring: float, held: float, status: int, u: Any) -> bool:
     """Apply the plan, or what stands in for it; return whether the fallback law has to act.
 
     A plan tells the mean coupling of an interval. One that lags begins at what is `held` [Nms], so the command leads
     where it is to grow. Where it is to fall, a lead would buy the mean by too little in the end, and the ring, which
     follows within hundredths of a second, is slower than planned when the next sample comes.
+
+    Where the `ring` goes backwards [rad/s] the axis rolls so, and a coupling holds it there: flywheel and ring agree
+    with the other sense. The plan's model rolls forwards and knows nothing of that, so the ring is let go: the float
+    turns it round within a few tenths of a second.
     """
     numbers, counts = w.numbers, w.counts
     before = numbers[CC]
@@ -248,6 +289,8 @@ def acted(c: Numbers, w: Work, speed: float, held: float, status: int, u: Any) -
     cc = w.plan[0]
     if c.lagging > 0.0:
         cc = min(max((cc - c.lagging * held) / (1.0 - c.lagging), cc), c.cc_max)
+    if ring < BACKWARDS and c.weights[GRIP] > 0.0:
+        cc = 0.0
     numbers[CC], numbers[CG] = cc, cg
     u[0], u[1] = cc, cg
     return bool(status != GOOD and counts[AGE] > PATIENCE)

@@ -96,7 +96,7 @@ def shoot(
                 slopes.nodes[p + 1, row] -= pull
         for i in range(b - 1, a - 1, -1):
             by_x[:] = 0.0
-            cost += w.period * (_stage(states[s * (i - a + 1)], w.weights, by_x) - power[i])
+            cost += w.period * (_stage(states[s * (i - a + 1)], w.weights, 0.0, by_x) - power[i])
             for row in range(m):
                 weight[row] += w.period * by_x[row]
             u[1], slopes.power[i] = power[i], -w.period

@@ -181,7 +181,7 @@ def cost_of(w: Window, power: NDArray[np.float64], states: NDArray[np.float64]) 
     """Cost of a plan without gaps from its states (n + 1, m). [J]"""
     ignored = np.zeros(w.start.size)
     gained = 0.5 * w.weights.J4 * (states[-1, FLYWHEEL] ** 2 - w.start[FLYWHEEL] ** 2)
-    cost = sum(stage_cost(x, w.weights, ignored) for x in states[1:]) - power.sum()
+    cost = sum(stage_cost(x, w.weights, 0.0, ignored) for x in states[1:]) - power.sum()
     return float(w.period * cost + terminal_cost(states[-1], w.weights, ignored) + 0.5 * w.closing * gained * gained)
 
 

@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from gyroctl.controllers.nmpc.prediction import STEPS, Kind, step_of, tangent_of
 from gyroctl.controllers.nmpc.problem import Problem, Weights
 from gyroctl.controllers.nmpc.solvers.osqp_solver import OsqpSolver
@@ -21,9 +23,9 @@ def osqp_planner(kind: Kind) -> Callable[..., None]:
 
     def plan(*given: Any) -> None:
         start, moments, now, weights, h, k, cc, rivals, result, iterations, more, *_ = given
-        power, before, cc_max, period = now.tolist()
+        power, before, cc_max, period, *margins = now.tolist()
         priced, width = Weights(*weights.tolist()), moments.size // (STEPS * cc.size + 1)
-        problem = Problem(start, moments, power, before, cc_max, period, h, k, priced, width)
+        problem = Problem(start, moments, power, before, cc_max, period, h, k, priced, width, np.array(margins))
         if cc.size not in built:
             built[cc.size] = OsqpSolver(cc.size, start.size), empty_room(cc.size, start.size)
         solver, room = built[cc.size]
