@@ -9,8 +9,9 @@ import pytest
 
 import gyroctl as gy
 from gyroctl.controllers.nmpc.flat import built, row_of
-from gyroctl.controllers.nmpc.sample import CC, GOOD, SAMPLE, Work, acted, posed
+from gyroctl.controllers.nmpc.sample import CC, GOOD, SAMPLE, Work, acted, posed, seen_ring
 from gyroctl.errors import InputError
+from gyroctl.plant.equations import PSI_RATE
 
 
 def work_of(law: gy.Law) -> Work:
@@ -70,6 +71,27 @@ def test_command_does_not_lead_where_the_coupling_is_to_fall(held: float, planne
     w.trial[:] = planned
     acted(c, w, 70.0, 3.0, held, GOOD, u)
     assert u[0] == (planned if held > planned else law.cc_max)
+
+
+@pytest.mark.parametrize("ring, let_go", [(3.0, False), (0.1, False), (-0.4, False), (-0.6, True), (-3.0, True)])
+def test_ring_that_goes_backwards_is_let_go(ring: float, let_go: bool) -> None:
+    """In real water, where a coupling would hold an axis that rolls backwards; a linear plant's contact is ideal."""
+    for real, law in ((True, gy.law("nmpc", plant="realistic")), (False, gy.law("nmpc"))):
+        c, w, u = law._numbers, work_of(law), np.empty(2)
+        w.trial[:] = 0.05
+        acted(c, w, 70.0, ring, 0.05, GOOD, u)
+        assert (u[0] == 0.0) == (let_go and real) and w.numbers[CC] == u[0]
+        assert w.plan[0] == 0.05, "the plan is kept"
+
+
+def test_ring_is_seen_as_it_is_read_unless_the_reading_is_lost() -> None:
+    law = gy.law("nmpc", plant="realistic")
+    state = built(law._first, row_of(law._first)).estimate
+    state.x_hat[PSI_RATE] = 2.8
+    reading = np.array([0.1, -2.9, 68.0, 0.0, 0.0, 0.0, 0.0])
+    assert seen_ring(state, reading) == -2.9
+    state.missing[1] = 1.0
+    assert seen_ring(state, reading) == 2.8
 
 
 @pytest.mark.parametrize("lag", [-0.01, math.nan, 0.2])
