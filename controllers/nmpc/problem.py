@@ -48,6 +48,7 @@ class Weights(NamedTuple):
     turns: float = 0.0  # [J/rad^2]
     reach: float = 0.0  # least ring angle at the end of the horizon [rad]
     grip: float = 0.0  # ring speed that a unit of |u3| asks for, one over the friction that is counted on [-]
+    ceiling: float = 100.0  # most that grip asks for [rad/s]
     yielding: float = 1.0  # share of `lock` where the ring is above its floor, and grip alone asks for more [-]
 
 
@@ -117,12 +118,15 @@ def grip_needed(x: Any, w: Weights) -> tuple[float, float, float, float]:
     """Ring speed above its floor that the rolling contact asks for [rad/s], and its slopes by RING_ANGLE, V1, V3.
 
     A contact with friction mu carries the axis round while |u3| <= mu psi', with u3 = sin psi phi1' + cos psi phi3' the
-    rate of the float across the axis: in slow motion the friction that rolling needs is the ratio of the two.
+    rate of the float across the axis: in slow motion the friction that rolling needs is the ratio of the two. More than
+    a closed coupling can give is not asked for: a plan would let the ring go now to be asked for less later.
     """
     if w.grip > 0.0:
         c, s = cos_sin(x[RING_ANGLE])
         across = s * x[V1] + c * x[V3]
         extra = w.grip * abs(across) - w.floor
+        if extra > 0.0 and extra + w.floor > w.ceiling:
+            return w.ceiling - w.floor, 0.0, 0.0, 0.0
         if extra > 0.0:
             sense = w.grip if across > 0.0 else -w.grip
             return extra, sense * (c * x[V1] - s * x[V3]), sense * s, sense * c
