@@ -63,7 +63,7 @@ class Hpipm:
             whole = np.column_stack([qp.A[i], qp.b[i]])
             numbers += [whole.ravel(), np.full(m, -1.0), whole[list(OUTPUTS)].ravel(), np.full(SLACKS, -1.0)]
             at, row = i * stage, i * (m + SLACKS) + m
-            diagonal[at + m], diagonal[at + m + 1 : at + stage] = proximal, qp.weight[i]
+            diagonal[at + m], diagonal[at + m + 1 : at + stage] = proximal, qp.weight
             low[at + m], high[at + m] = least[i], most[i]
             gap_low[row : row + SLACKS] = qp.low - qp.outputs[i]
             gap_high[row : row + SLACKS] = qp.high - qp.outputs[i]
@@ -130,7 +130,7 @@ class Fatrop:
             low += [np.zeros(m + (m if i == 0 else 0)), [least[i]], qp.low - qp.outputs[i]]
             high += [np.zeros(m + (m if i == 0 else 0)), [most[i]], qp.high - qp.outputs[i]]
         numbers = [np.column_stack([qp.A[i], qp.b[i]]).ravel(order="F") for i in range(n)]
-        p = np.concatenate([*numbers, [proximal], qp.weight[0], qp.terminal])
+        p = np.concatenate([*numbers, [proximal], qp.weight, qp.terminal])
         given = {"p": p, "lbg": np.concatenate(low), "ubg": np.concatenate(high), "x0": 0.0}
         given = {key: casadi.DM(value) for key, value in given.items()}
         begin = time.thread_time()

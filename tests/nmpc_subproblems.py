@@ -94,7 +94,7 @@ def by_hand(qp: Subproblem, proximal: float, d: Array) -> float:
     for i in range(n):
         e = qp.A[i] @ e + qp.b[i] * d[i]
         y = qp.outputs[i] + e[list(OUTPUTS)]
-        total += 0.5 * qp.weight[i] @ np.maximum(0.0, np.maximum(qp.low - y, y - qp.high)) ** 2
+        total += 0.5 * qp.weight @ np.maximum(0.0, np.maximum(qp.low - y, y - qp.high)) ** 2
     return float(total + qp.terminal @ e + qp.travel[0] * np.sum(np.diff(moved) ** 2) + 0.5 * proximal * d @ d)
 
 

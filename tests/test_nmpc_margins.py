@@ -33,18 +33,14 @@ def penalty(w: Weights, across: float, ring: float, margin: float = 0.0) -> floa
     return value
 
 
-def test_grip_may_weigh_less_than_the_floor(asked: Weights) -> None:
-    """Above its floor the ring pays for the grip that is missing by a share; below it for both, without a jump."""
-    soft = asked._replace(yielding=0.2)
-    need = GRIP * 0.9
-    assert penalty(asked, 0.9, 2.0) == pytest.approx(LOCK * (need - 2.0) ** 2)
-    assert penalty(soft, 0.9, 2.0) == pytest.approx(0.2 * LOCK * (need - 2.0) ** 2)
-    assert penalty(soft, 0.9, 1.0) == pytest.approx(0.2 * LOCK * (need - 1.0) ** 2 + 0.8 * LOCK * (FLOOR - 1.0) ** 2)
-    assert penalty(soft, 0.1, 1.0) == penalty(asked, 0.1, 1.0) == pytest.approx(LOCK * (FLOOR - 1.0) ** 2)
-    beside = FLOOR / GRIP
-    for at in (0.5, FLOOR, 2.0):  # where grip begins to ask for more, and at the floor
-        assert penalty(soft, beside + 1e-9, at) == pytest.approx(penalty(soft, beside - 1e-9, at), abs=1e-4)
-    assert penalty(soft, 0.9, FLOOR + 1e-9) == pytest.approx(penalty(soft, 0.9, FLOOR - 1e-9), abs=1e-4)
+def test_grip_asks_for_no_more_than_a_closed_coupling_gives(asked: Weights) -> None:
+    """Beyond the ceiling the penalty is that of the ceiling, and the float's rates are not blamed for it."""
+    capped = asked._replace(ceiling=2.4)
+    assert penalty(asked, 0.9, 2.0) == pytest.approx(LOCK * (GRIP * 0.9 - 2.0) ** 2)
+    assert penalty(capped, 0.9, 2.0) == pytest.approx(LOCK * 0.4**2)
+    assert penalty(capped, 0.9, 2.5) == 0.0 < penalty(asked, 0.9, 2.5)
+    assert penalty(capped, 0.7, 2.0) == penalty(asked, 0.7, 2.0) == pytest.approx(LOCK * 0.1**2)
+    assert penalty(capped, 0.1, 1.0) == pytest.approx(LOCK * (FLOOR - 1.0) ** 2)
 
 
 @pytest.mark.parametrize("across", [0.0, 0.9])

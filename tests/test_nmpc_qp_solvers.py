@@ -37,7 +37,7 @@ def reference(qp: Subproblem, proximal: float) -> Array:
     difference = np.eye(n) - np.eye(n, k=-1)
     jump = difference @ qp.plan - np.append(qp.before, np.zeros(n - 1))
     hessian = proximal * np.eye(n) + 2.0 * qp.travel[0] * difference.T @ difference
-    slack, picked = qp.weight.ravel(), csc_matrix(np.kron(np.eye(n), np.eye(m)[list(OUTPUTS)]))
+    slack, picked = np.tile(qp.weight, n), csc_matrix(np.kron(np.eye(n), np.eye(m)[list(OUTPUTS)]))
     P = block_diag([csc_matrix(np.triu(hessian)), csc_matrix((n * m, n * m)), diags(slack)], format="csc")
     q = np.concatenate([2.0 * qp.travel[0] * difference.T @ jump, np.zeros((n - 1) * m), qp.terminal, np.zeros(3 * n)])
     chain = identity(n * m, format="lil")

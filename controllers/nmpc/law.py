@@ -283,9 +283,7 @@ class Nmpc:
             rows=np.array([row for row in range(len(self.plant.rolling.labels)) if row != OMEGA], np.int64),
             h=np.array([self.period / STEPS]),
             k=constants(self.plant, beyond=True),
-            weights=np.array(
-                cost._replace(turns=a.turns, grip=grip, ceiling=a.ceiling, yielding=a.yielding), np.float64
-            ),
+            weights=np.array(cost._replace(turns=a.turns, grip=grip, ceiling=a.ceiling), np.float64),
             doubt=float(a.doubt) * grip / np.array([cost.I1, cost.I3]),
             period=float(self.period),
             horizon=float(self.horizon),

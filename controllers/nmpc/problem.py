@@ -49,7 +49,6 @@ class Weights(NamedTuple):
     reach: float = 0.0  # least ring angle at the end of the horizon [rad]
     grip: float = 0.0  # ring speed that a unit of |u3| asks for, one over the friction that is counted on [-]
     ceiling: float = 100.0  # most that grip asks for [rad/s]
-    yielding: float = 1.0  # share of `lock` where the ring is above its floor, and grip alone asks for more [-]
 
 
 NO_MARGINS = np.zeros(0)
@@ -98,18 +97,13 @@ def stage_cost(x: Any, w: Weights, margin: Any, slope: Any) -> Any:
             cost += w.motion * beyond * beyond
             slope[row] += 2.0 * w.motion * (beyond if x[row] > 0.0 else -beyond)
     extra, by_angle, by_v1, by_v3 = grip_needed(x, w)
-    firm = w.lock * (w.yielding if extra > 0.0 else 1.0)
     below = w.floor + extra + margin - x[RING]
     if below > 0.0:
-        cost += firm * below * below
-        slope[RING] -= 2.0 * firm * below
-        slope[RING_ANGLE] += 2.0 * firm * below * by_angle
-        slope[V1] += 2.0 * firm * below * by_v1
-        slope[V3] += 2.0 * firm * below * by_v3
-    under = w.floor + margin - x[RING]
-    if under > 0.0 and extra > 0.0:
-        cost += (w.lock - firm) * under * under
-        slope[RING] -= 2.0 * (w.lock - firm) * under
+        cost += w.lock * below * below
+        slope[RING] -= 2.0 * w.lock * below
+        slope[RING_ANGLE] += 2.0 * w.lock * below * by_angle
+        slope[V1] += 2.0 * w.lock * below * by_v1
+        slope[V3] += 2.0 * w.lock * below * by_v3
     return cost
 
 

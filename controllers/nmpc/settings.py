@@ -66,7 +66,6 @@ class Aims(NamedTuple):
     floor: float = 1.57  # least ring speed [rad/s]
     traction: float = 0.0  # friction of the rolling contact that a plan counts on; with 0 it asks for none [-]
     ceiling: float = 100.0  # most that grip asks of the ring's speed [rad/s]
-    yielding: float = 1.0  # share of `lock` where the ring keeps its floor, and grip alone asks for more [-]
     doubt: float = 0.0  # deviations of the forecast that the ring leaves room for, see `sample.doubted` [-]
     turns: float = 28.69  # weight of missing turns [J/rad^2]
     reserve: float = 2.2  # mean ring speed that past and horizon together are to keep [rad/s]

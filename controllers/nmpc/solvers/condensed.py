@@ -105,8 +105,8 @@ def condensed_cost(qp: Any, proximal: float, d: Any, slopes: Any, room: Any) -> 
         for r in range(3):
             value = values[3 * i + r]
             beyond = value - min(max(value, qp.low[r]), qp.high[r])
-            slopes[3 * i + r] = qp.weight[i, r] * beyond
-            cost += 0.5 * qp.weight[i, r] * beyond * beyond
+            slopes[3 * i + r] = qp.weight[r] * beyond
+            cost += 0.5 * qp.weight[r] * beyond * beyond
         jump = qp.plan[i] + d[i] - planned - last
         cost += qp.travel[0] * jump * jump + 0.5 * proximal * d[i] * d[i] + room.terminal[i] * d[i]
         last, planned = d[i], qp.plan[i]
@@ -145,7 +145,7 @@ def newton_direction(qp: Any, proximal: float, room: Any) -> bool:
             count += 1
     for k in range(3 * n):
         if room.slopes[k] != 0.0:
-            weight, moved = qp.weight[k // 3, k % 3], 0.0
+            weight, moved = qp.weight[k % 3], 0.0
             for i in range(k // 3 + 1):
                 if room.held[i]:
                     moved += room.reply[i, k] * room.direction[i]

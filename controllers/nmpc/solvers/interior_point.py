@@ -102,14 +102,14 @@ def _start(qp: Any, d: Any, first: float, room: Any, inner: Any) -> int:
     """Put every pair on the central path, where its product is `first`; return how many an interval has."""
     for side in range(BOUNDS, SIDES):
         limit = qp.low[side - 2] if side < 5 else qp.high[side - 5]
-        inner.used[side] = np.isfinite(limit) and qp.weight[0, (side - 2) % 3] > 0.0
+        inner.used[side] = np.isfinite(limit) and qp.weight[(side - 2) % 3] > 0.0
     inner.dt[:], inner.dl[:] = 0.0, 0.0
     for i in range(d.size):
         inner.t[i, 0], inner.t[i, 1] = d[i] - room.low[i], room.high[i] - d[i]
         inner.l[i, 0], inner.l[i, 1] = first / inner.t[i, 0], first / inner.t[i, 1]
         for side in range(BOUNDS, SIDES):
             if inner.used[side]:
-                weight, distance = qp.weight[i, (side - 2) % 3], _distance(qp, room.states, i, side)
+                weight, distance = qp.weight[(side - 2) % 3], _distance(qp, room.states, i, side)
                 inner.l[i, side] = 0.5 * weight * (np.sqrt(distance * distance + 4.0 * first / weight) - distance)
     return int(np.sum(inner.used))
 
@@ -129,7 +129,7 @@ def _limit_slopes(qp: Any, room: Any, inner: Any) -> None:
     for i in range(inner.t.shape[0]):
         for side in range(BOUNDS, SIDES):
             if inner.used[side]:
-                t = _distance(qp, room.states, i, side) + inner.l[i, side] / qp.weight[i, (side - 2) % 3]
+                t = _distance(qp, room.states, i, side) + inner.l[i, side] / qp.weight[(side - 2) % 3]
                 inner.t[i, side] = max(t, SMALLEST)
 
 
@@ -166,7 +166,7 @@ def _direction(qp: Any, proximal: float, d: Any, target: float, room: Any, inner
         for side in range(BOUNDS, SIDES):
             if inner.used[side]:
                 r, l, t = (side - 2) % 3, inner.l[i, side], inner.t[i, side]
-                stiff = t + l / qp.weight[i, r]
+                stiff = t + l / qp.weight[r]
                 moved = l + (target - inner.second[i, side] - t * l) / stiff
                 inner.dl[i, side] = moved - l  # the part that does not depend on the step
                 room.slopes[i, r] -= SIGN[side] * moved
@@ -184,6 +184,6 @@ def _direction(qp: Any, proximal: float, d: Any, target: float, room: Any, inner
                 inner.dt[i, side] = SIGN[side] * room.direction[i]
                 inner.dl[i, side] = (target - inner.second[i, side] - l * inner.dt[i, side]) / t - l
             elif inner.used[side]:
-                weight, change = qp.weight[i, (side - 2) % 3], SIGN[side] * room.ahead[i, OUTPUTS[(side - 2) % 3]]
+                weight, change = qp.weight[(side - 2) % 3], SIGN[side] * room.ahead[i, OUTPUTS[(side - 2) % 3]]
                 inner.dl[i, side] -= l / (t + l / weight) * change
                 inner.dt[i, side] = change + inner.dl[i, side] / weight

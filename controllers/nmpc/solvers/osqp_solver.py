@@ -70,7 +70,7 @@ class CondensedForm:
         self.G.data[self.into_G] = np.concatenate([np.ones(n), response[:-n], np.full(3 * n, -1.0)])
         diagonal = np.full(n, proximal + 2.0 * twice)
         diagonal[-1] -= twice
-        self.P.data[self.into_P] = np.concatenate([diagonal, np.full(n - 1, -twice), qp.weight.ravel()])
+        self.P.data[self.into_P] = np.concatenate([diagonal, np.full(n - 1, -twice), np.tile(qp.weight, n)])
         jump = np.diff(qp.plan, prepend=qp.before[0])
         q, low, high = np.zeros(4 * n), np.empty(4 * n), np.empty(4 * n)
         q[:n] = response[-n:] + twice * (jump - np.append(jump[1:], 0.0))

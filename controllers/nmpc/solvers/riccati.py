@@ -44,7 +44,7 @@ def _act(qp: Any, room: Any) -> None:
     """Choose the limits that act."""
     for i in range(room.held.size):
         for r in range(3):
-            room.curvature[i, r] = qp.weight[i, r] if room.slopes[i, r] != 0.0 else 0.0
+            room.curvature[i, r] = qp.weight[r] if room.slopes[i, r] != 0.0 else 0.0
 
 
 @inlined

@@ -45,7 +45,7 @@ class Subproblem(NamedTuple):
     outputs: FloatArray  # (n, 3): phi1, phi3 [rad] and ring speed [rad/s] after each interval
     low: FloatArray  # (3,) where a penalty begins
     high: FloatArray  # (3,)
-    weight: FloatArray  # (n, 3) [J/rad^2], [J s^2/rad^2]
+    weight: FloatArray  # (3,) [J/rad^2], [J s^2/rad^2]
     terminal: FloatArray  # (m,) gradient of the terminal cost
     plan: FloatArray  # (n,) [Nms]
     before: FloatArray  # (1,) coupling before the horizon [Nms]
@@ -67,7 +67,7 @@ def empty_subproblem(n: int, m: int) -> Subproblem:
     """Room for a horizon of `n` intervals of a model with `m` states."""
     new = zeros
     tables = np.zeros((n, m, m)), zero_table(n, m), zero_table(n, 3)
-    return Subproblem(*tables, new(3), new(3), zero_table(n, 3), new(m), new(n), new(1), new(1), new(1))
+    return Subproblem(*tables, new(3), new(3), new(3), new(m), new(n), new(1), new(1), new(1))
 
 
 @part(SOURCES)
@@ -76,9 +76,8 @@ def _settle(qp: Any, problem: Any) -> None:
     weights = problem.weights
     qp.low[0], qp.low[1], qp.low[2] = -weights.limit1, -weights.limit3, weights.floor
     qp.high[0], qp.high[1], qp.high[2] = weights.limit1, weights.limit3, np.inf
-    for i in range(qp.plan.size):
-        qp.weight[i, 0] = qp.weight[i, 1] = 2.0 * problem.period * weights.motion
-        qp.weight[i, 2] = 2.0 * problem.period * weights.lock
+    qp.weight[0] = qp.weight[1] = 2.0 * problem.period * weights.motion
+    qp.weight[2] = 2.0 * problem.period * weights.lock
     qp.before[0], qp.travel[0], qp.cc_max[0] = problem.before, weights.travel, problem.cc_max
 
 
@@ -117,22 +116,13 @@ def _gripped(qp: Any, weights: Any, states: Any) -> None:
     """Let the ring speed of the program be that less what grip asks for: a change of the state's coordinates.
 
     With y = psi' - extra(psi, phi1', phi3') in the place of psi', e becomes T e with T = 1 - e_RING extra'; the output
-    is a row of the state as before, so that no solver knows of it. Where grip weighs otherwise than the floor, the sum
-    of their penalties stands as one, with its slope and curvature on the side of the floor where the plan is.
+    is a row of the state as before, so that no solver knows of it.
     """
     n, m = qp.b.shape
     before, now = np.zeros(3), np.zeros(3)  # slopes at the last instant and at this one
     for i in range(n):
         extra, now[0], now[1], now[2] = grip_needed(states[STEPS * (i + 1)], weights)
-        over, share = qp.outputs[i, 2] - weights.floor, 1.0
-        if extra > 0.0 and over >= 0.0:
-            qp.weight[i, 2] *= weights.yielding
-        elif extra > 0.0:
-            share = weights.yielding * (over - extra) / (over - weights.yielding * extra)
-            extra *= weights.yielding
         qp.outputs[i, 2] -= extra
-        for k in range(3):
-            now[k] *= share
         a, b = qp.A[i], qp.b[i]
         for k in range(3):
             column = CURVED[k]
@@ -216,8 +206,8 @@ def evaluate(qp: Any, proximal: float, d: Any, states: Any, slopes: Any) -> floa
         for r in range(3):
             value = qp.outputs[i, r] + states[i, OUTPUTS[r]]
             beyond = value - min(max(value, qp.low[r]), qp.high[r])
-            slopes[i, r] = qp.weight[i, r] * beyond
-            cost += 0.5 * qp.weight[i, r] * beyond * beyond
+            slopes[i, r] = qp.weight[r] * beyond
+            cost += 0.5 * qp.weight[r] * beyond * beyond
         jump = qp.plan[i] + d[i] - planned - last
         cost += qp.travel[0] * jump * jump + 0.5 * proximal * d[i] * d[i]
         last, planned = d[i], qp.plan[i]
