@@ -71,6 +71,7 @@ def compare(
     quiet: bool = False,
     time_limit: float | None = None,
     yardstick: Yardstick | None = None,
+    case: str = "",
 ) -> xarray.Dataset:
     """Compare laws on identical realisations.
 
@@ -104,6 +105,8 @@ def compare(
         From `gyroctl.find_yardstick`, for this sea, plant and actuators. It takes part as ``best_constant``, under
         which name no other law may stand. Without it a pair that ships may, and the verdict says that none was
         searched.
+    case : str
+        What these runs are of, for ``gyroctl status``.
 
     Returns
     -------
@@ -136,7 +139,7 @@ def compare(
         ticks_of(law, name, settings.actuators)
     limit = max(60.0, waves.duration) if time_limit is None else time_limit
     items = work_items(plant, built, waves, settings, limit)
-    outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet)
+    outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet, case)
     rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in built}
     check_fair(rows)
     return _judged(_dataset(built, waves, rows), motion_limit).assign_attrs(

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from multiprocessing import get_context
@@ -20,8 +20,9 @@ from typing import Any, NoReturn, TypeVar
 import cloudpickle
 from pebble import ProcessExpired, ProcessPool
 
-from gyroctl.comparison import store
-from gyroctl.comparison.items import Item, Outcome, failed, perform
+from gyroctl.comparison.items import Item, Outcome, about, failed, perform
+from gyroctl.engine import Record, Store
+from gyroctl.engine.plan import Plan, Wanted
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, Machined, Preparing, Wrapping, innermost
 from gyroctl.harness.together import pieces
@@ -36,7 +37,7 @@ GRACE = 30.0
 """What a process may take beside its run: start, compilation. [s]"""
 
 
-def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bool) -> Outcomes:
+def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bool, case: str = "") -> Outcomes:
     """Run the items that are not stored.
 
     Parameters
@@ -49,26 +50,49 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
         Folder of the stored results; each one is stored when it is there, but not a failure.
     quiet : bool
         Show no progress.
+    case : str
+        What these runs are of, for `gyroctl status`.
+
+    Raises
+    ------
+    OSError
+        Where a result cannot be stored; those that are finished are whole.
     """
     outcomes: Outcomes = {}
+    store = Store(results)
     with Progress("runs", len(items), quiet) as progress:
         todo = []
         for item in items:
-            stored = store.load(results, item.key)
+            stored = outcome_of(store.load(item.key))
             if stored is None:
                 todo.append(item)
             else:
-                outcomes[item.name, item.seed] = Outcome(*stored)
+                outcomes[item.name, item.seed] = stored
                 progress.skip()
-        for item, outcome in _outcomes(todo, workers):
-            if not outcome.failure:
-                store.save(results, item.key, outcome.sha256, outcome.values, outcome.series)
-            outcomes[item.name, item.seed] = outcome
-            progress.advance()
+        store.tell()
+        if todo:
+            store.tell_apart({item.key for item in items}, {(case, item.name) for item in todo})
+        plan = Plan(results, case, [Wanted(item.key, item.name, item.seed) for item in items])
+        with plan, store.beside() as save, closing(run_items(todo, workers)) as ended:
+            for item, outcome in ended:
+                if outcome.failure:
+                    plan.failed(item.key or f"{item.name} {item.seed}", outcome.failure)
+                else:
+                    content = {"sha256": outcome.sha256, "values": outcome.values}
+                    save(item.key, content, outcome.series, about(item, case))
+                outcomes[item.name, item.seed] = outcome
+                progress.advance()
     return outcomes
 
 
-def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outcome]]:
+def outcome_of(record: Record | None) -> Outcome | None:
+    """Outcome that was stored; what is no outcome is run again."""
+    if record is None or not {"sha256", "values"} <= set(record.content):
+        return None
+    return Outcome(record.content["sha256"], record.content["values"], dict(record.arrays))
+
+
+def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outcome], None, None]:
     """Run items, and yield each with its outcome as they end.
 
     Laws are compiled one after the other, and what is compiled runs meanwhile; slow laws begin in their processes as
@@ -201,10 +225,16 @@ def _outcomes_of(future: Future[Any], items: Sequence[Item]) -> list[Outcome]:
     except TimeoutError:
         what = "took longer than {0:g} s: compute less in step, or allow more with run.time_limit"
     except ProcessExpired as error:
-        what = f"ended its process (exit code {error.exitcode}): a law must not end the program"
+        what = _how_it_ended(error.exitcode)
     else:
         return outcomes
     return [failed(item, f"law {item.name!r} {what.format(item.time_limit)}") for item in items]
+
+
+def _how_it_ended(code: int | None) -> str:
+    if code is not None and code < 0:
+        return f"lost its process, which was killed (signal {-code}), perhaps for want of memory: run again"
+    return f"ended its process (exit code {code}): a law must not end the program"
 
 
 def no_way_out(function: Callable[..., Result], *arguments: Any) -> Result:
