@@ -7,11 +7,12 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 from gyroctl.engine.plan import SUFFIX as PLAN
 from gyroctl.engine.plan import Noted, plans, read_plan
 from gyroctl.engine.record import Damaged, Record
-from gyroctl.engine.store import EARLIER, SUFFIX, read
+from gyroctl.engine.store import EARLIER, SUFFIX, heads, read
 from gyroctl.errors import InputError
 from gyroctl.fingerprint import made_with, text_of
 from gyroctl.writing import left_over
@@ -96,10 +97,17 @@ def state(folder: Path) -> State:
         running = not plan.ended and _alive(plan.process)
         found.running = found.running or running
         times.append(_left(plan, finished) if running else None)
+    for head in heads(folder):
+        if "step" in head:  # of a report that goes step by step: how many there are, it knows itself
+            lines.setdefault((str(head.get("case", "")), str(head["step"])), _step(head)).done += 1
     found.lines = sorted(lines.values(), key=lambda line: (line.case, line.law))
     known = [time for time in times if time is not None]
     found.left_s = sum(known) if known else None
     return found
+
+
+def _step(head: Mapping[str, Any]) -> Line:
+    return Line(str(head.get("case", "")), str(head["step"]))
 
 
 def _left(plan: Noted, finished: list[float]) -> float | None:
@@ -155,7 +163,7 @@ def litter(folder: Path) -> Litter:
                 continue
             if record.about.get("made_with") != here:
                 found.other_versions.append(path)
-            elif record.key not in wanted or _changed(record):
+            elif _changed(record) or not (record.key in wanted or "step" in record.about):
                 found.stale.append(path)
     return found
 

@@ -43,6 +43,17 @@ def law_fingerprint(law: Any) -> str:
     return hashlib.sha256(digest.digest() + source.encode()).hexdigest() if source else UNKNOWN
 
 
+def value_fingerprint(*values: Any) -> str:
+    """SHA-256 of values: numbers, texts, arrays, groups of them, a plant, waves; `UNKNOWN` for what cannot be told."""
+    met: set[Path] = set()
+    try:
+        digest = hashlib.sha256(b"".join(part for value in values for part in _told(value, met)))
+    except (AttributeError, TypeError, pickle.PicklingError, Unknown):
+        return UNKNOWN
+    digest.update(sources(met).lines().encode())
+    return digest.hexdigest()
+
+
 def law_source(law: Any, further: set[Path] | None = None) -> str:
     """SHA-256 of the text of a law and of the law within it, with all that it rests on.
 
@@ -81,7 +92,8 @@ def law_source(law: Any, further: set[Path] | None = None) -> str:
 
 def _kinds(kind: type) -> list[type]:
     """Return a class and those that it inherits from, without those of Python."""
-    return [one for one in kind.__mro__ if one.__module__ not in ("builtins", "typing", "abc", "collections")]
+    apart = ("typing", "abc", "collections")
+    return [one for one in kind.__mro__ if one not in (object, tuple) and one.__module__ not in apart]
 
 
 def _files(kind: type) -> set[Path]:
