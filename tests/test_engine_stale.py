@@ -195,6 +195,23 @@ def test_another_folder_changes_nothing(folder: Path, tmp_path_factory: pytest.T
     assert keys(other) == before
 
 
+def test_edited_module_is_loaded_again_and_a_table_is_seen_when_it_is_read(folder: Path) -> None:
+    """In one process: what runs is what the key says, also for a table whose name is put together from parts."""
+    (folder / "gains.py").write_text(GAINS.replace('"numbers.csv"', '"num" + "bers.csv"'))
+    first = gy.law(f"{folder}/mine.py:Mine")
+    assert type(gy.law(f"{folder}/mine.py:Mine")) is type(first), "compiled once"
+    before = keys(folder)["mine"]
+    assert first.step(0.0, None, ())[0][1] == 2e-4
+    (folder / "deeper.py").write_text("def part(): return 0.25\n")
+    (folder / "numbers.csv").write_text("8e-4,1")
+    second = gy.law(f"{folder}/mine.py:Mine")
+    assert second.step(0.0, None, ())[0][1] == 2e-4 and type(second) is not type(first)
+    after = keys(folder)["mine"]
+    (folder / "numbers.csv").write_text("4e-4,1")
+    assert len({before, after, keys(folder)["mine"]}) == 3
+    assert gy.law(f"{folder}/mine.py:Mine").step(0.0, None, ())[0][1] == 1e-4
+
+
 def test_every_import_is_followed() -> None:
     """What the imports of the sources reach, by another reader of them, is within the rooms that are hashed."""
     from import_graph import file_graph, room
