@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import traceback
 from pathlib import Path
@@ -58,6 +59,35 @@ def visible(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text)
+
+
+SAFE = "What is finished is stored whole and will not be computed again"
+
+MENDS = {
+    errno.ENOSPC: "make room, and give the same command again",
+    errno.EDQUOT: "make room, and give the same command again",
+    errno.EROFS: "choose a folder that can be written to",
+    errno.EACCES: "choose a folder that you may write to, or ask for the right to",
+    errno.EPERM: "choose a folder that you may write to, or ask for the right to",
+    errno.EMFILE: "allow more open files (ulimit -n), or give fewer --workers",
+    errno.ENOMEM: "give fewer --workers or a shorter duration, and the same command again",
+}
+"""What to do where the system refuses."""
+
+
+def went_wrong(error: BaseException) -> str:
+    """Tell in one line what the system refused, what is safe, and what to do."""
+    mend = "give fewer --workers or a shorter duration, and the same command again"
+    if isinstance(error, OSError):
+        what = (error.strerror or str(error) or type(error).__name__) + (
+            f": {error.filename}" if error.filename else ""
+        )
+        mend = MENDS.get(error.errno or 0, "mend that, and give the same command again")
+    elif isinstance(error, MemoryError):
+        what = "there is not memory enough" + (f" ({error})" if str(error) else "")
+    else:
+        what = "a worker process was lost: it was killed, perhaps for want of memory"
+    return f"{what}. {SAFE}: {mend}.".replace("\n", " ")
 
 
 def without_addresses(text: str) -> str:

@@ -99,12 +99,14 @@ def write(ds: xarray.Dataset, out: Path, results: bool = True) -> None:
     """Write the three files, each whole or not at all, and print the table."""
     from gyroctl.reports import evaluate, print_table, summarise, write_report
     from gyroctl.reports.layout import packing
-    from gyroctl.writing import write_json, written_whole
+    from gyroctl.writing import SEALED, seal, write_json, written_whole
 
     found = evaluate(ds)
     if results:
         with written_whole(out / "results.nc") as part:
-            ds.to_netcdf(part, engine="h5netcdf", encoding=packing(ds))
+            sealed = ds.assign_attrs({SEALED: "the file ends with the SHA-256 of its bytes"})
+            sealed.to_netcdf(part, engine="h5netcdf", encoding=packing(ds))
+            seal(part)
     write_json(out / "summary.json", summarise(ds, found))
     page = write_report(ds, out / "report.html", found)
     print_table(ds, found)

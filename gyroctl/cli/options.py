@@ -57,9 +57,11 @@ def check_file(out: Path) -> None:
 
 def answer(content: Mapping[str, Any], lines: Iterable[str]) -> None:
     """Print words on a terminal, JSON in a pipe."""
+    from gyroctl.errors import visible
+
     words = lines if sys.stdout.isatty() else [json.dumps(content, allow_nan=False)]
     for line in words:
-        typer.echo(line)
+        typer.echo(visible(line))
 
 
 def failures(failed: Mapping[str, str]) -> None:

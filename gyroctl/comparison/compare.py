@@ -72,6 +72,7 @@ def compare(
     time_limit: float | None = None,
     yardstick: Yardstick | None = None,
     full_series: bool = False,
+    case: str = "",
 ) -> xarray.Dataset:
     """Compare laws on identical realisations.
 
@@ -109,6 +110,8 @@ def compare(
         Keep the time series of the first realisation sample by sample. Otherwise one of more than `items.SERIES` points
         keeps its peaks: every sample of 120 s in the middle, and the least and the greatest value of each bucket
         beside it. No metric depends on it.
+    case : str
+        What these runs are of, for ``gyroctl status``.
 
     Returns
     -------
@@ -141,7 +144,7 @@ def compare(
         ticks_of(law, name, settings.actuators)
     limit = max(60.0, waves.duration) if time_limit is None else time_limit
     items = work_items(plant, built, waves, settings, limit, full_series)
-    outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet)
+    outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet, case)
     rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in built}
     check_fair(rows)
     return _judged(_dataset(built, waves, rows), motion_limit).assign_attrs(

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from multiprocessing import get_context
@@ -20,9 +20,10 @@ from typing import Any, NoReturn, TypeVar
 import cloudpickle
 from pebble import ProcessExpired, ProcessPool
 
-from gyroctl.comparison import store
-from gyroctl.comparison.items import Item, Outcome, failed, perform
+from gyroctl.comparison.items import Item, Outcome, about, failed, perform
 from gyroctl.comparison.kept import kept
+from gyroctl.engine import Record, Store
+from gyroctl.engine.plan import Plan, Wanted
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, Machined, Preparing, Wrapping, innermost
 from gyroctl.harness.together import pieces
@@ -37,7 +38,7 @@ GRACE = 30.0
 """What a process may take beside its run: start, compilation. [s]"""
 
 
-def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bool) -> Outcomes:
+def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bool, case: str = "") -> Outcomes:
     """Run the items that are not stored.
 
     Parameters
@@ -50,27 +51,52 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
         Folder of the stored results; each one is stored when it is there, but not a failure.
     quiet : bool
         Show no progress.
+    case : str
+        What these runs are of, for `gyroctl status`.
+
+    Raises
+    ------
+    OSError
+        Where a result cannot be stored; those that are finished are whole.
     """
     outcomes: Outcomes = {}
-    laws = len({item.name for item in items})
+    store, laws = Store(results), len({item.name for item in items})
     with Progress("runs", len(items), quiet) as progress:
         todo = []
         for item in items:
-            stored = store.load(results, item.key)
+            stored = outcome_of(store.load(item.key))
             if stored is None:
                 todo.append(item)
             else:
-                outcomes[item.name, item.seed] = kept(item, Outcome(*stored), laws)
+                outcomes[item.name, item.seed] = kept(item, stored, laws)
                 progress.skip()
-        for item, outcome in _outcomes(todo, workers):
-            if not outcome.failure:
-                store.save(results, item.key, outcome.sha256, outcome.values, outcome.series)
-            outcomes[item.name, item.seed] = kept(item, outcome, laws)
-            progress.advance()
+        store.tell()
+        if todo:
+            store.tell_apart({item.key for item in items}, {(case, item.name) for item in todo})
+        plan = Plan(results, case, [Wanted(item.key, item.name, item.seed) for item in items])
+        with plan, store.beside() as save, closing(run_items(todo, workers)) as ended:
+            for item, outcome in ended:
+                if outcome.failure:
+                    plan.failed(item.key or f"{item.name} {item.seed}", outcome.failure)
+                else:
+                    content = {"sha256": outcome.sha256, "values": dict(outcome.values)}
+                    save(item.key, content, outcome.series, about(item, case))
+                outcomes[item.name, item.seed] = kept(item, outcome, laws)
+                progress.advance()
     return outcomes
 
 
-def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outcome]]:
+def outcome_of(record: Record | None) -> Outcome | None:
+    """Outcome that was stored; what is no outcome is run again."""
+    sha256, values = (record.content.get(name) if record is not None else None for name in ("sha256", "values"))
+    if record is None or not isinstance(sha256, str) or not isinstance(values, dict):
+        return None
+    numbers = all(isinstance(value, float) for value in values.values())
+    series = all(row.ndim == 1 and row.dtype.kind in "fiub" for row in record.arrays.values())
+    return Outcome(sha256, values, dict(record.arrays)) if numbers and series else None
+
+
+def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outcome], None, None]:
     """Run items, and yield each with its outcome as they end.
 
     Laws are compiled one after the other, and what is compiled runs meanwhile; slow laws begin in their processes as
@@ -215,10 +241,16 @@ def _outcomes_of(future: Future[Any], items: Sequence[Item]) -> list[Outcome]:
     except TimeoutError:
         what = "took longer than {0:g} s: compute less in step, or allow more with run.time_limit"
     except ProcessExpired as error:
-        what = f"ended its process (exit code {error.exitcode}): a law must not end the program"
+        what = _how_it_ended(error.exitcode)
     else:
         return outcomes
     return [failed(item, f"law {item.name!r} {what.format(item.time_limit)}") for item in items]
+
+
+def _how_it_ended(code: int | None) -> str:
+    if code is not None and code < 0:
+        return f"lost its process, which was killed (signal {-code}), perhaps for want of memory: run again"
+    return f"ended its process (exit code {code}): a law must not end the program"
 
 
 def no_way_out(function: Callable[..., Result], *arguments: Any) -> Result:

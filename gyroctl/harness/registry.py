@@ -8,7 +8,9 @@ import importlib.util
 import inspect
 import math
 import os
+import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -18,6 +20,7 @@ from typing import Any, cast
 from gyroctl import nested
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError, check_kind
+from gyroctl.fingerprint.local import noted, sources
 from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
 from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
@@ -138,8 +141,10 @@ def law(name: str, tuning: str | None = None, *, allow_code: Sequence[str | Path
     grouped = {key: value for key, value in parameters.items() if key not in own_names}
     own = {key: value for key, value in parameters.items() if key not in grouped}
     own |= nested.regrouped({key: own.get(key, group) for key, group in groups.items()}, grouped)
+    file = Path(parted(name)[0]) if is_file(name) else None
     try:
-        built = factory(**own)
+        with noted(file) if file is not None else nullcontext():
+            built = factory(**own)
     except InputError:
         raise
     except (TypeError, ValueError, ArithmeticError) as error:
@@ -262,15 +267,19 @@ def _from_file(name: str) -> Callable[..., Any]:
 
 
 def _module(name: str, file: Path) -> ModuleType:
-    """Import a user's file; again only when its text has changed, so that its laws are compiled once."""
-    key = (str(file.resolve()), hashlib.sha256(file.read_bytes()).hexdigest())
+    """Import a user's file; again only when its text, or what it rests on, has changed: its laws are compiled once."""
+    key = _content(file)
     if key in _loaded:
         return _loaded[key]
+    for known, loaded in list(sys.modules.items()):  # local modules that it imports may have changed with it
+        if (getattr(loaded, "__file__", None) or "") in key[2] and known != "__main__":
+            del sys.modules[known]
     spec = importlib.util.spec_from_file_location(f"gyroctl_user_{file.stem}", file)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     try:
-        spec.loader.exec_module(module)
+        with noted(file):
+            spec.loader.exec_module(module)
     except Exception as error:
         raise InputError(
             "law",
@@ -278,9 +287,16 @@ def _module(name: str, file: Path) -> ModuleType:
             f"the file cannot be imported: {type(error).__name__}: {error}",
             "Run the file with Python and correct it",
         ) from error
-    _loaded[key] = module
+    _loaded[_content(file)] = module  # with the tables that it read
     return module
 
 
-_loaded: dict[tuple[str, str], ModuleType] = {}
-"""Users' files by path and text."""
+def _content(file: Path) -> tuple[str, str, tuple[str, ...]]:
+    """A user's file, a hash of all that it rests on, and the local modules among that."""
+    found = sources([file])
+    others = tuple(str(path) for path in found.files[1:] if path.suffix == ".py")
+    return str(file.resolve()), hashlib.sha256(found.lines().encode()).hexdigest(), others
+
+
+_loaded: dict[tuple[str, str, tuple[str, ...]], ModuleType] = {}
+"""Users' files by path and content."""

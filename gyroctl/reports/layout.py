@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.names import text_of
+from gyroctl.writing import SEALED, seal_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -66,6 +67,9 @@ EXAMPLES = ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")
 ENGINES: dict[bytes, Literal["h5netcdf", "scipy"]] = {b"\x89HDF\r\n\x1a\n": "h5netcdf", b"CDF": "scipy"}
 """xarray engine for the first bytes of a file: NetCDF 4 or NetCDF classic."""
 
+DAMAGED = "the file is not what was written: damaged, cut short or edited"
+AGAIN = "Run gyroctl compare again with the same --out: finished runs are kept, and the file is written anew"
+
 MEND = "Give the results.nc that gyroctl compare wrote"
 COORDINATES = ("law", "realisation", "sha256", "information")
 ATTRIBUTES = ("experiment", "gyroctl_version", "created", "tuning_seeds")
@@ -87,7 +91,8 @@ def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
     Raises
     ------
     InputError
-        No such file, not a NetCDF file, or a NetCDF file of another layout (the message lists what is missing).
+        No such file, not a NetCDF file, one that is not what was written, or a NetCDF file of another layout (the
+        message lists what is missing).
     """
     import xarray as xr
 
@@ -100,6 +105,9 @@ def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
         raise InputError("results", str(path), "there is no such file", mend)
     with path.open("rb") as stream:
         start = stream.read(8)
+    intact = seal_of(path)
+    if intact is False:
+        raise InputError("results", str(path), DAMAGED, AGAIN)
     engine = next((engine for magic, engine in ENGINES.items() if start.startswith(magic)), None)
     if engine is None:
         raise InputError("results", str(path), "this is not a NetCDF file", MEND)
@@ -109,6 +117,8 @@ def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
         raise InputError("results", str(path), f"reading NetCDF 4 needs a library ({error})", "Install h5py") from error
     except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
         raise InputError("results", str(path), f"this NetCDF file cannot be read ({error})", MEND) from error
+    if ds.attrs.pop(SEALED, None) is not None and intact is None:
+        raise InputError("results", str(path), DAMAGED, AGAIN)
     return check_layout(ds, str(path))
 
 

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyroctl.errors import InputError
-from gyroctl.fingerprint import fingerprint
+from gyroctl.fingerprint import code_of
 from gyroctl.harness.law_fingerprint import law_source
 from gyroctl.harness.registry import describe, law
 from gyroctl.harness.seed_ledger import ledger
@@ -204,7 +204,7 @@ def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: in
 def _key(task: Task, which: str, on: Circumstances) -> str:
     """Hash of all that can change a bit of the search but its length: by it a tuning finds itself again."""
     built = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
-    surroundings = [plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), fingerprint()]
+    surroundings = [plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), code_of(__name__)]
     # a law is built from its name and numbers alone, so that its source tells it even where it hides a state
     text = json.dumps([repr(task), which, *surroundings, law_source(built), repr(describe(built))])
     return hashlib.sha256(text.encode()).hexdigest()[:12]

@@ -5,21 +5,26 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from gyroctl.engine.state import RUNS
+from gyroctl.engine.steps import Steps
 from gyroctl.errors import InputError
+from gyroctl.harness.law_fingerprint import law_fingerprint, value_fingerprint
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.plant import Plant
 from gyroctl.provenance import made
+from gyroctl.simulation.metrics import Record
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.bound.cap import momentum, momentum_cap
 from gyroctl.studies.bound.cut import Cut, cut, lag_of
 from gyroctl.studies.bound.draw import picture
 from gyroctl.studies.bound.outcome import Outcome, summary
-from gyroctl.studies.bound.search import FULL, Effort, best_found, beyond_linear, loosened, ticks
+from gyroctl.studies.bound.search import FULL, Effort, Found, best_found, beyond_linear, loosened, ticks
+from gyroctl.studies.bound.window import Plan
 from gyroctl.studies.style import save, styled
 from gyroctl.waves import SeaState
 from gyroctl.writing import Kept, plain
@@ -94,7 +99,7 @@ def bound_report(
         for one in cuts:
             with kept.stage(f"seed {one.waves.seed}"):
                 try:
-                    windows.append(_searched(one, laws, free, effort, progress))
+                    windows.append(_kept(one, laws, free, effort, progress, out / RUNS))
                 except InputError as error:
                     refused = error
                     raise
@@ -111,6 +116,21 @@ def bound_report(
     kept.write()
     return dict(plain(content))
 
+
+class Window(NamedTuple):
+    """What an `Outcome` holds beside its cut."""
+
+    bounds: dict[str, Found]
+    laws: dict[str, Record]
+    momentum: float
+    cap_w: float
+
+
+MODULES = (__name__, "gyroctl.studies.bound.search")
+"""What computes a window."""
+
+KINDS = (Window, Found, Record, Plan)
+"""What it is made of."""
 
 MEANING = {
     "harvest_w": "mean power generated and change of the flywheel's energy, over the whole window",
@@ -162,7 +182,17 @@ def _range(ends: Sequence[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _searched(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress) -> Outcome:
+def _kept(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress, folder: Path) -> Outcome:
+    """Search a window, or take what was found in it before: by the same code, for the same laws and effort."""
+    known = {name: law_fingerprint(law) for name, law in laws.items()}
+    plant, waves = one.plant, value_fingerprint(one.waves.moments, one.waves.elevation, one.waves.dt, one.start)
+    given = value_fingerprint(plant, waves, one.duration, one.settings, one.motion, list(known.items()), free, effort)
+    steps = Steps(folder, given if waves and all(known.values()) else "", MODULES, KINDS, one.plant.name)
+    found = steps(f"seed {one.waves.seed}", lambda: _searched(one, laws, free, effort, progress))
+    return Outcome(one, *found)
+
+
+def _searched(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress) -> Window:
     runs = {}
     for name, law in laws.items():
         runs[name] = one.run(law, name)
@@ -176,4 +206,4 @@ def _searched(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, pro
     most = max(float(np.linalg.norm(momentum(one.plant, record.states), axis=0).max()) for record in records)
     cap = momentum_cap(one.plant, one.waves, one.start, one.duration, most)
     progress.advance()
-    return Outcome(one, bounds, counted, most, cap)
+    return Window(bounds, counted, most, cap)

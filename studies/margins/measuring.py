@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future
 
+from gyroctl.engine.steps import Steps
 from gyroctl.errors import InputError, in_words
+from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.robustness.regime import Regime
 from gyroctl.studies.margins import measures
@@ -38,6 +40,7 @@ def measured(
     kept: Kept,
     tick: Tick,
     alone_done: Callable[[], None] = lambda: None,
+    step: Steps | None = None,
 ) -> Measured:
     """Measure, and keep what is finished under ``constant_controls`` and ``law``.
 
@@ -51,6 +54,7 @@ def measured(
         Where the law does not keep the lock: before anything takes time.
     """
     content, regime = kept.content, None
+    step = step or Steps(None, "", (), ())
     constant: Margins | None = None
     of_law: Margins | None = None
     answer: LoopAnswer | None = None
@@ -64,11 +68,15 @@ def measured(
     alone_done()
     if orbit.status == "stable":
         with kept.stage("constant_controls"):
-            constant = measures.constant_margins(orbit, asked, samples, tick)
+            name = f"constant controls, {samples} samples"
+            constant = step(name, lambda: measures.constant_margins(orbit, asked, samples, tick))
             content["constant_controls"] = constant.record()
     if regime is not None:
         with kept.stage("law"):
-            of_law = measures.law_margins(regime, samples, tick)
+            known, begun = law_fingerprint(asked.law), regime
+            own = step if known else Steps(None, "", (), ())
+            name = f"law {known}, {samples} samples"
+            of_law = own(name, lambda: measures.law_margins(begun, samples, tick))
             content["law"] = of_law.record()
     if asked.law is not None:
         with kept.stage("law.linear"):
