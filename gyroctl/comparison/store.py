@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import json
 import zipfile
-import zlib
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.writing import written_whole
+
+MOST = 1 << 29
+"""Most bytes of a stored result. A damaged one may tell any size."""
 
 Stored = tuple[str, dict[str, float], dict[str, NDArray[np.float64]]]
 
@@ -30,8 +32,16 @@ def load(folder: Path | None, key: str) -> Stored | None:
     if folder is None or not key or not (folder / f"{key}.npz").is_file():
         return None
     try:
+        with zipfile.ZipFile(folder / f"{key}.npz") as packed:
+            if sum(part.file_size for part in packed.infolist()) > MOST:
+                return None
         with np.load(folder / f"{key}.npz") as file:
             head = json.loads(str(file["head"]))
-            return head["sha256"], head["values"], {name: file[name] for name in file.files if name != "head"}
-    except (OSError, EOFError, ValueError, KeyError, zipfile.BadZipFile, zlib.error):
-        return None  # computed again and replaced
+            sha256, values = head["sha256"], head["values"]
+            series = {name: file[name] for name in file.files if name != "head"}
+    except Exception:  # whatever a damaged archive makes of its readers: it is computed again and replaced
+        return None
+    sound = (
+        isinstance(sha256, str) and isinstance(values, dict) and all(s.dtype.kind in "fiub" for s in series.values())
+    )
+    return (sha256, values, series) if sound and all(isinstance(v, float) for v in values.values()) else None

@@ -6,7 +6,7 @@ import hashlib
 import importlib
 import importlib.util
 import inspect
-import math
+import os
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
@@ -20,6 +20,7 @@ from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
 from gyroctl.plant import Plant
+from gyroctl.reading import is_finite
 
 GROUP = "gyroctl.controllers"
 
@@ -64,7 +65,7 @@ def tuned_seeds(name: str) -> set[int]:
     return seeds_of(tuned_sets(name))
 
 
-def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
+def law(name: str, /, tuning: str | None = None, **parameters: Any) -> Law:
     """Build a law.
 
     Parameters
@@ -90,6 +91,7 @@ def law(name: str, tuning: str | None = None, **parameters: Any) -> Law:
     """
     check_kind("law", name, str, "the name of a law", 'Give a name, for example gyroctl.law("load_angle")')
     if tuning is not None:
+        check_kind(f"laws.{name}.tuning", tuning, str, "the name of a set", 'Give for example tuning = "all"')
         parameters = {**_tuned_parameters(name, tuning), **parameters}
     if isinstance(parameters.get("wraps"), str | Mapping):
         parameters = {**parameters, "wraps": _wrapped(name, parameters["wraps"])}
@@ -156,7 +158,7 @@ def _check_parameter(name: str, key: str, value: Any, known: Mapping[str, Any]) 
     if key not in known:
         raise InputError(field, value, "unknown parameter", f"Choose one of: {', '.join(known) or 'none'}")
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    if number and not math.isfinite(value):
+    if number and not is_finite(value):
         raise InputError(field, value, "must be a finite number", f"Give {key} as a number")
     if isinstance(known[key], float) and not number:
         raise InputError(field, value, "must be a number", f"The default is {known[key]}")
@@ -218,7 +220,7 @@ def defined(file: Path) -> dict[str, Any]:
 
 
 def _existing(name: str, path: str) -> Path:
-    if not Path(path).is_file():
+    if not os.path.isfile(path):  # unlike a Path it takes every text for a name
         raise InputError("law", name, f"there is no file {path}", "Give the path of a Python file, as file.py:Name")
     return Path(path)
 

@@ -10,6 +10,10 @@ from pathlib import Path
 from typing import Any
 
 from gyroctl.errors import InputError
+from gyroctl.reading import parse_json, read_text
+from gyroctl.writing import write_text
+
+MEND = "Take the file away, and its steps are run again; or give another folder"
 
 
 class TuningLog:
@@ -23,7 +27,7 @@ class TuningLog:
     Raises
     ------
     InputError
-        For a file that cannot be read.
+        For a file that cannot be read, or a line of which nobody knows what it was.
     """
 
     def __init__(self, path: Path | None) -> None:
@@ -31,16 +35,16 @@ class TuningLog:
         self.steps: dict[str, Any] = {}
         if path is None or not path.exists():
             return
-        try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError("out", str(path), f"cannot be read: {error}", "Give another folder") from None
+        text = read_text("out", path, MEND)
         whole = text[: text.rfind("\n") + 1]
-        for line in whole.splitlines():
-            step = json.loads(line)
+        for number, line in enumerate(whole.split("\n")[:-1], 1):
+            name = f"{path}, line {number}"
+            step = parse_json("out", name, line, MEND)
+            if not isinstance(step, dict) or set(step) != {"key", "value"} or not isinstance(step["key"], str):
+                raise InputError("out", name, "is no step of a tuning", MEND)
             self.steps[step["key"]] = step["value"]
         if whole != text:
-            path.write_text(whole, encoding="utf-8")
+            write_text(path, whole)
 
     def get(self, key: str) -> Any:
         """Value of a step, or None where it has not been run."""

@@ -14,15 +14,23 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.harness.registry import home
-from gyroctl.harness.tuned_sets import task_file
+from gyroctl.harness.run_size import DT
+from gyroctl.harness.tuned_sets import SEEDS_MAX, task_file
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.waters import LINEAR, in_water
 from gyroctl.waves import SeaState
+from gyroctl.waves.checks import DURATION_MAX, SEED_MAX, whole, within
 
 TABLES = ("law", "method", "fixed", "knobs", "seas", "goal", "goals", "search", "seeds")
 """Of a task; what is to be different in a water stands below its name, as [real.goal]."""
 METHODS = ("evolution", "pairs")
+
+RUNS_MAX = 10_000
+"""Most points of a generation, and most realisations of a sea in it."""
+
+LARGEST_KNOB = 1e6
+"""Size beyond which neither a start nor a change of a parameter is meant."""
 
 MAY_BE_ZERO = ("seed", "first")
 LARGEST_SEED = 2**32 - 1
@@ -273,6 +281,13 @@ def build_task(given: Mapping[str, Any], stem: str = "law", folder: Path = Path(
         raise InputError("search.population", search.population, "is too small to rank", "Give at least 4")
     if not 0.0 < search.confirm_share < 1.0:
         raise InputError("search.confirm_share", search.confirm_share, "must be between 0 and 1", "The default is 0.3")
+    within("search.population", search.population, 4, RUNS_MAX, "The default is 14")
+    within("search.runs", search.runs, 1, RUNS_MAX, "The default is 6")
+    within("search.spread", search.spread, 1e-6, 1e3, "The default is 0.3")
+    for name in ("window", "confirm"):
+        mend = f"Give seconds; the default is {getattr(SearchTable, name):g}"
+        within(f"search.{name}", getattr(search, name), 1.0, DURATION_MAX, mend)
+    within("search.dt", search.dt, *DT, "Give the longest step in seconds; the default is 0.025")
     if search.seed > LARGEST_SEED:
         raise InputError("search.seed", search.seed, "is too large", f"Give at most {LARGEST_SEED}")
     knobs = tuple(_knob(f"knobs.{name}", name, entry) for name, entry in table_of(tables, "knobs").items())
@@ -283,7 +298,13 @@ def build_task(given: Mapping[str, Any], stem: str = "law", folder: Path = Path(
         name: value if isinstance(value, str) else number(f"fixed.{name}", value)
         for name, value in table_of(tables, "fixed").items()
     }
+    if "tuning" in (*fixed, *(knob.name for knob in knobs)):
+        raise InputError(
+            "tuning", "tuning", "is no parameter to search or to fix", "Take it out of [knobs] and [fixed]"
+        )
     seeds = _entries(Seeds(), "seeds", table_of(tables, "seeds"))
+    within("seeds.count", seeds.count, 1, SEEDS_MAX, "The default is 64")
+    within("seeds.first", seeds.first, 0, SEED_MAX - SEEDS_MAX, "Give the first seed, for example 100000")
     return Task(law, stem, method, fixed, knobs, seas, _goals(tables, seas), search, seeds, water)
 
 
@@ -302,7 +323,9 @@ def _seas(table: Mapping[str, Any]) -> dict[str, TuningSea]:
             if value <= 0.0:
                 raise InputError(f"{path}.{key}", value, "must be positive", "Leave it out for the default")
         like = next((known for known in SEAS.values() if known.sea == sea), TuningSea(sea))
-        runs = int(values.pop("runs", like.runs))
+        within(f"{path}.power", values.get("power", 1.0), 1e-6, 1e9, "Give about what a constant pair gives, in W")
+        within(f"{path}.weight", values.get("weight", 1.0), 1e-6, 1e6, "Leave it out for the default")
+        runs = whole(f"{path}.runs", values.pop("runs", like.runs), 1, RUNS_MAX, f"The default is {like.runs}")
         seas[name] = dataclasses.replace(like, sea=sea, runs=runs, **values)
     return seas
 
@@ -346,6 +369,8 @@ def _knob(path: str, name: str, given: Any) -> Knob:
         raise InputError(f"{path}.scale", scale, "unknown scale", "Choose log or linear")
     values = {key: number(f"{path}.{key}", value) for key, value in entry.items() if key != "scale"}
     knob = Knob(name, scale=scale, **values)
+    for key in ("start", "width"):
+        within(f"{path}.{key}", getattr(knob, key), -LARGEST_KNOB, LARGEST_KNOB, "Give it in the unit of the law")
     if knob.width <= 0.0:
         raise InputError(f"{path}.width", knob.width, "must be positive", "Give what would be a large change")
     if scale == "log" and knob.start <= 0.0:
@@ -361,9 +386,9 @@ def _entries(default: Entries, path: str, table: Mapping[str, Any]) -> Entries:
     values: dict[str, Any] = {}
     for name, given in table.items():
         value, usual = number(f"{path}.{name}", given), getattr(default, name)
-        whole, none = isinstance(usual, int), value == 0.0 and name not in MAY_BE_ZERO
-        if value < 0.0 or none or (whole and value != int(value)):
-            problem = "must be a positive whole number" if whole else "must be positive"
+        counts, none = isinstance(usual, int), value == 0.0 and name not in MAY_BE_ZERO
+        if value < 0.0 or none or (counts and value != int(value)):
+            problem = "must be a positive whole number" if counts else "must be positive"
             raise InputError(f"{path}.{name}", given, problem, f"The default is {usual}")
-        values[name] = int(value) if whole else value
+        values[name] = int(value) if counts else value
     return dataclasses.replace(default, **values)
