@@ -60,7 +60,8 @@ EXPERIMENTS = (
     "[laws.constant]\n",
     '[sea]\nkind = "spectrum"\nfile = "spectrum.csv"\n[plant]\nhydrodynamics = "float.nc"\n[laws.tracking]\n'
     '[sensors]\nideal = true\n[run]\nstart = "rest"\n',
-    '[sea]\nkind = "bichromatic"\n[plant]\nvariant = "realistic"\ndrag_area = [0.1, 0.2]\n'
+    '[sea]\nkind = "bichromatic"\nheights = [0.1, 0.05]\nfrequencies = [3.0, 3.3]\n'
+    '[plant]\nvariant = "realistic"\ndrag_area = [0.1, 0.2]\n'
     '[laws.scheduled_lqr]\nload = 0.9\nplant = "realistic"\n',
 )
 

@@ -79,7 +79,7 @@ class ElevationRecord:
         step = (time[-1] - time[0]) / (time.size - 1)
         within("sea.time", float(step), *STEP, _TIME)
         within("sea.time", float(np.max(np.abs(time))), 0.0, TIME_MAX, _TIME)
-        within("sea.eta", float(np.max(np.abs(eta))), 0.0, HEIGHT_MAX, _ELEVATION)
+        within("sea.eta", float(np.max(np.abs(eta))), 0.0, HEIGHT_MAX, "Give elevations in metres, not in millimetres")
         if np.ptp(eta) <= 1e-12:
             raise InputError("sea.eta", float(np.ptp(eta)), "does not vary", _ELEVATION)
         store(self, time=time, eta=eta, heading=heading_angle(self.heading), sha256=digest(time, eta))
