@@ -123,6 +123,8 @@ def test_what_is_no_file_with_an_end_is_refused(tmp_path: Path) -> None:
         ("[laws.load_angle]\ntuning = []", "laws.load_angle.tuning"),
         ("[laws.supervisor]\nwraps = {law = 'constant', name = 'x'}", "laws.constant.name"),
         ("[laws.load_angle]\nplant = {variant = []}", "laws.load_angle.plant"),
+        ("[laws.scheduled_lqr]\nplant = 1979-05-27", "laws.scheduled_lqr"),
+        ("[laws.supervisor]\nwraps = [1]", "laws.supervisor"),
         ("[plant]\nm1 = 1e308", "plant.m1"),
         ('[plant]\nhydrodynamics = "/dev/zero"', "path"),
         ("[actuators]\ncc_max = nan", "actuators.cc_max"),

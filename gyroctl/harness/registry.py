@@ -116,7 +116,7 @@ def law(name: str, /, tuning: str | None = None, **parameters: Any) -> Law:
         built = factory(**own)
     except InputError:
         raise
-    except (TypeError, ValueError, ArithmeticError) as error:
+    except (TypeError, ValueError, ArithmeticError, AttributeError, LookupError) as error:
         raise InputError(f"laws.{name}", parameters, f"could not be built: {error}", "Check its parameters") from error
     for member in ("period", "information", "init", "step"):
         if not hasattr(built, member):
