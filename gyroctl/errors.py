@@ -25,11 +25,33 @@ class InputError(ValueError):
 
     def __init__(self, field: str, value: object, problem: str, mend: str) -> None:
         self.field, self.value, self.problem, self.mend = field, value, problem, mend
-        super().__init__(visible(f"{field} = {value!r}: {problem}. {mend}."))
+        super().__init__(f"{_line(field)} = {_shown(value)}: {_line(problem)}. {_line(mend)}.")
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str]]:
         """Keep the four parts when the error crosses a process boundary."""
         return InputError, (self.field, self.value, self.problem, self.mend)
+
+
+LONGEST = 300
+"""Characters of a value, and of each other part, that an error shows."""
+
+
+def _shown(value: object) -> str:
+    """Value as an error shows it: whatever was given, in one line of bounded length."""
+    if isinstance(value, int) and value.bit_length() > 1000:  # Python refuses to write out what is larger still
+        return f"a whole number of {value.bit_length()} bits"
+    if isinstance(value, str):
+        value = value if len(value) <= LONGEST else value[:LONGEST] + "..."
+    try:
+        return _line(repr(value))
+    except (ValueError, RecursionError):
+        return f"a {type(value).__name__}"
+
+
+def _line(text: str) -> str:
+    """Text that cannot steer a terminal, shortened."""
+    plain = visible(text[: 4 * LONGEST]).replace("\n", "\\n").replace("\t", "\\t")
+    return plain if len(text) <= 4 * LONGEST else plain + "..."
 
 
 def check_kind(field: str, value: object, kind: type | tuple[type, ...], what: str, mend: str) -> None:

@@ -234,7 +234,7 @@ def _run(table: dict[str, Any]) -> RunTable:
 
 def _sea(table: dict[str, Any], folder: Path) -> Sea:
     kind = table.pop("kind", "jonswap")
-    if kind not in SEAS:
+    if not isinstance(kind, str) or kind not in SEAS:
         raise InputError("sea.kind", kind, "unknown kind of sea", f"Choose one of {', '.join(SEAS)}")
     parameters = inspect.signature(SEAS[kind]).parameters
     if kind in ("spectrum", "record"):

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gyroctl.errors import InputError
+from gyroctl.reading import TEXT_MAX, read_json
 from gyroctl.writing import write_json
 
 SUFFIX = ".plan.json"
@@ -92,11 +93,12 @@ def plans(folder: Path) -> list[Noted]:
 def read_plan(path: Path) -> Noted | None:
     """Read a plan, None for what is none."""
     try:
-        table: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-        items = tuple(Wanted(str(i["key"]), str(i["law"]), int(i["seed"])) for i in table.pop("items"))
-        failures = {str(key): str(why) for key, why in table.pop("failures").items()}
-        return Noted(items=items, failures=failures, **table)
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        table: dict[str, Any] = read_json("plan", path, "It is no result", TEXT_MAX)
+        items = tuple(Wanted(str(i["key"]), str(i["law"]), int(i["seed"])) for i in table["items"])
+        failures = {str(key): str(why) for key, why in table["failures"].items()}
+        begun = datetime.fromisoformat(table["begun"]).astimezone(UTC).isoformat(timespec="milliseconds")
+        return Noted(str(table["case"]), items, failures, begun, str(table["ended"]), int(table["process"]))
+    except (ArithmeticError, AttributeError, KeyError, OSError, TypeError, ValueError):
         return None
 
 

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAGIC = b"gyroctl record 2 "
-LARGEST = 1 << 30
-"""More than any result takes. [B]"""
+LARGEST = 1 << 29
+"""More than any result takes. What somebody made may tell any size. [B]"""
 
 
 class Damaged(ValueError):

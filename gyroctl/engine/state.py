@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -19,6 +20,9 @@ from gyroctl.writing import left_over
 
 RUNS = "runs"
 """Folder of the stored results within that of a study."""
+
+MODULES = re.compile(r"\w+(\.\w+)*( \w+(\.\w+)*)*")
+"""Names of modules that made a result."""
 
 
 @dataclass
@@ -171,4 +175,6 @@ def litter(folder: Path) -> Litter:
 def _changed(record: Record) -> bool:
     """Whether the code that made a record is no more that of this installation."""
     code = record.about.get("code", {})
-    return isinstance(code, Mapping) and any(text_of(*names.split()) != text for names, text in code.items())
+    if not isinstance(code, Mapping) or not all(MODULES.fullmatch(names) for names in code):
+        return True  # of no code that there could be
+    return any(text_of(*names.split()) != text for names, text in code.items())

@@ -129,7 +129,7 @@ class Store:
         apart = Counter(
             differences(head)
             for head in heads(self.folder)
-            if head["key"] not in wanted and (head.get("case", ""), head.get("law")) in laws
+            if head["key"] not in wanted and (str(head.get("case", "")), str(head.get("law"))) in laws
         )
         for what, count in apart.items():
             if what:

@@ -6,7 +6,6 @@ import hashlib
 import importlib
 import importlib.util
 import inspect
-import math
 import os
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -25,6 +24,7 @@ from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
 from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
 from gyroctl.plant import Plant
+from gyroctl.reading import is_finite
 
 GROUP = "gyroctl.controllers"
 
@@ -91,7 +91,7 @@ def real_set(name: str, allow_code: Sequence[str | Path] = ()) -> str | None:
     return next((choice for choice in (REAL, f"{REAL}-{DEFAULT_SEA}") if choice in sets), None)
 
 
-def law(name: str, tuning: str | None = None, *, allow_code: Sequence[str | Path] = (), **parameters: Any) -> Law:
+def law(name: str, /, tuning: str | None = None, *, allow_code: Sequence[str | Path] = (), **parameters: Any) -> Law:
     """Build a law.
 
     Parameters
@@ -120,6 +120,7 @@ def law(name: str, tuning: str | None = None, *, allow_code: Sequence[str | Path
     """
     check_kind("law", name, str, "the name of a law", 'Give a name, for example gyroctl.law("load_angle")')
     if tuning is not None:
+        check_kind(f"laws.{name}.tuning", tuning, str, "the name of a set", 'Give for example tuning = "all"')
         parameters = {**_tuned_parameters(name, tuning, allow_code), **parameters}
     if isinstance(parameters.get("wraps"), str | Mapping):
         parameters = {**parameters, "wraps": _wrapped(name, parameters["wraps"], allow_code)}
@@ -147,7 +148,7 @@ def law(name: str, tuning: str | None = None, *, allow_code: Sequence[str | Path
             built = factory(**own)
     except InputError:
         raise
-    except (TypeError, ValueError, ArithmeticError) as error:
+    except (TypeError, ValueError, ArithmeticError, AttributeError, LookupError) as error:
         raise InputError(f"laws.{name}", parameters, f"could not be built: {error}", "Check its parameters") from error
     for member in ("period", "information", "init", "step"):
         if not hasattr(built, member):
@@ -189,7 +190,7 @@ def _check_parameter(name: str, key: str, value: Any, known: Mapping[str, Any]) 
     if key not in known:
         raise InputError(field, value, "unknown parameter", f"Choose one of: {', '.join(known) or 'none'}")
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    if number and not math.isfinite(value):
+    if number and not is_finite(value):
         raise InputError(field, value, "must be a finite number", f"Give {key} as a number")
     if isinstance(known[key], float) and not number:
         raise InputError(field, value, "must be a number", f"The default is {known[key]}")
@@ -253,7 +254,7 @@ def defined(file: Path) -> dict[str, Any]:
 
 
 def _existing(name: str, path: str) -> Path:
-    if not os.path.isfile(path):  # also of what can be no path
+    if not os.path.isfile(path):  # unlike a Path it takes every text for a name
         raise InputError("law", name, f"there is no file {path}", "Give the path of a Python file, as file.py:Name")
     return Path(path)
 

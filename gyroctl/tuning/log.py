@@ -14,7 +14,10 @@ from typing import Any
 
 from gyroctl.engine.store import aloud
 from gyroctl.errors import InputError
+from gyroctl.reading import TEXT_MAX, existing, parse_json
 from gyroctl.writing import write_text
+
+MEND = "Take the file away, and its steps are run again; or give another folder"
 
 
 class TuningLog:
@@ -36,17 +39,13 @@ class TuningLog:
         self.steps: dict[str, Any] = {}
         if path is None or not path.exists():
             return
-        try:
-            text = path.read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise InputError("out", str(path), f"cannot be read: {error}", "Give another folder") from None
-        lines, good = text.split("\n"), list[str]()
+        lines, good = _lines(path), list[str]()
         for line in lines:
             step = _step(line)
             if step is not None:
                 self.steps[step[0]] = step[1]
                 good.append(line)
-        if text != "".join(f"{line}\n" for line in good):
+        if lines != [*good, ""]:
             dropped = len([line for line in lines if line]) - len(good)
             aloud(f"{path}: {dropped} lines are not what was written: not believed, their steps are run again")
             write_text(path, "".join(f"{line}\n" for line in good))
@@ -67,13 +66,25 @@ class TuningLog:
             os.fsync(file.fileno())
 
 
+def _lines(path: Path) -> list[str]:
+    """Lines of a log; bytes that are no text stand in none that was written."""
+    try:
+        with existing("out", path, MEND).open("rb") as file:
+            content = file.read(TEXT_MAX + 1)
+    except OSError as error:
+        raise InputError("out", str(path), f"cannot be read: {error}", MEND) from None
+    if len(content) > TEXT_MAX:
+        raise InputError("out", str(path), f"is larger than {TEXT_MAX >> 20} MB", MEND)
+    return content.decode("utf-8", "replace").split("\n")
+
+
 def _step(line: str) -> tuple[str, Any] | None:
     """Step of a line, None where it is not what was written."""
     try:
-        step = json.loads(line)
+        step = parse_json("out", "a line", line, MEND, finite=False)
         key, value = step["key"], step["value"]
-        return (key, value) if step["sha256"] == _digest(key, value) else None
-    except (ValueError, KeyError, TypeError, RecursionError):
+        return (key, value) if isinstance(key, str) and step["sha256"] == _digest(key, value) else None
+    except (InputError, KeyError, TypeError):
         return None
 
 

@@ -24,6 +24,7 @@ from gyroctl.harness.yardstick import PAIR, Yardstick, shipped_pairs
 from gyroctl.plant import Plant, beyond, equations, friction, reduced, wetted
 from gyroctl.plant.compiled import source_stamp
 from gyroctl.plant.parameters import CHOICES
+from gyroctl.reading import is_finite, read_json
 from gyroctl.tuning.best_pair import Lengths, best_pair
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.task import read_task
@@ -263,8 +264,12 @@ def _read(wanted: Search) -> Yardstick | None:
     if file is None:
         return None
     try:
-        stored: Mapping[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-        same = stored["content"] == wanted.content()
-        return Yardstick(**{item.name: stored[item.name] for item in fields(Yardstick)}) if same else None
-    except (OSError, ValueError, KeyError, TypeError):
+        stored: Mapping[str, Any] = read_json("yardstick", file, "It is searched again")
+        if stored["content"] != wanted.content():
+            return None
+        found = Yardstick(**{item.name: stored[item.name] for item in fields(Yardstick)})
+    except (InputError, KeyError, TypeError):
         return None
+    pair = is_finite(found.cc) and is_finite(found.cg) and found.cc >= 0.0 and found.cg >= 0.0
+    told = isinstance(found.words, str) and found.searched is True and found.key == wanted.key
+    return found if pair and told else None

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
+from gyroctl.reading import is_finite, read_json
 from gyroctl.reports.layout import REFERENCE
 from gyroctl.reports.wording import number
 from gyroctl.studies.evaluation.cases import Case, check_any, run_case
@@ -82,8 +83,10 @@ def found_pair(plant: Plant, sea: Sea, ask: Request) -> dict[str, Any]:
     key = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
     path = ask.out / PAIRS / f"{key}.json"
     try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError):
+        stored = read_json("pair", path, "It is searched again")
+        if {name: stored[name] for name in content} == plain(content) and is_finite(stored["cc"] + stored["cg"]):
+            return dict(stored)
+    except (InputError, KeyError, TypeError):
         pass
     goal = Goal()
     best = _best(plant, sea, ask, goal)
