@@ -58,10 +58,13 @@ class Plan(AbstractContextManager["Plan"]):
         text = json.dumps([case, sorted({item.law for item in items}), sorted({item.seed for item in items})])
         name = hashlib.sha256(text.encode()).hexdigest()[:16]
         self.path = folder / f"{name}{SUFFIX}" if folder is not None else None
+        self.made: list[Path] = []  # folders that were not there before
         self.noted = Noted(case, tuple(items), {}, _now(), "", os.getpid())
 
     def __enter__(self) -> Plan:
         """Note what is wanted."""
+        places = (self.path.parent, self.path.parent.parent) if self.path is not None else ()
+        self.made = [place for place in places if not place.exists()]
         self._write()
         return self
 
@@ -70,7 +73,8 @@ class Plan(AbstractContextManager["Plan"]):
         if kind is not None and issubclass(kind, InputError) and self.path is not None:
             self.path.unlink(missing_ok=True)
             with suppress(OSError):  # it holds results
-                self.path.parent.rmdir()
+                for folder in self.made:
+                    folder.rmdir()
         if kind is None:
             self.noted = replace(self.noted, ended=_now())
             self._write()
