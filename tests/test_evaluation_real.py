@@ -78,7 +78,8 @@ def test_words_tell_a_set_of_another_sea_from_one_of_this(monkeypatch: pytest.Mo
 
 
 def test_laws_take_their_set_unless_another_was_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("gyroctl.studies.evaluation.entrants.tuned_sets", lambda name: {"all": {}, "real": {}})
+    sets: dict[str, Any] = {"all": {}, "real": {}}
+    monkeypatch.setattr("gyroctl.studies.evaluation.entrants.tuned_sets", lambda name, allow_code=(): sets)
     given = [Entrant("a", "a", {"x": 1.0}), Entrant("b", "b", {}, "gamma5"), Entrant("constant", "constant")]
     found = in_real_water(given, "gamma5")
     assert [one.tuning for one in found] == ["real", "gamma5", "all"], "the sets of constant are the yardsticks"

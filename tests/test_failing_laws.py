@@ -62,7 +62,7 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> tuple[subprocess.Compl
     (out / "experiment.toml").write_text(
         f"[run]\nduration = 60.0\nblend = 20.0\nseeds = [1, 2]\n[laws.load_angle]\n{tables}", encoding="utf-8"
     )
-    command = [sys.executable, "-m", "gyroctl", "compare", "experiment.toml", "--out", "out"]
+    command = [sys.executable, "-m", "gyroctl", "compare", "experiment.toml", "--out", "out", "--allow-code", str(FILE)]
     return subprocess.run(command, cwd=out, capture_output=True, text=True, timeout=300), out / "out"
 
 

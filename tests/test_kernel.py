@@ -351,7 +351,7 @@ def test_edited_equations_are_compiled_anew(tmp_path: Path) -> None:
         return float(done.stdout)
 
     first = probe()
-    assert list(tmp_path.glob("cache/gyroctl/compiled/kernel.hold_into*.nbi")), "nothing was kept"
+    assert list(tmp_path.glob("cache/gyroctl/machine-code/kernel.hold_into*.nbi")), "nothing was kept"
     assert probe() == first
     text = package / "plant" / "equations.py"
     text.write_text(text.read_text().replace("- k.k1 * phi1 -", "- 2.0 * k.k1 * phi1 -"))

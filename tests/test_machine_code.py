@@ -259,7 +259,7 @@ def test_what_an_entry_point_calls_is_compiled_anew(tmp_path: Path, monkeypatch:
         monkeypatch.setitem(sys.modules, "callee_of_one", module)
         monkeypatch.delitem(sys.modules, "caller_of_one", raising=False)
         assert importlib.import_module("caller_of_one").twice(7.0) == 14.0 * factor
-    assert len([*(tmp_path / "kept").glob("caller_of_one.twice-*.nbi")]) == 2
+    assert len([*(tmp_path / "kept" / "gyroctl").glob("caller_of_one.twice-*.nbi")]) == 2
 
 
 def test_signatures_compiled_at_the_same_time_keep_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -270,7 +270,7 @@ def test_signatures_compiled_at_the_same_time_keep_apart(tmp_path: Path, monkeyp
         return x / 2
 
     entry_point(halved)(3.0)
-    (index,) = tmp_path.glob("*.nbi")
+    (index,) = (tmp_path / "gyroctl").glob("*.nbi")
     first = index.read_bytes()
     index.unlink()
     entry_point(halved)(3j)
@@ -285,7 +285,9 @@ def test_first_time_is_said(
     kept_before: str, said: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
-    (tmp_path / f"{kept_before}.nbi").write_text("")
+    place = folder()
+    assert place == tmp_path / "gyroctl"
+    (place / f"{kept_before}.nbi").write_text("")
     say_first_time("plant and law", 4)
     captured = capsys.readouterr()
     assert captured.out == ""
@@ -313,14 +315,29 @@ def test_files_cut_short_are_compiled_again(tmp_path: Path, monkeypatch: pytest.
 
 def test_oldest_versions_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    place = folder()
+    assert place is not None
     names = [f"file.one_{i:016x}-{i:016x}.py311" for i in range(machine_code.VERSIONS + 2)]
     for age, name in enumerate(reversed(names)):
-        for path in (tmp_path / f"{name}.nbi", tmp_path / f"{name}.1.nbc"):
+        for path in (place / f"{name}.nbi", place / f"{name}.1.nbc"):
             path.write_text("")
             os.utime(path, (1000.0 + age, 1000.0 + age))
-    (tmp_path / "file.other-0123456789abcdef.py311.nbi").write_text("")
+    (place / "file.other-0123456789abcdef.py311.nbi").write_text("")
     machine_code._forget(names[0])
-    left = {path.name for path in tmp_path.iterdir()}
+    left = {path.name for path in place.iterdir()}
     assert len(left) == 2 * machine_code.VERSIONS + 1
     assert f"{names[0]}.nbi" in left and f"{names[0]}.1.nbc" in left
     assert f"{names[-1]}.nbi" not in left and f"{names[-1]}.1.nbc" not in left
+
+
+def test_folder_that_others_share_is_left_as_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """$NUMBA_CACHE_DIR is numba's, for all projects of a machine: ours is a folder in it, and no more."""
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    shared.chmod(0o777)
+    (shared / "others.function-12.py311.nbi").write_text("theirs")
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(shared))
+    assert folder() == shared / "gyroctl"
+    assert (shared / "others.function-12.py311.nbi").read_text() == "theirs"
+    if os.name == "posix":
+        assert (shared.stat().st_mode & 0o777, (shared / "gyroctl").stat().st_mode & 0o777) == (0o777, 0o700)

@@ -26,7 +26,7 @@ from numba.core.ccallback import CFunc
 
 from gyroctl.cache import cache_folder, private_folder, sealed, unsealed
 
-FOLDER = "machine-code"
+FOLDER, OURS = "machine-code", "gyroctl"
 
 VERSIONS = 24
 """Stamps of one function that stay: who changes a source and changes it back finds the code again."""
@@ -39,10 +39,13 @@ UNREADABLE = (OSError, EOFError, pickle.UnpicklingError, AttributeError, ImportE
 
 
 def folder() -> Path | None:
-    """$NUMBA_CACHE_DIR, or a part of this package's cache; None where nothing can be kept."""
+    """A folder of our own in $NUMBA_CACHE_DIR, or in this package's cache; None where nothing can be kept.
+
+    What is named there is other projects' as well, and may be shared: it is neither closed nor cleared.
+    """
     wanted = os.environ.get("NUMBA_CACHE_DIR")
     if wanted:
-        return private_folder(Path(wanted))
+        return private_folder(Path(wanted) / OURS)
     cache = cache_folder()
     return private_folder(cache / FOLDER) if cache else None
 
