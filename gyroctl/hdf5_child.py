@@ -1,4 +1,4 @@
-"""Reads an HDF5 file in a process of its own with limits on memory and time: python -P hdf5_child.py FILE BYTES.
+"""Reads an HDF5 file in a process with limits on memory and time: python -P hdf5_child.py FILE BYTES SECONDS.
 
 HDF5 is read by a large library in C, which a file made for it can make write where it should not. What the file says
 goes to the standard output as numbers and text, never as objects. Only `gyroctl.netcdf` starts this script.
@@ -7,20 +7,24 @@ goes to the standard output as numbers and text, never as objects. Only `gyroctl
 from __future__ import annotations
 
 import json
+import math
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from importlib import import_module
 from typing import Any
 
-MEMORY, SECONDS = 1 << 30, 4
-"""What the process may take. [bytes, s of its processor]"""
+MEMORY = 1 << 30
+"""What the process may take. [bytes]"""
+
+PIECE = 16 << 20
+"""Most numbers that are read at once. [bytes]"""
 
 NO_LIMITS = 3
 """Exit code where the platform cannot limit a process."""
 
 
-def limit() -> None:
-    """Take away what reading a file of bounded size never needs.
+def limit(seconds: int) -> None:
+    """Take away what reading a file of bounded size never needs; `seconds` of the processor it may use.
 
     Raises
     ------
@@ -31,7 +35,7 @@ def limit() -> None:
 
     for kind, most in (
         (resource.RLIMIT_AS, MEMORY),
-        (resource.RLIMIT_CPU, SECONDS),
+        (resource.RLIMIT_CPU, seconds),
         (resource.RLIMIT_FSIZE, 0),
         (resource.RLIMIT_CORE, 0),
     ):
@@ -41,6 +45,8 @@ def limit() -> None:
 def framed(path: str, most: int) -> Iterator[bytes]:
     """Contents of a file: a line of JSON that names variables and attributes, then their numbers in its order.
 
+    No more than a `PIECE` of numbers is held at a time, so that a file may hold more than the process may take.
+
     Raises
     ------
     ValueError
@@ -48,36 +54,50 @@ def framed(path: str, most: int) -> Iterator[bytes]:
     """
     import h5netcdf
 
-    variables, numbers, left = {}, [], most
+    variables, left = {}, most
     with h5netcdf.File(path, "r", decode_vlen_strings=True) as file:
         for name, variable in file.variables.items():
-            size = variable.dtype.itemsize if variable.dtype is not str else 8
-            for length in variable.shape:
-                size *= int(length)
-            left -= size
+            text = variable.dtype is str
+            left -= math.prod(map(int, variable.shape)) * (8 if text else variable.dtype.itemsize)
             if left < 0:
                 raise ValueError(f"it holds more than {most >> 20} MB")
-            told, values = _told(variable[...])
             dimensions = [str(dimension) for dimension in variable.dimensions]
-            variables[str(name)] = {**told, "dimensions": dimensions, "attributes": _attributes(variable.attrs)}
-            numbers.append(values)
+            told = {"dtype": variable.dtype.newbyteorder("<").str} if _is_number(variable) else _texts(variable)
+            own = {"shape": list(map(int, variable.shape)), "dimensions": dimensions}
+            variables[str(name)] = {**told, **own, "attributes": _attributes(variable.attrs)}
         yield json.dumps({"variables": variables, "attributes": _attributes(file.attrs)}).encode() + b"\n"
-    for values in numbers:
-        yield values
+        for name, variable in file.variables.items():
+            kind = variables[str(name)].get("dtype")
+            for piece in pieces(tuple(map(int, variable.shape)), variable.dtype.itemsize) if kind else ():
+                yield variable[piece].astype(kind).tobytes()
 
 
-def _told(values: Any) -> tuple[dict[str, Any], bytes]:
-    """What an array is, and its numbers; a text tells its letters at once."""
+def _is_number(variable: Any) -> bool:
+    return variable.dtype is not str and variable.dtype.kind in "biufc"
+
+
+def pieces(shape: Sequence[int], size: int) -> Iterator[tuple[Any, ...]]:
+    """Indices of parts of an array of at most `PIECE` bytes, in the order of its numbers of `size` bytes."""
+    row = size * math.prod(shape[1:])
+    if not shape or row * shape[0] <= PIECE:
+        yield (Ellipsis,)
+    elif row <= PIECE:
+        step = PIECE // row
+        yield from ((slice(first, first + step),) for first in range(0, shape[0], step))
+    else:
+        for number in range(shape[0]):
+            yield from ((number, *rest) for rest in pieces(shape[1:], size))
+
+
+def _texts(variable: Any) -> dict[str, list[str]]:
+    """All texts of an array."""
     import numpy as np
 
-    array = np.asarray(values)
-    if array.dtype.kind in "biufc":
-        array = array.astype(array.dtype.newbyteorder("<"))
-        return {"dtype": array.dtype.str, "shape": list(array.shape)}, array.tobytes()
-    texts = [one.decode("utf-8") if isinstance(one, bytes) else one for one in array.ravel().tolist()]
+    values = np.asarray(variable[...]).ravel().tolist()
+    texts = [one.decode("utf-8") if isinstance(one, bytes) else one for one in values]
     if not all(isinstance(one, str) for one in texts):
         raise ValueError("it holds what is neither a number nor a text")
-    return {"texts": texts, "shape": list(array.shape)}, b""
+    return {"texts": texts}
 
 
 def _attributes(attrs: Any) -> dict[str, Any]:
@@ -100,11 +120,11 @@ def _attributes(attrs: Any) -> dict[str, Any]:
 
 def main() -> int:
     """Write the contents of the file, or why there are none and exit code 1."""
+    path, most, seconds = sys.argv[1:]
     try:
-        limit()
+        limit(int(seconds))
     except (ImportError, OSError, ValueError):
         return NO_LIMITS
-    path, most = sys.argv[1:]
     try:
         for part in framed(path, int(most)):
             sys.stdout.buffer.write(part)

@@ -1,7 +1,8 @@
 """NetCDF files from outside: numbers and text by name, whatever the file is.
 
 NetCDF classic is read here, by SciPy's reader in Python. NetCDF 4 is HDF5, read by a library in C that damaged files
-can bring down: it runs in a process of its own with 1 GB of memory and 4 s (`hdf5_child`), and hands over numbers.
+can bring down: it runs in a process of its own with 1 GB of memory and 4 s (`hdf5_child`), and hands over numbers. A
+large file, as of whole time series, may hold more than that and take longer, in proportion to its size.
 """
 
 from __future__ import annotations
@@ -12,9 +13,10 @@ import math
 import os
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,13 +26,19 @@ from gyroctl.errors import InputError
 from gyroctl.reading import existing
 
 MOST = 256 << 20
-"""Most bytes of numbers in a file; a comparison of ten laws on a hundred realisations has half a million."""
+"""Bytes of numbers that any file may hold; a comparison of ten laws on a hundred realisations has half a million."""
+
+SWELL = 16
+"""How often its own size a larger file may hold: whole time series compress to about a half, constant ones more."""
+
+SECONDS, PER_SECOND = 4, 10 << 20
+"""Time of the processor for reading HDF5, and for what size of the file one second more. [s, bytes]"""
 
 READS_MAX = 1_000_000
 """Most numbers and names in the head of a NetCDF classic file."""
 
-PATIENCE = 120.0
-"""Wait for the process that reads HDF5, of which it may use a few of the processor. [s]"""
+PATIENCE = 30.0
+"""How long to wait for each second that the process may use. [1]"""
 
 TRUSTED = "GYROCTL_TRUST_HDF5"
 """Variable of the environment: 1 where HDF5 files are the user's own, on a platform that cannot limit a process."""
@@ -165,44 +173,73 @@ def read_hdf5(field: str, path: Path, mend: str) -> Contents:
     InputError
         As `read_netcdf`.
     """
+    most, seconds = room(path)
     try:
-        return _contents(_handed_over(field, path, mend))
-    except (KeyError, TypeError, ValueError) as error:
+        if os.environ.get(TRUSTED) == "1":
+            return _own(path, most)
+        return _handed_over(field, path, mend, most, seconds)
+    except (KeyError, MemoryError, TypeError, ValueError) as error:
         raise InputError(field, str(path), f"cannot be read as NetCDF 4 ({error})", mend) from error
 
 
-def _handed_over(field: str, path: Path, mend: str) -> bytes:
-    if os.environ.get(TRUSTED) == "1":
-        try:
-            return b"".join(hdf5_child.framed(str(path), MOST))
-        except Exception as error:  # whatever the library makes of a damaged file
-            raise ValueError(str(error)) from error
-    command = [sys.executable, "-P", hdf5_child.__file__, str(path.resolve()), str(MOST)]
+def room(path: Path) -> tuple[int, int]:
+    """Bytes of numbers that a file may hold, and the time that its reading may take of the processor [s]."""
+    size = path.stat().st_size
+    return max(MOST, SWELL * size), SECONDS + size // PER_SECOND
+
+
+def _own(path: Path, most: int) -> Contents:
+    try:
+        return _contents(io.BytesIO(b"".join(hdf5_child.framed(str(path), most))), most)
+    except Exception as error:  # whatever the library makes of a damaged file
+        raise ValueError(str(error)) from error
+
+
+def _handed_over(field: str, path: Path, mend: str, most: int, seconds: int) -> Contents:
+    command = [sys.executable, "-P", hdf5_child.__file__, str(path.resolve()), str(most), str(seconds)]
     # one thread, since each has memory of its own; no filters that the file names and the disk holds
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1", "HDF5_PLUGIN_PRELOAD": "::"}
+    pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
     try:
-        done = subprocess.run(
-            command, stdin=subprocess.DEVNULL, capture_output=True, timeout=PATIENCE, env=environment, check=False
-        )
-    except subprocess.TimeoutExpired:
-        raise InputError(field, str(path), f"took more than {PATIENCE:g} s to read", mend) from None
+        child = subprocess.Popen(command, stdin=nothing, stdout=pipe, stderr=pipe, env=environment)
     except OSError as error:
         problem = f"no process could be started to read it: {error.strerror}"
         raise InputError(field, str(path), problem, "Try again when the machine has room") from None
-    if done.returncode == hdf5_child.NO_LIMITS:
+    late, wrong = threading.Event(), None
+
+    def give_up() -> None:
+        late.set()
+        child.kill()
+
+    end = threading.Timer(PATIENCE * seconds, give_up)
+    end.daemon = True
+    end.start()
+    with child:
+        assert child.stdout is not None and child.stderr is not None
+        try:
+            found = _contents(child.stdout, most)
+        except (KeyError, MemoryError, TypeError, ValueError) as error:  # perhaps since the process came to an end
+            wrong = error
+        while child.stdout.read(1 << 20):
+            pass
+        said = " ".join(child.stderr.read().decode("utf-8", "replace").split())[:300]
+    end.cancel()
+    if late.is_set():
+        raise InputError(field, str(path), f"took more than {PATIENCE * seconds:g} s to read", mend)
+    if child.returncode == hdf5_child.NO_LIMITS:
         problem = "is HDF5, and this platform cannot limit the memory of what reads it"
         raise InputError(field, str(path), problem, f"If it is your own, set {TRUSTED}=1; or save it as NetCDF classic")
-    if done.returncode != 0:
-        said = " ".join(done.stderr.decode("utf-8", "replace").split())[:300]
-        problem = f"cannot be read as NetCDF 4 ({said or 'its reader came to an end in 1 GB and 4 s'})"
+    if child.returncode != 0:
+        problem = f"cannot be read as NetCDF 4 ({said or f'its reader came to an end in 1 GB and {seconds} s'})"
         raise InputError(field, str(path), problem, mend)
-    return done.stdout
+    if wrong is not None:
+        raise wrong
+    return found
 
 
-def _contents(data: bytes) -> Contents:
+def _contents(stream: IO[bytes], most: int) -> Contents:
     """What `hdf5_child.framed` wrote, with the sizes that it tells checked."""
-    head, _, _ = data.partition(b"\n")
-    told, at, variables = json.loads(head), len(head) + 1, {}
+    told, variables = json.loads(stream.readline(most)), {}
     for name, one in told["variables"].items():
         shape, dimensions = tuple(map(int, one["shape"])), tuple(map(str, one["dimensions"]))
         if len(shape) != len(dimensions):
@@ -213,8 +250,24 @@ def _contents(data: bytes) -> Contents:
             kind = np.dtype(one["dtype"])
             if kind.kind not in "biufc":
                 raise ValueError(f"{name} is no array of numbers")
-            count = math.prod(shape)
-            values = np.frombuffer(data, kind, count, at).reshape(shape).astype(kind.newbyteorder("="))
-            at += count * kind.itemsize
+            size = math.prod(shape) * kind.itemsize
+            most -= size
+            if most < 0:
+                raise ValueError("it hands over more than it may")
+            values = _filled(stream, size).view(kind).reshape(shape).astype(kind.newbyteorder("="), copy=False)
         variables[name] = Variable(dimensions, values, one["attributes"])
     return Contents(variables, told["attributes"])
+
+
+def _filled(stream: IO[bytes], size: int) -> NDArray[np.uint8]:
+    """Read so many bytes.
+
+    Raises
+    ------
+    ValueError
+        Where there are fewer.
+    """
+    values = np.empty(size, np.uint8)
+    if stream.readinto(values.data) < size:  # type: ignore[attr-defined]
+        raise ValueError("its numbers are cut short")
+    return values

@@ -15,6 +15,7 @@ from gyroctl.engine import Store
 from gyroctl.engine.packing import packed, unpacked
 from gyroctl.engine.record import Damaged
 from gyroctl.engine.steps import Steps
+from gyroctl.writing import written_whole
 
 EXPERIMENT = """
 [run]
@@ -77,6 +78,10 @@ def test_status_verify_and_clean(study: Path, run: Run) -> None:
     file.write_bytes(file.read_bytes().replace(b"mean_power", b"mean_pover"))
     (runs / "old.npz").write_bytes(b"PK")
     store.save("ab" * 32, {}, {}, {"law": "nobody asks for it"})
+    with written_whole(runs / "live.run") as part:  # by a study that runs
+        part.write_bytes(b"half")
+        assert asked(run, "clean", study, "--dry-run")[1]["damaged"]["files"] == 2 and part not in store.files()
+    (runs / "live.run").unlink()
     code, told, _ = asked(run, "clean", study, "--dry-run")
     assert code == 0 and told["damaged"]["files"] == 2 and told["stale"]["files"] == 1 and file.exists()
     asked(run, "clean", study)

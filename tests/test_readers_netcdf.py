@@ -83,6 +83,25 @@ def test_hdf5_that_swells_is_refused(tmp_path: Path) -> None:
     refused(lambda: read_netcdf("file", path, MEND), "256 MB")
 
 
+def test_whole_time_series_are_read_whatever_their_size(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file may hold in proportion to its own size, and its numbers come piece by piece."""
+    path, values = tmp_path / "long.nc", np.random.default_rng(1).normal(size=(3, 5, 700))
+    data = xr.Dataset({"a": (("x", "y", "z"), values), "b": ("z", values[0, 0]), "c": ((), 1.5)})
+    data.to_netcdf(path, engine="h5netcdf", encoding={"a": {"zlib": True}})
+    monkeypatch.setattr(netcdf, "MOST", 1000)
+    assert netcdf.room(path)[0] == netcdf.SWELL * path.stat().st_size
+    for piece in (600, 5600, 30_000):
+        with monkeypatch.context() as here:
+            here.setattr(hdf5_child, "PIECE", piece)
+            here.setenv(netcdf.TRUSTED, "1")
+            found = read_netcdf("file", path, MEND).variables
+        assert np.array_equal(found["a"].values, values) and np.array_equal(found["b"].values, values[0, 0])
+        assert found["c"].values == 1.5
+    assert np.array_equal(read_netcdf("file", path, MEND).variables["a"].values, values)
+    monkeypatch.setattr(netcdf, "SWELL", 0)
+    refused(lambda: read_netcdf("file", path, MEND), "holds more than")
+
+
 def test_hdf5_of_other_kinds_is_refused(tmp_path: Path) -> None:
     kind = np.dtype([("p", "f8"), ("q", "i4")])
     path = h5(tmp_path / "compound.nc", lambda f: f.create_dataset("a", data=np.zeros(2, kind)))
@@ -120,7 +139,7 @@ def test_reading_process_has_limits(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         (f"open({str(tmp_path / 'x')!r}, 'w').write('x')", ""),
     ):
         script = tmp_path / "child.py"
-        script.write_text(source.replace("    path, most = sys.argv[1:]\n    try:\n", f"    try:\n        {body}\n"))
+        script.write_text(source.replace("    try:\n        for part", f"    try:\n        {body}\n        for part"))
         monkeypatch.setattr(hdf5_child, "__file__", str(script))
         refused(lambda: read_netcdf("file", path, MEND), why)
     assert not (tmp_path / "x").exists() or not (tmp_path / "x").stat().st_size

@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from gyroctl.cli.options import AllowCode, Workers, answer
+from gyroctl.cli.verification import judged, made, made_by_command, verify_command
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder that --out named, or its runs folder.")]
 
@@ -45,8 +46,15 @@ def verify(
     full_series: Annotated[bool, typer.Option("--full-series", help="As gyroctl compare --full-series.")] = False,
     workers: Workers = 0,
     allow_code: AllowCode = None,
+    command: Annotated[
+        str,
+        typer.Option(
+            help='Of other studies than compare: the command that made the folder, "margins --law tracking"; '
+            "by default the one that is noted there."
+        ),
+    ] = "",
 ) -> None:
-    """Compute a random sample of a comparison's stored runs again and compare every bit."""
+    """Compute a random sample of stored results again and compare every bit."""
     from gyroctl.comparison.compare import Realisations
     from gyroctl.comparison.experiment import read_experiment
     from gyroctl.comparison.items import work_items
@@ -61,6 +69,8 @@ def verify(
     within("--share", share, 0.0, 1.0, "Give a part, for example 0.05")
     if count is not None:
         whole("--count", count, 1, 1_000_000, "Give how many runs, for example 3")
+    if words := made_by_command(folder, command, experiment is None):
+        return verify_command(folder, words, share, count, seed)
     place, setup = results_folder(folder), read_experiment(experiment, quick, allow_code or ())
     waves = Realisations(setup.sea, setup.run.seeds, setup.run.duration)
     say = partial(typer.echo, err=True)
@@ -80,10 +90,10 @@ def verify(
         "wanted": found.wanted,
         "apart": dict(found.apart),
         "runs": [
-            {"law": r.law, "seed": r.seed, "differs": list(r.differs), "made": _made(r.about)} for r in found.found
+            {"law": r.law, "seed": r.seed, "differs": list(r.differs), "made": made(r.about)} for r in found.found
         ],
     }
-    lines = [f"{r.law}, seed {r.seed}: {_judged(r.differs)}; made by {_made(r.about)}" for r in found.found]
+    lines = [f"{r.law}, seed {r.seed}: {judged(r.differs)}; made by {made(r.about)}" for r in found.found]
     lines += [f"{number} stored runs were made with {what}: not verified here" for what, number in found.apart.items()]
     same = f"{content['same']} of {len(found.found)} are the same bits"
     answer(content, [*lines, f"{same}; {found.stored} stored of {found.wanted} wanted"])
@@ -119,14 +129,3 @@ def clean(
 
 def _size(paths: list[Path]) -> int:
     return sum(path.lstat().st_size for path in paths if path.exists())
-
-
-def _made(about: Any) -> str:
-    """Version, libraries and processor that made a result, in words."""
-    parts = about.get("made_with", {})
-    words = ", ".join(f"{name} {value}" for name, value in parts.items()) if isinstance(parts, dict) else ""
-    return f"gyroctl {about.get('gyroctl', 'unknown')} {about.get('commit', '')} ({words})"
-
-
-def _judged(differs: tuple[str, ...]) -> str:
-    return "the same bits" if not differs else f"DIFFERS in {', '.join(differs[:5])}" + (" .." if differs[5:] else "")

@@ -38,7 +38,13 @@ GRACE = 30.0
 """What a process may take beside its run: start, compilation. [s]"""
 
 
-def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bool, case: str = "") -> Outcomes:
+Run = Callable[[Sequence[Item], int], Generator[tuple[Item, Outcome], None, None]]
+"""Runs items and yields each with its outcome as they end; where it runs them changes no bit."""
+
+
+def execute(
+    items: Sequence[Item], workers: int, results: Path | None, quiet: bool, case: str = "", run: Run | None = None
+) -> Outcomes:
     """Run the items that are not stored.
 
     Parameters
@@ -53,6 +59,8 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
         Show no progress.
     case : str
         What these runs are of, for `gyroctl status`.
+    run : callable, optional
+        What runs them, by default `run_items` on this machine.
 
     Raises
     ------
@@ -74,7 +82,7 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
         if todo:
             store.tell_apart({item.key for item in items}, {(case, item.name) for item in todo})
         plan = Plan(results, case, [Wanted(item.key, item.name, item.seed) for item in items])
-        with plan, store.beside() as save, closing(run_items(todo, workers)) as ended:
+        with plan, store.beside() as save, closing((run or run_items)(todo, workers)) as ended:
             for item, outcome in ended:
                 if outcome.failure:
                     plan.failed(item.key or f"{item.name} {item.seed}", outcome.failure)
@@ -103,7 +111,7 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
     soon as what they compile on a new installation is done.
     """
     laws = {item.name: item.law for item in items}
-    fast = [name for name, law in laws.items() if _ours(law) and isinstance(innermost(law), tuple)]
+    fast = [name for name, law in laws.items() if is_ours(law) and is_fast(law)]
     quick = set(fast)
     slow = [name for name in laws if name not in quick]
     of_law: dict[str, list[Item]] = {name: [] for name in laws}
@@ -118,13 +126,13 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
         def begin(name: str) -> None:
             """By threads, side by side, what is machine code, and by processes the rest."""
             own, law = of_law[name], laws[name]
-            machine = name in quick or (_ours(law) and isinstance(law, Machined) and law.machine() is not None)
+            machine = name in quick or (is_ours(law) and is_machine(law))
             if machine:
                 shares = [own[part] for part in pieces(len(own), workers)]
                 futures.update({threads.submit(perform, share): share for share in shares})
                 return
             for item in own:
-                by_thread = _ours(item.law) and not several
+                by_thread = is_ours(item.law) and not several
                 futures[threads.submit(perform, [item]) if by_thread else _sent(item, processes, packed)] = [item]
 
         def begin_slow() -> None:
@@ -172,17 +180,27 @@ def _pools(workers: int) -> Iterator[tuple[ThreadPoolExecutor, ProcessPool]]:
         processes.join()
 
 
-def _ours(law: Law | None) -> bool:
+def is_ours(law: Law | None) -> bool:
     """Whether the law, and every law within it, comes with this package: such a law keeps the protocol."""
     while law is not None and type(law).__module__.startswith("gyroctl."):
         law = law.law if isinstance(law, Wrapping) else None
     return law is None
 
 
+def is_fast(law: Law) -> bool:
+    """Whether a law is compiled at once."""
+    return isinstance(innermost(law), tuple)
+
+
+def is_machine(law: Law) -> bool:
+    """Whether a law of ours is machine code, so that its runs go side by side."""
+    return is_fast(law) or (isinstance(law, Machined) and law.machine() is not None)
+
+
 def _parts(law: Law) -> Sequence[Any]:
     """What a slow law of ours compiles on a new installation, part by part: its runs find it done."""
     within = innermost(law)
-    return within.preparations() if _ours(law) and isinstance(within, Preparing) else ()
+    return within.preparations() if is_ours(law) and isinstance(within, Preparing) else ()
 
 
 def _all_parts(laws: Mapping[str, Law]) -> list[Callable[[], Any]]:
@@ -197,7 +215,7 @@ def _prepare(part: Callable[[], Any]) -> None:
 def _sent(item: Item, processes: ProcessPool, packed: dict[str, bytes]) -> Future[Any]:
     """Send an item to a process; the law goes by its content, with the module that it is from, packed once for all."""
     module = sys.modules.get(type(innermost(item.law)).__module__)
-    by_content = module is not None and not _ours(item.law) and module.__name__ != "__main__"
+    by_content = module is not None and not is_ours(item.law) and module.__name__ != "__main__"
     try:
         if by_content:
             cloudpickle.register_pickle_by_value(module)
@@ -212,19 +230,20 @@ def _sent(item: Item, processes: ProcessPool, packed: dict[str, bytes]) -> Futur
         if by_content:
             cloudpickle.unregister_pickle_by_value(module)
     limit, sent = item.time_limit + GRACE, (replace(item, law=None), packed[item.name])
-    future: Future[Any] = processes.schedule(_perform_sent, args=sent, timeout=limit)
+    future: Future[Any] = processes.schedule(perform_sent, args=sent, timeout=limit)
     return future
 
 
-def _perform_sent(item: Item, packed: bytes) -> list[Outcome]:
+def perform_sent(item: Item, packed: bytes) -> list[Outcome]:
     """Run an item in this process: with a law of its own, or the compiled one that holds no state."""
     try:
-        return no_way_out(_perform_packed, item, packed)
+        return no_way_out(perform_packed, item, packed)
     except BaseException as error:
         return [failed(item, f"law {item.name!r} failed in its process with {type(error).__name__}: {error}")]
 
 
-def _perform_packed(item: Item, packed: bytes) -> list[Outcome]:
+def perform_packed(item: Item, packed: bytes) -> list[Outcome]:
+    """Run an item whose law is packed: with a law of its own, unless that is compiled and holds no state."""
     law = _unpacked(packed) if compile_law(_unpacked(packed)) is not None else cloudpickle.loads(packed)
     return perform([replace(item, law=law)])
 
@@ -241,13 +260,14 @@ def _outcomes_of(future: Future[Any], items: Sequence[Item]) -> list[Outcome]:
     except TimeoutError:
         what = "took longer than {0:g} s: compute less in step, or allow more with run.time_limit"
     except ProcessExpired as error:
-        what = _how_it_ended(error.exitcode)
+        what = how_it_ended(error.exitcode)
     else:
         return outcomes
     return [failed(item, f"law {item.name!r} {what.format(item.time_limit)}") for item in items]
 
 
-def _how_it_ended(code: int | None) -> str:
+def how_it_ended(code: int | None) -> str:
+    """How a process ended, by its exit code, and what that says."""
     if code is not None and code < 0:
         return f"lost its process, which was killed (signal {-code}), perhaps for want of memory: run again"
     return f"ended its process (exit code {code}): a law must not end the program"

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections.abc import Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gyroctl.errors import InputError
+from gyroctl.provenance import typed
 from gyroctl.reading import TEXT_MAX, read_json
 from gyroctl.writing import write_json
 
@@ -39,6 +41,7 @@ class Noted:
     begun: str  # ISO time
     ended: str  # "" while it runs, or where it was stopped
     process: int
+    command: str = ""  # that wanted it; empty within another program
 
 
 class Plan(AbstractContextManager["Plan"]):
@@ -54,12 +57,12 @@ class Plan(AbstractContextManager["Plan"]):
         All that is wanted, finished or not.
     """
 
-    def __init__(self, folder: Path | None, case: str, items: list[Wanted]) -> None:
+    def __init__(self, folder: Path | None, case: str, items: Sequence[Wanted]) -> None:
         text = json.dumps([case, sorted({item.law for item in items}), sorted({item.seed for item in items})])
         name = hashlib.sha256(text.encode()).hexdigest()[:16]
         self.path = folder / f"{name}{SUFFIX}" if folder is not None else None
         self.made: list[Path] = []  # folders that were not there before
-        self.noted = Noted(case, tuple(items), {}, _now(), "", os.getpid())
+        self.noted = Noted(case, tuple(items), {}, _now(), "", os.getpid(), typed())
 
     def __enter__(self) -> Plan:
         """Note what is wanted."""
@@ -101,7 +104,8 @@ def read_plan(path: Path) -> Noted | None:
         items = tuple(Wanted(str(i["key"]), str(i["law"]), int(i["seed"])) for i in table["items"])
         failures = {str(key): str(why) for key, why in table["failures"].items()}
         begun = datetime.fromisoformat(table["begun"]).astimezone(UTC).isoformat(timespec="milliseconds")
-        return Noted(str(table["case"]), items, failures, begun, str(table["ended"]), int(table["process"]))
+        told = (str(table["case"]), items, failures, begun, str(table["ended"]), int(table["process"]))
+        return Noted(*told, str(table.get("command", "")))
     except (ArithmeticError, AttributeError, KeyError, OSError, TypeError, ValueError):
         return None
 

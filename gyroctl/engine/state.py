@@ -82,6 +82,7 @@ def state(folder: Path) -> State:
     found = State()
     lines: dict[tuple[str, str], Line] = {}
     times: list[float | None] = []
+    wanted = {item.key for plan in plans(folder) for item in plan.items}
     for plan in plans(folder):
         finished = []
         for item in plan.items:
@@ -102,7 +103,7 @@ def state(folder: Path) -> State:
         found.running = found.running or running
         times.append(_left(plan, finished) if running else None)
     for head in heads(folder):
-        if "step" in head:  # of a report that goes step by step: how many there are, it knows itself
+        if "step" in head and head["key"] not in wanted:  # of a report whose plan has been thrown away
             lines.setdefault((str(head.get("case", "")), str(head["step"])), _step(head)).done += 1
     found.lines = sorted(lines.values(), key=lambda line: (line.case, line.law))
     known = [time for time in times if time is not None]
@@ -156,7 +157,7 @@ def litter(folder: Path) -> Litter:
     found = Litter(temporary=[path for place in {folder, folder.parent} for path in left_over(place)])
     wanted = {item.key for plan in plans(folder) for item in plan.items}
     here = made_with()
-    for path in sorted(folder.iterdir()):
+    for path in sorted(path for path in folder.iterdir() if not path.name.startswith(".")):  # that is being written
         if path.match(EARLIER) or (path.name.endswith(PLAN) and read_plan(path) is None):
             found.damaged.append(path)
         elif path.suffix == SUFFIX:
@@ -167,13 +168,13 @@ def litter(folder: Path) -> Litter:
                 continue
             if record.about.get("made_with") != here:
                 found.other_versions.append(path)
-            elif _changed(record) or not (record.key in wanted or "step" in record.about):
+            elif changed(record) or not (record.key in wanted or "step" in record.about):
                 found.stale.append(path)
     return found
 
 
-def _changed(record: Record) -> bool:
-    """Whether the code that made a record is no more that of this installation."""
+def changed(record: Record) -> bool:
+    """Whether the code that made a record is not that of this installation any more."""
     code = record.about.get("code", {})
     if not isinstance(code, Mapping) or not all(MODULES.fullmatch(names) for names in code):
         return True  # of no code that there could be

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TypeVar
+from typing import NamedTuple, TypeVar
 
 from gyroctl.engine.packing import packed, unpacked
+from gyroctl.engine.plan import Plan, Wanted
 from gyroctl.engine.record import Damaged
 from gyroctl.engine.store import Store
+from gyroctl.errors import in_words
 from gyroctl.fingerprint import code_of, text_of
 
 Result = TypeVar("Result")
@@ -38,6 +41,7 @@ class Steps:
     ) -> None:
         self.store = Store(folder)
         self.given, self.modules, self.kinds, self.case = given, tuple(modules), tuple(kinds), case
+        self.plan = Plan(None, case, ())
 
     def key(self, name: str) -> str:
         """Key of a step."""
@@ -56,8 +60,30 @@ class Steps:
             else:
                 return kept
         self.store.tell()
-        result = compute()
+        try:
+            result = compute()
+        except Exception as error:
+            self.plan.failed(key or f"{name} 0", in_words(error))
+            raise
         content, arrays = packed(result)
         about = {"case": self.case, "step": name, "code": {" ".join(self.modules): text_of(*self.modules)}}
         self.store.save(key, {"result": content}, arrays, about)
         return result
+
+
+class Asked(NamedTuple):
+    """A step that is wanted, and how it is called where its state is told."""
+
+    steps: Steps
+    name: str
+    law: str
+    seed: int = 0
+
+
+@contextmanager
+def planned(folder: Path | None, case: str, asked: Sequence[Asked]) -> Iterator[None]:
+    """Note which steps are wanted while they are done: by it `gyroctl status` tells what is left."""
+    with Plan(folder, case, [Wanted(one.steps.key(one.name), one.law, one.seed) for one in asked]) as plan:
+        for one in asked:
+            one.steps.plan = plan
+        yield

@@ -119,7 +119,7 @@ class Store:
             some = "a stored result is" if count == 1 else f"{count} stored results are"
             self.say(f"{self.folder}: {some} {why}: not believed, computed again")
         self.refused.clear()
-        if self.folder is not None and not any(self.folder.glob(f"*{SUFFIX}")) and any(self.folder.glob(EARLIER)):
+        if self.folder is not None and not stored(self.folder) and any(self.folder.glob(EARLIER)):
             self.say(f"{self.folder}: results of an earlier format carry no checksum: not believed, computed again")
 
     def tell_apart(self, wanted: set[str], laws: set[tuple[str, str]]) -> None:
@@ -137,8 +137,13 @@ class Store:
 
     def files(self) -> Iterator[Path]:
         """Files of all results, sorted."""
-        if self.folder is not None and self.folder.is_dir():
-            yield from sorted(self.folder.glob(f"*{SUFFIX}"))
+        if self.folder is not None:
+            yield from stored(self.folder)
+
+
+def stored(folder: Path) -> list[Path]:
+    """Files of all results in a folder, sorted; what is being written is none yet."""
+    return sorted(path for path in folder.glob(f"*{SUFFIX}") if not path.name.startswith("."))
 
 
 def read(path: Path) -> Record:
@@ -173,7 +178,7 @@ def differences(about: Mapping[str, Any]) -> str:
 
 def heads(folder: Path, most: int = 2000) -> Iterator[Mapping[str, Any]]:
     """Yield what results are of and what made them, without reading their numbers: to be told, not to be believed."""
-    for path in sorted(folder.glob(f"*{SUFFIX}"))[:most]:
+    for path in stored(folder)[:most]:
         try:
             with path.open("rb") as stream:
                 stream.readline(200)

@@ -91,7 +91,7 @@ def real_set(name: str, allow_code: Sequence[str | Path] = ()) -> str | None:
     return next((choice for choice in (REAL, f"{REAL}-{DEFAULT_SEA}") if choice in sets), None)
 
 
-def law(name: str, /, tuning: str | None = None, *, allow_code: Sequence[str | Path] = (), **parameters: Any) -> Law:
+def law(name: str, tuning: str | None = None, *, allow_code: Sequence[str | Path] = (), **parameters: Any) -> Law:
     """Build a law.
 
     Parameters
@@ -118,7 +118,22 @@ def law(name: str, /, tuning: str | None = None, *, allow_code: Sequence[str | P
         For an unknown name, set or parameter, a missing file, a value that is not a finite number, or an object that
         is no law.
     """
+    return build(name, parameters, tuning, allow_code)
+
+
+def build(name: str, given: Mapping[str, Any], tuning: str | None = None, allow_code: Sequence[str | Path] = ()) -> Law:
+    """Build a law from a table of parameters that somebody else has written: none of its names is one of `law`.
+
+    As `law`, but that a set may stand in the table, as ``tuning``.
+
+    Raises
+    ------
+    InputError
+        As `law`.
+    """
     check_kind("law", name, str, "the name of a law", 'Give a name, for example gyroctl.law("load_angle")')
+    parameters = dict(given)
+    tuning = parameters.pop("tuning", tuning)
     if tuning is not None:
         check_kind(f"laws.{name}.tuning", tuning, str, "the name of a set", 'Give for example tuning = "all"')
         parameters = {**_tuned_parameters(name, tuning, allow_code), **parameters}
@@ -209,7 +224,7 @@ def _wrapped(name: str, wraps: str | Mapping[str, Any], allow_code: Sequence[str
             "is no law to wrap",
             'Give its name, or a table with law = "load_angle" and its parameters',
         )
-    return law(inner, **{**table, "allow_code": allow_code})  # what data may run is not for data to say
+    return build(inner, table, None, allow_code)
 
 
 def _design(name: str, plant: str | Mapping[str, Any]) -> Plant:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from gyroctl.engine.state import RUNS
-from gyroctl.engine.steps import Steps
+from gyroctl.engine.steps import Asked, Steps, planned
 from gyroctl.errors import InputError
 from gyroctl.harness.law_fingerprint import law_fingerprint, value_fingerprint
 from gyroctl.harness.protocol import Law
@@ -95,11 +96,14 @@ def bound_report(
     content: dict[str, Any] = {**made(), "request": request, "meaning": MEANING, "windows": []}
     kept, windows = Kept(content, out / "bound.json"), []
     refused: InputError | None = None
-    with Progress("bound", stages * len(cuts), quiet) as progress:
-        for one in cuts:
+    steps = [_steps(one, laws, free, effort, out / RUNS) for one in cuts]
+    asked = [Asked(own, _name(one), "bound", one.waves.seed) for own, one in zip(steps, cuts, strict=True)]
+    with planned(out / RUNS, plant.name, asked), Progress("bound", stages * len(cuts), quiet) as progress:
+        for own, one in zip(steps, cuts, strict=True):
             with kept.stage(f"seed {one.waves.seed}"):
                 try:
-                    windows.append(_kept(one, laws, free, effort, progress, out / RUNS))
+                    found = own(_name(one), partial(_searched, one, laws, free, effort, progress))
+                    windows.append(Outcome(one, *found))
                 except InputError as error:
                     refused = error
                     raise
@@ -182,14 +186,16 @@ def _range(ends: Sequence[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _kept(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress, folder: Path) -> Outcome:
-    """Search a window, or take what was found in it before: by the same code, for the same laws and effort."""
+def _name(one: Cut) -> str:
+    return f"seed {one.waves.seed}"
+
+
+def _steps(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, folder: Path) -> Steps:
+    """Keep what is found in a window: by the same code, for the same laws and effort."""
     known = {name: law_fingerprint(law) for name, law in laws.items()}
     plant, waves = one.plant, value_fingerprint(one.waves.moments, one.waves.elevation, one.waves.dt, one.start)
     given = value_fingerprint(plant, waves, one.duration, one.settings, one.motion, list(known.items()), free, effort)
-    steps = Steps(folder, given if waves and all(known.values()) else "", MODULES, KINDS, one.plant.name)
-    found = steps(f"seed {one.waves.seed}", lambda: _searched(one, laws, free, effort, progress))
-    return Outcome(one, *found)
+    return Steps(folder, given if waves and all(known.values()) else "", MODULES, KINDS, one.plant.name)
 
 
 def _searched(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress) -> Window:

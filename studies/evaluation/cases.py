@@ -182,6 +182,7 @@ def _run_group(
             quiet=ask.quiet,
             yardstick=_yardstick(laws),
             case=case.name,
+            scheduler=ask.scheduler,
         )
     except (InputError, LawError, BrokenProcessPool) as error:
         if len(laws) == 1:

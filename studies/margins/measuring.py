@@ -33,6 +33,16 @@ def steps_of(asked: Request) -> int:
     return (len(DIRECTIONS) + len(SIZES) + 1) * (2 if asked.law else 1)
 
 
+def of_constant(samples: int) -> str:
+    """Name of the step that measures the constant controls."""
+    return f"constant controls, {samples} samples"
+
+
+def of_a_law(known: str, samples: int) -> str:
+    """Name of the step that measures a law, which is known by its content."""
+    return f"law {known}, {samples} samples"
+
+
 def measured(
     asked: Request,
     orbit: PeriodicOrbit,
@@ -68,15 +78,13 @@ def measured(
     alone_done()
     if orbit.status == "stable":
         with kept.stage("constant_controls"):
-            name = f"constant controls, {samples} samples"
-            constant = step(name, lambda: measures.constant_margins(orbit, asked, samples, tick))
+            constant = step(of_constant(samples), lambda: measures.constant_margins(orbit, asked, samples, tick))
             content["constant_controls"] = constant.record()
     if regime is not None:
         with kept.stage("law"):
             known, begun = law_fingerprint(asked.law), regime
             own = step if known else Steps(None, "", (), ())
-            name = f"law {known}, {samples} samples"
-            of_law = own(name, lambda: measures.law_margins(begun, samples, tick))
+            of_law = own(of_a_law(known, samples), lambda: measures.law_margins(begun, samples, tick))
             content["law"] = of_law.record()
     if asked.law is not None:
         with kept.stage("law.linear"):

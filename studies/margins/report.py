@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.engine.state import RUNS
-from gyroctl.engine.steps import Steps
+from gyroctl.engine.steps import Asked, Steps, planned
 from gyroctl.errors import InputError
-from gyroctl.harness.law_fingerprint import value_fingerprint
+from gyroctl.harness.law_fingerprint import law_fingerprint, value_fingerprint
 from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.orbits.flow import Forcing
 from gyroctl.orbits.guess import estimated_share
@@ -28,7 +28,7 @@ from gyroctl.studies.margins.beside import beside
 from gyroctl.studies.margins.borders import Border, control_borders
 from gyroctl.studies.margins.maps import STABLE, OrbitMap, basin_map, coupling_map, tongue_map
 from gyroctl.studies.margins.measures import LoopAnswer, Margins
-from gyroctl.studies.margins.measuring import check_samples, measured, steps_of
+from gyroctl.studies.margins.measuring import check_samples, measured, of_a_law, of_constant, steps_of
 from gyroctl.studies.margins.real_water import WATER_STAGES, real_water
 from gyroctl.studies.margins.request import Request, find_orbit
 from gyroctl.studies.margins.words import meanings
@@ -51,6 +51,9 @@ MODULES = (__name__, "gyroctl.studies.margins.measures")
 
 KINDS = (Margins, Headroom, Share, Shock, OrbitMap, Border)
 """What it is made of."""
+
+MAPS = ("lock map", "tongue", "basin map", "borders")
+"""Names of its steps that know no law."""
 
 AXES = (("cc", "cg"), ("wp", "height"))
 """Pairs of axes that can be mapped."""
@@ -112,6 +115,7 @@ def margin_report(
         progress.advance()
 
     with (
+        planned(out / RUNS, step.case, wanted_steps(asked, orbit, step, samples, maps)),
         Progress("margins", stages, quiet) as progress,
         styled(),
         beside(partial(_mapped, asked, step), progress.advance) as mapped,
@@ -218,11 +222,12 @@ class Mapped(NamedTuple):
 
 
 def _mapped(asked: Request, step: Steps, tick: Callable[[], None]) -> Mapped:
-    controls = step("lock map", lambda: map_controls(asked, tick))
-    waves = step("tongue", lambda: map_waves(asked, tick))
+    lock, tongue, basins, borders = MAPS
+    controls = step(lock, lambda: map_controls(asked, tick))
+    waves = step(tongue, lambda: map_waves(asked, tick))
     cc, cg = _thinned(controls.first, BASIN_COLUMNS), _thinned(controls.second, BASIN_ROWS)
-    basin = step("basin map", lambda: basin_map(asked, cc, cg, 0.5, 24, tick))
-    return Mapped(controls, waves, cc, cg, basin, step("borders", lambda: control_borders(asked, CC_RANGE, tick)))
+    basin = step(basins, lambda: basin_map(asked, cc, cg, 0.5, 24, tick))
+    return Mapped(controls, waves, cc, cg, basin, step(borders, lambda: control_borders(asked, CC_RANGE, tick)))
 
 
 def steps_kept(asked: Request, out: Path) -> Steps:
@@ -230,6 +235,16 @@ def steps_kept(asked: Request, out: Path) -> Steps:
     point = (asked.plant, asked.wave, asked.cc, asked.cg, asked.sense)
     given = value_fingerprint(*point)
     return Steps(out / RUNS, given, MODULES, KINDS, f"{asked.sea}; {asked.controls}")
+
+
+def wanted_steps(asked: Request, orbit: PeriodicOrbit, step: Steps, samples: int, maps: bool) -> list[Asked]:
+    """Steps of a report that are kept, as far as its point allows them."""
+    names = {name: name for name in MAPS} if maps else {}
+    if orbit.status == "stable":
+        names[of_constant(samples)] = "constant controls"
+    if asked.law is not None and (known := law_fingerprint(asked.law)):
+        names[of_a_law(known, samples)] = f"law {asked.law_name}"
+    return [Asked(step, name, told) for name, told in names.items()]
 
 
 def _drawn(
