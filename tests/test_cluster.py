@@ -24,7 +24,7 @@ WAVES, SETTINGS = Realisations(gy.SeaState(), (3, 1), duration=60.0), Settings(b
 
 LAW = """
 from typing import NamedTuple
-from gains import CC
+from travelling_gains import CC
 
 class Mine(NamedTuple):
     period: float = 0.1
@@ -129,7 +129,7 @@ def test_scheduler_that_does_not_answer_is_refused(device: gy.Plant, monkeypatch
 @pytest.mark.slow
 def test_law_from_elsewhere_travels_with_its_modules_and_fails_alone(device: gy.Plant, tmp_path: Path) -> None:
     """The worker is another process, in another folder, and ends at once where a law ends its process."""
-    (tmp_path / "gains.py").write_text("CC = 0.05\n")
+    (tmp_path / "travelling_gains.py").write_text("CC = 0.05\n")
     (tmp_path / "mine.py").write_text(LAW)
     ends = LAW.replace("return (CC", "import os; os._exit(3) if t > 1.0 else None; return (CC").replace("Mine", "Ends")
     (tmp_path / "ends.py").write_text(ends)

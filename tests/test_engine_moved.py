@@ -28,7 +28,7 @@ from gyroctl.tuning.waters import circumstances_of
 LAW = """
 from pathlib import Path
 from typing import NamedTuple
-from gains import CC
+from moved_gains import CC
 CG = float((Path(__file__).parent / "cg.txt").read_text())
 
 class Mine(NamedTuple):
@@ -62,7 +62,7 @@ cc = { start = 0.05, width = 0.2 }
 def written(folder: Path) -> Path:
     """A study's folder: experiment, task, law, its module and its table."""
     folder.mkdir(parents=True)
-    for name, text in (("mine.py", LAW), ("gains.py", "CC = 0.05\n"), ("cg.txt", "2e-4")):
+    for name, text in (("mine.py", LAW), ("moved_gains.py", "CC = 0.05\n"), ("cg.txt", "2e-4")):
         (folder / name).write_text(text)
     (folder / "mine.toml").write_text(EXPERIMENT)
     (folder / "task.toml").write_text(TASK)

@@ -84,15 +84,29 @@ def connected(scheduler: Any) -> Iterator[Any]:
     mend = "Give the address that dask scheduler prints, tcp://HOST:8786"
     if not isinstance(scheduler, str) or not ADDRESS.fullmatch(scheduler):
         raise InputError("scheduler", scheduler, "is no address of a scheduler", mend)
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)  # what ends is told here, in one line
+    with _without_words():
+        try:
+            client = dask.Client(scheduler, timeout=PATIENCE, set_as_default=False)
+        except (OSError, ValueError, RuntimeError) as error:
+            raise InputError("scheduler", scheduler, f"does not answer: {visible(str(error))}", mend) from None
+        try:
+            yield client
+        finally:
+            client.close(timeout=PATIENCE)
+
+
+@contextmanager
+def _without_words() -> Iterator[None]:
+    """Keep Dask from logging: what ends is told here, in one line."""
+    known = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] == "distributed"]
+    before = {name: logging.getLogger(name).level for name in known}
+    for name in known:
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
-        client = dask.Client(scheduler, timeout=PATIENCE, set_as_default=False)
-    except (OSError, ValueError, RuntimeError) as error:
-        raise InputError("scheduler", scheduler, f"does not answer: {visible(str(error))}", mend) from None
-    try:
-        yield client
+        yield
     finally:
-        client.close(timeout=PATIENCE)
+        for name, level in before.items():
+            logging.getLogger(name).setLevel(level)
 
 
 def run_far(client: Any, items: Sequence[Item], _: int = 0) -> Generator[tuple[Item, Outcome], None, None]:
