@@ -139,12 +139,12 @@ def _tree(data: bytearray, rng: random.Random) -> bytearray:
     lines = [bytes(data)]
     try:
         tree = json.loads(lines[0])
-    except ValueError:
+    except (ValueError, RecursionError):
         lines = data.split(b"\n")
         at = rng.randrange(len(lines))
         try:
             tree = json.loads(lines[at])
-        except ValueError:
+        except (ValueError, RecursionError):
             return _swapped(NUMBER, NUMBERS)(data, rng)
     else:
         at = 0

@@ -51,7 +51,7 @@ def asked(run: Run, *words: object) -> tuple[int, dict[str, Any], str]:
     return code, json.loads(out) if out else {}, said
 
 
-def test_status_verify_and_clean(study: Path, run: Run) -> None:
+def test_status_verify_and_clean(study: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     toml, runs = study.parent / "mine.toml", study / "runs"
     code, told, _ = asked(run, "status", study)
     assert code == 0 and not told["running"]
@@ -88,8 +88,16 @@ def test_status_verify_and_clean(study: Path, run: Run) -> None:
     assert not file.exists() and len(list(store.files())) == 3
     code, told, _ = asked(run, "status", study)
     assert sum(line["left"] for line in told["lines"]) == 1
-    code, told, said = asked(run, "verify", study)
+    code, told, said = asked(run, "verify", study, "--quick")
     assert code == 2 and "no run of this experiment" in said and "Traceback" not in said
+    code, told, said = asked(run, "verify", study)
+    assert code == 2 and "there is no such file here" in said, "its experiment is known by its last name"
+    monkeypatch.chdir(study.parent)
+    code, told, _ = asked(run, "verify", study, "--share", 1.0, "--workers", 1)
+    assert code == 0 and told["verified"] == told["same"] == 3
+    toml.write_text(EXPERIMENT + "# mine.py:Mine")
+    code, told, said = asked(run, "verify", study)
+    assert code == 2 and "names code" in said
 
 
 def test_whole_series_and_laws_from_elsewhere_are_verified_as_they_were_compared(tmp_path: Path, run: Run) -> None:
@@ -107,6 +115,8 @@ def test_whole_series_and_laws_from_elsewhere_are_verified_as_they_were_compared
         assert code == 0 and told["stored"] == told["same"] == stored, said
     code, _, said = asked(run, "verify", out, toml)
     assert code == 2 and "--allow-code" in said
+    code, _, said = asked(run, "verify", out)
+    assert code == 2 and "EXPERIMENT.toml" in said, "the folder does not say what may run"
 
 
 @pytest.mark.parametrize("command", ["status", "verify", "clean"])

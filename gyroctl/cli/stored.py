@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from gyroctl.cli.options import AllowCode, Workers, answer
-from gyroctl.cli.verification import judged, made, made_by_command, verify_command
+from gyroctl.cli.verification import judged, made, made_by_command, noted_comparison, verify_command
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder that --out named, or its runs folder.")]
 
@@ -37,7 +37,7 @@ def status(folder: Folder) -> None:
 def verify(
     folder: Folder,
     experiment: Annotated[
-        Path | None, typer.Argument(help="TOML file that was compared; without it the default experiment.")
+        Path | None, typer.Argument(help="TOML file that was compared; without it the one that is noted in DIR.")
     ] = None,
     share: Annotated[float, typer.Option(help="Part of the stored runs to compute again, one at least.")] = 0.05,
     count: Annotated[int | None, typer.Option(help="How many instead of a share.", show_default=False)] = None,
@@ -71,6 +71,8 @@ def verify(
         whole("--count", count, 1, 1_000_000, "Give how many runs, for example 3")
     if words := made_by_command(folder, command, experiment is None):
         return verify_command(folder, words, share, count, seed)
+    if experiment is None and not quick and not full_series:
+        experiment, quick, full_series = noted_comparison(folder)
     place, setup = results_folder(folder), read_experiment(experiment, quick, allow_code or ())
     waves = Realisations(setup.sea, setup.run.seeds, setup.run.duration)
     say = partial(typer.echo, err=True)

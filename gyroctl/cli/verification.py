@@ -8,7 +8,7 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import typer
 
@@ -49,6 +49,39 @@ def made_by_command(folder: Path, typed: str, by_note: bool) -> list[str]:
     if not noted and not (folder / RUNS).is_dir() and any(folder.glob("*.jsonl")):
         raise InputError("dir", str(folder), f"holds steps of a tuning: {COVERS}", "Give a folder of those")
     return _words(ours[0]) if ours else []
+
+
+class Compared(NamedTuple):
+    """What was compared: experiment file, None for the default one, and whether quickly and with whole series."""
+
+    experiment: Path | None
+    quick: bool
+    full_series: bool
+
+
+def noted_comparison(folder: Path) -> Compared:
+    """Read from a folder what was compared last in it.
+
+    Raises
+    ------
+    InputError
+        For an experiment file that is not where the command runs, or that names code: it is to be given.
+    """
+    from gyroctl.engine.plan import plans
+    from gyroctl.engine.state import results_folder
+    from gyroctl.errors import InputError
+    from gyroctl.reading import read_text
+
+    noted = sorted(plans(results_folder(folder)), key=lambda plan: plan.begun)
+    words = next((w for plan in reversed(noted) if (w := _words(plan.command))[:1] == ["compare"]), [])
+    name = next((word for word in words if word.endswith(".toml")), "")
+    mend = f"Give it: gyroctl verify {folder} EXPERIMENT.toml"
+    if name and not Path(name).is_file():
+        raise InputError("dir", str(folder), f"is of the experiment {name}, and there is no such file here", mend)
+    if name and ".py" in read_text("experiment", name, mend):
+        problem = f"is of the experiment {name}, which names code, and what may run is not for a folder to say"
+        raise InputError("dir", str(folder), problem, mend)
+    return Compared(Path(name) if name else None, "--quick" in words, "--full-series" in words)
 
 
 def _words(text: str) -> list[str]:
