@@ -8,8 +8,10 @@ out. Whoever reaches a scheduler can run code on it and on its workers: it belon
 from __future__ import annotations
 
 import logging
+import math
 import re
 import sys
+import time
 from collections import deque
 from collections.abc import Generator, Iterator, Sequence
 from concurrent.futures import CancelledError
@@ -37,6 +39,9 @@ ADDRESS = re.compile(r"(tcp|tls|ucx|ws|wss)://[\w.\-\[\]:]+:\d{1,5}(/[\w./\-]*)?
 
 PATIENCE = 30.0
 """For a scheduler to answer. [s]"""
+
+FEWEST = 8
+"""Threads for which work is cut into pieces at least, since workers may still come."""
 
 AHEAD = 2
 """Pieces of work for each thread of a worker that are handed out: no more are in the scheduler's memory."""
@@ -120,65 +125,91 @@ def run_far(client: Any, items: Sequence[Item], _: int = 0) -> Generator[tuple[I
         Field ``scheduler``, where no worker would give the same bits.
     """
     dask: Any = import_module("distributed")
+    with _told_if_lost(client):
+        hands = _Hands(client, dask.as_completed(loop=client.loop))
+        waiting = deque(_handed_out(items, max(hands.threads(), FEWEST)))
+        if not client.nthreads():
+            aloud("The scheduler has no worker yet: waiting for one")
+        try:
+            while waiting or hands.full:
+                while waiting and len(hands.full) < max(4, AHEAD * hands.threads()):
+                    hands.take(*waiting.popleft())
+                future, piece, whole = hands.next()
+                try:
+                    found = future.result()
+                except dask.KilledWorker:
+                    if len(whole) > 1:  # one of them takes its worker with it: which one, each tells alone
+                        parts = zip(piece.items, whole, strict=True)
+                        waiting.extend((piece._replace(items=(sent,)), [item]) for sent, item in parts)
+                    else:
+                        what = f"law {whole[0].name!r} lost its worker again and again, perhaps for want of memory"
+                        yield whole[0], failed(whole[0], what)
+                except ImportError as error:
+                    raise InputError("scheduler", hands.address, f"a worker lacks {error}", SAME) from None
+                else:
+                    if isinstance(found, Elsewhere):
+                        hands.leave_out(found)
+                        waiting.appendleft((piece, whole))
+                    else:
+                        yield from zip(whole, found, strict=True)
+                del future  # the scheduler keeps a result as long as it is held here
+        finally:
+            if client.status == "running":
+                client.cancel(list(hands.full))
+
+
+@contextmanager
+def _told_if_lost(client: Any) -> Iterator[None]:
+    """Whatever goes wrong where the scheduler is lost is that."""
     address = client.scheduler.address
-    threads = max(1, sum(client.nthreads().values()))
-    if not client.nthreads():
-        aloud("The scheduler has no worker yet: waiting for one")
-    waiting, under_way = deque(_handed_out(items, threads)), dict[Any, tuple[Piece, list[Item]]]()
-    foreign: dict[str, str] = {}
-    ended = dask.as_completed(loop=client.loop)
-
-    def submit(piece: Piece, whole: list[Item]) -> None:
-        kept_off: dict[str, Any] = {}
-        if foreign:
-            kept_off = {
-                "workers": [one for one in client.nthreads() if one not in foreign],
-                "allow_other_workers": True,
-            }
-            if not kept_off["workers"]:
-                what = "; ".join(sorted(set(foreign.values())))
-                raise InputError("scheduler", address, f"no worker gives the same bits: {what}", SAME)
-        future = client.submit(run_there, piece, pure=False, **kept_off)
-        under_way[future] = piece, whole
-        ended.add(future)
-
-    def more() -> None:
-        while waiting and len(under_way) < max(4, AHEAD * threads):
-            submit(*waiting.popleft())
-
     try:
-        more()
-        while under_way:
-            future = next(ended)
-            piece, whole = under_way.pop(future)
-            try:
-                found = future.result()
-            except CancelledError as error:
-                raise ConnectionError(f"the scheduler at {address} was lost") from error
-            except dask.KilledWorker:
-                if len(whole) > 1:  # one of them takes its worker with it: which one, each tells alone
-                    parts = zip(piece.items, whole, strict=True)
-                    waiting.extend((piece._replace(items=(sent,)), [item]) for sent, item in parts)
-                else:
-                    what = f"law {whole[0].name!r} lost its worker again and again, perhaps for want of memory"
-                    yield whole[0], failed(whole[0], what)
-            except ImportError as error:
-                problem = f"a worker lacks what it needs: {error}"
-                raise InputError("scheduler", address, problem, SAME) from None
-            else:
-                if isinstance(found, Elsewhere):
-                    if found.worker not in foreign:
-                        what = differences({"made_with": found.made_with}) or "another version of gyroctl"
-                        foreign[found.worker] = what
-                        aloud(f"Worker {found.worker} is left out, its bits may be others: {what}")
-                    submit(piece, whole)
-                else:
-                    yield from zip(whole, found, strict=True)
-            del future
-            more()
-    finally:
-        if client.status == "running":
-            client.cancel(list(under_way))
+        yield
+    except (Exception, CancelledError) as error:
+        if client.status == "running" and not isinstance(error, CancelledError):
+            raise
+        raise ConnectionError(f"the scheduler at {address} was lost") from error
+
+
+class _Hands:
+    """What is handed out to the workers of a scheduler, and which of them are left out."""
+
+    def __init__(self, client: Any, ended: Any) -> None:
+        self.client, self.ended, self.address = client, ended, client.scheduler.address
+        self.full: dict[Any, tuple[Piece, list[Item]]] = {}
+        self.foreign: dict[str, str] = {}  # by address, what differs
+        self._threads, self._asked = 1, -math.inf
+
+    def threads(self) -> int:
+        """Threads of all workers, asked for now and then: a cluster grows and shrinks."""
+        now = time.monotonic()
+        if now - self._asked > 1.0:
+            self._threads, self._asked = max(1, sum(self.client.nthreads().values())), now
+        return self._threads
+
+    def take(self, piece: Piece, whole: list[Item]) -> None:
+        """Hand out a piece, to a worker that gives the same bits if one is known."""
+        others: dict[str, Any] = {}
+        if self.foreign:
+            known = [one for one in self.client.nthreads() if one not in self.foreign]
+            if not known:
+                what = "; ".join(sorted(set(self.foreign.values())))
+                raise InputError("scheduler", self.address, f"no worker gives the same bits: {what}", SAME)
+            others = {"workers": known, "allow_other_workers": True}  # those that come later too
+        future = self.client.submit(run_there, piece, pure=False, **others)
+        self.full[future] = piece, whole
+        self.ended.add(future)
+
+    def next(self) -> tuple[Any, Piece, list[Item]]:
+        """Wait for the next one that has ended."""
+        future = next(self.ended)
+        return (future, *self.full.pop(future))
+
+    def leave_out(self, found: Elsewhere) -> None:
+        """Note a worker whose bits may be others, and say so once."""
+        if found.worker not in self.foreign:
+            what = differences({"made_with": found.made_with}) or "another version of gyroctl"
+            self.foreign[found.worker] = what
+            aloud(f"Worker {found.worker} is left out, its bits may be others: {what}")
 
 
 def _handed_out(items: Sequence[Item], threads: int) -> Iterator[tuple[Piece, list[Item]]]:
