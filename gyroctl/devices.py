@@ -74,7 +74,7 @@ def zhang2017(
     InputError
         For an unknown variant or choice, or a value outside its range.
     """
-    if variant not in VARIANTS:
+    if not isinstance(variant, str) or variant not in VARIANTS:
         raise InputError("plant.variant", variant, "unknown variant", f"Choose one of {', '.join(VARIANTS)}")
     table = shipped()
     own: dict[str, Any] = {}

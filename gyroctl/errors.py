@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import traceback
 from pathlib import Path
@@ -24,11 +25,33 @@ class InputError(ValueError):
 
     def __init__(self, field: str, value: object, problem: str, mend: str) -> None:
         self.field, self.value, self.problem, self.mend = field, value, problem, mend
-        super().__init__(visible(f"{field} = {value!r}: {problem}. {mend}."))
+        super().__init__(f"{_line(field)} = {_shown(value)}: {_line(problem)}. {_line(mend)}.")
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str]]:
         """Keep the four parts when the error crosses a process boundary."""
         return InputError, (self.field, self.value, self.problem, self.mend)
+
+
+LONGEST = 300
+"""Characters of a value, and of each other part, that an error shows."""
+
+
+def _shown(value: object) -> str:
+    """Value as an error shows it: whatever was given, in one line of bounded length."""
+    if isinstance(value, int) and value.bit_length() > 1000:  # Python refuses to write out what is larger still
+        return f"a whole number of {value.bit_length()} bits"
+    if isinstance(value, str):
+        value = value if len(value) <= LONGEST else value[:LONGEST] + "..."
+    try:
+        return _line(repr(value))
+    except (ValueError, RecursionError):
+        return f"a {type(value).__name__}"
+
+
+def _line(text: str) -> str:
+    """Text that cannot steer a terminal, shortened."""
+    plain = visible(text[: 4 * LONGEST]).replace("\n", "\\n").replace("\t", "\\t")
+    return plain if len(text) <= 4 * LONGEST else plain + "..."
 
 
 def check_kind(field: str, value: object, kind: type | tuple[type, ...], what: str, mend: str) -> None:
@@ -58,6 +81,35 @@ def visible(text: str) -> str:
     if text.isprintable():
         return text
     return "".join(c if c.isprintable() or c in "\n\t" else c.encode("unicode_escape").decode() for c in text)
+
+
+SAFE = "What is finished is stored whole and will not be computed again"
+
+MENDS = {
+    errno.ENOSPC: "make room, and give the same command again",
+    errno.EDQUOT: "make room, and give the same command again",
+    errno.EROFS: "choose a folder that can be written to",
+    errno.EACCES: "choose a folder that you may write to, or ask for the right to",
+    errno.EPERM: "choose a folder that you may write to, or ask for the right to",
+    errno.EMFILE: "allow more open files (ulimit -n), or give fewer --workers",
+    errno.ENOMEM: "give fewer --workers or a shorter duration, and the same command again",
+}
+"""What to do where the system refuses."""
+
+
+def went_wrong(error: BaseException) -> str:
+    """Tell in one line what the system refused, what is safe, and what to do."""
+    mend = "give fewer --workers or a shorter duration, and the same command again"
+    if isinstance(error, OSError):
+        what = (error.strerror or str(error) or type(error).__name__) + (
+            f": {error.filename}" if error.filename else ""
+        )
+        mend = MENDS.get(error.errno or 0, "mend that, and give the same command again")
+    elif isinstance(error, MemoryError):
+        what = "there is not memory enough" + (f" ({error})" if str(error) else "")
+    else:
+        what = "a worker process was lost: it was killed, perhaps for want of memory"
+    return f"{what}. {SAFE}: {mend}.".replace("\n", " ")
 
 
 def without_addresses(text: str) -> str:

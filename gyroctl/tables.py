@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import math
-import tomllib
 from collections.abc import Collection, Mapping
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 from gyroctl.errors import InputError
+from gyroctl.reading import is_finite, read_toml
 
 
 def read_tables(path: Path, field: str) -> dict[str, Any]:
     """Read a TOML file; an error names `field`."""
-    try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        problem, mend = f"cannot be read: {error.strerror}", "Give the path of a TOML file"
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        problem, mend = f"is no TOML: {error}", "Correct the line"
-    raise InputError(field, str(path), problem, mend)
+    return read_toml(field, path)
 
 
 def table_of(tables: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -45,7 +38,7 @@ def check_known(path: str, entries: Mapping[str, Any], names: Collection[str]) -
 
 def number(path: str, value: Any) -> float:
     """Return a number that stands at `path`."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    if not is_finite(value):
         raise InputError(path, value, "must be a finite number", "Write it without quotes")
     return float(value)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+import io
 import os
 import pickle
 import subprocess
@@ -15,8 +17,9 @@ import pytest
 
 from gyroctl import cache
 from gyroctl.cache import cache_folder, private_folder, sealed, unsealed
-from gyroctl.comparison import store
 from gyroctl.controllers.nmpc.kept_code import kept_function
+from gyroctl.engine import Store
+from gyroctl.engine.record import MAGIC
 from gyroctl.plant import machine_code
 from gyroctl.plant.compiled import entry_point
 
@@ -184,11 +187,17 @@ def test_text_in_the_folder_is_not_run(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_stored_run_is_no_pickle(tmp_path: Path) -> None:
-    """A folder that a user names may come from anywhere: a run in it that is a pickle is computed again."""
-    for name, content in (("a", pickle.dumps(Trap(tmp_path / "ran"))), ("b", b"\x93NUMPY\x01\x00")):
-        (tmp_path / f"{name}.npz").write_bytes(content)
-        assert store.load(tmp_path, name) is None
-    with (tmp_path / "c.npz").open("wb") as file:
-        np.savez(file, head=np.array([Trap(tmp_path / "ran")], dtype=object))
-    assert store.load(tmp_path, "c") is None
+    """A folder that a user names may come from anywhere: a run in it that is a pickle is computed again.
+
+    Each is under a checksum of its own, which whoever made it could compute too.
+    """
+    trap = Trap(tmp_path / "ran")
+    objects, one = io.BytesIO(), io.BytesIO()
+    np.savez(objects, power=np.array([trap], dtype=object))
+    np.save(one, np.zeros(3))
+    store = Store(tmp_path)
+    for name, arrays in (("a", pickle.dumps(trap)), ("b", objects.getvalue()), ("c", one.getvalue()), ("d", b"PK")):
+        body = f'{{"key": "{name}", "about": {{}}, "content": {{}}}}\n'.encode() + arrays
+        store.path(name).write_bytes(MAGIC + hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+        assert store.load(name) is None
     assert not (tmp_path / "ran").exists()

@@ -55,7 +55,7 @@ def compared(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_compare_writes_three_files_and_prints_the_table(compared: Path) -> None:
     out = compared / "out"
     assert {p.name for p in out.iterdir()} == {"results.nc", "summary.json", "report.html", "runs"}
-    assert len(list((out / "runs").glob("*.npz"))) == 6
+    assert len(list((out / "runs").glob("*.run"))) == 6
     printed = (compared / "stdout.txt").read_text()
     assert "steady" in printed and "report.html" in printed
 

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import gyroctl as gy
-from gyroctl.comparison import execution, store
+from gyroctl.comparison import execution
 from gyroctl.comparison.compare import Realisations, check_fair, compare
 from gyroctl.comparison.items import Item, Outcome
+from gyroctl.engine import Store
 from gyroctl.harness.run import Settings, run_law
 from gyroctl.simulation import evaluate
 
@@ -128,7 +129,7 @@ def test_finished_runs_are_not_computed_again(
     device: gy.Plant, ds: Any, tmp_path: Path, calls: list[tuple[str, int]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     first = compare(device, laws(), WAVES, SETTINGS, workers=1, results=tmp_path, tuning_seeds=[101, 100], quiet=True)
-    assert len(calls) == 9 and len(list(tmp_path.iterdir())) == 9
+    assert len(calls) == 9 and len(list(tmp_path.glob("*.run"))) == 9
     assert first.drop_vars(TIMES).equals(ds.drop_vars(TIMES))
 
     def never(items: Sequence[Item]) -> list[Outcome]:
@@ -156,7 +157,7 @@ def test_corrupted_result_is_computed_again(
 ) -> None:
     one = {"plain": gy.law("constant")}
     first = compare(device, one, WAVES, SETTINGS, workers=1, results=tmp_path, quiet=True)
-    files = sorted(tmp_path.iterdir())
+    files = sorted(tmp_path.glob("*.run"))
     files[1].write_bytes(damage)
     calls.clear()
     again = compare(device, one, WAVES, SETTINGS, workers=1, results=tmp_path, quiet=True)
@@ -170,7 +171,7 @@ def test_corrupted_result_is_computed_again(
 def test_truncated_result_is_computed_again(device: gy.Plant, tmp_path: Path, calls: list[tuple[str, int]]) -> None:
     one = {"plain": gy.law("constant")}
     compare(device, one, WAVES, SETTINGS, workers=1, results=tmp_path, quiet=True)
-    for file in tmp_path.iterdir():
+    for file in tmp_path.glob("*.run"):
         content = file.read_bytes()
         file.write_bytes(content[: len(content) // 2])
     calls.clear()
@@ -234,7 +235,7 @@ def test_law_with_an_array_is_told_apart_by_its_content(device: gy.Plant, tmp_pa
         for s in (2.0, 3.0, 2.0)
     ]
     assert powers[1] > 1.2 * powers[0] and powers[2] == powers[0]
-    assert len(list(tmp_path.iterdir())) == 2
+    assert len(list(tmp_path.glob("*.run"))) == 2
 
 
 def user_law(gain: str) -> str:
@@ -275,24 +276,13 @@ def test_interrupted_comparison_resumes(
     monkeypatch.setattr(execution, "perform", interrupted)
     with pytest.raises(KeyboardInterrupt):
         compare(device, laws(), WAVES, SETTINGS, workers=1, results=tmp_path, quiet=True)
-    kept = len(list(tmp_path.glob("*.npz")))
-    assert 1 <= kept <= 5 and not list(tmp_path.glob("*.part"))
+    kept = len(list(tmp_path.glob("*.run")))
+    assert 1 <= kept <= 5 and not list(tmp_path.glob("*.part*"))
     calls.clear()
     monkeypatch.setattr(execution, "perform", noting)
     whole = compare(device, laws(), WAVES, SETTINGS, workers=1, results=tmp_path, tuning_seeds=[101, 100], quiet=True)
     assert len(calls) == 9 - kept
     assert whole.drop_vars(TIMES).equals(ds.drop_vars(TIMES))
-
-
-def test_store_without_folder_or_key_does_nothing(tmp_path: Path) -> None:
-    store.save(None, "key", "hash", {}, {})
-    store.save(tmp_path, "", "hash", {}, {})
-    assert not list(tmp_path.iterdir())
-    assert store.load(None, "key") is None and store.load(tmp_path, "key") is None
-    store.save(tmp_path, "key", "hash", {"a": float("nan"), "b": 0.1 + 0.2}, {"x": np.arange(3.0)})
-    sha256, values, series = store.load(tmp_path, "key") or ("", {}, {})
-    assert sha256 == "hash" and np.isnan(values["a"]) and values["b"] == 0.1 + 0.2
-    np.testing.assert_array_equal(series["x"], [0.0, 1.0, 2.0])
 
 
 # --- fairness ----------------------------------------------------------------------------------------------------
@@ -313,9 +303,11 @@ def test_runs_on_different_waves_are_refused() -> None:
 def test_foreign_waves_in_the_store_are_refused(device: gy.Plant, tmp_path: Path) -> None:
     """A result stored under the right key with other waves in it, however it got there."""
     compare(device, laws(), WAVES, SETTINGS, workers=1, results=tmp_path, quiet=True)
-    file = sorted(tmp_path.glob("*.npz"))[0]
-    sha256, values, series = store.load(tmp_path, file.stem) or ("", {}, {})
-    store.save(tmp_path, file.stem, sha256[::-1], values, series)
+    store = Store(tmp_path)
+    record = store.load(next(store.files()).stem)
+    assert record is not None
+    other = {**record.content, "sha256": record.content["sha256"][::-1]}
+    store.save(record.key, other, record.arrays, record.about)
     with pytest.raises(gy.InputError, match="identical waves only"):
         compare(device, laws(), WAVES, SETTINGS, workers=1, results=tmp_path, quiet=True)
 
@@ -356,7 +348,7 @@ def test_bad_law_fails_alone_and_keeps_nothing_of_its_own(device: gy.Plant, tmp_
     bad: dict[str, gy.Law] = {"bad": Scaled(np.array([np.nan]))}
     ds = compare(device, bad, WAVES, SETTINGS, workers=1, results=tmp_path / "runs", quiet=True)
     assert ds.failed.values.all() and all("'bad'" in reason for reason in ds.failure.values.ravel())
-    assert not list(tmp_path.rglob("*.npz"))
+    assert not list(tmp_path.rglob("*.run"))
 
 
 @pytest.fixture(scope="module")

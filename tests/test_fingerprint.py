@@ -100,7 +100,7 @@ def test_versions_of_what_computes_are_part_of_it(monkeypatch: pytest.MonkeyPatc
         asked.append(name)
         return "0.0"
 
-    monkeypatch.setattr("gyroctl.fingerprint.version", version)
+    monkeypatch.setattr("gyroctl.fingerprint.package.version", version)
     assert fingerprint.__wrapped__() != before
     assert {"numpy", "scipy", "numba", "llvmlite", "casadi", "osqp", "cmaes"} == set(asked)
 

@@ -243,7 +243,7 @@ def test_driver_lets_go_of_what_it_has_handed_on(device: gy.Plant, monkeypatch: 
     laws = {f"law_{k}": gy.law("constant", cg=1e-4 * (k + 1)) for k in range(4)}
     waves = Realisations(gy.SeaState(), tuple(range(64)), 60.0)
     seen, alive = 0, 0
-    for item, outcome in execution._outcomes(work_items(device, laws, waves, Settings(blend=20.0), 60.0), 1):
+    for item, outcome in execution.run_items(work_items(device, laws, waves, Settings(blend=20.0), 60.0), 1):
         assert outcome.values["mean_power"] == item.seed
         seen, alive = seen + 1, sum(ref() is not None for ref in made)
     assert seen == len(made) == 256 and alive <= 2 * 16

@@ -14,9 +14,10 @@ import xarray as xr
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics import Hydrodynamics, load, save, shipped
 from gyroctl.hydrodynamics.capytaine_layout import to_dataset
-from gyroctl.hydrodynamics.database import SHIPPED, read_classic
+from gyroctl.hydrodynamics.database import SHIPPED
 from gyroctl.hydrodynamics.geometry import Geometry, statics
 from gyroctl.hydrodynamics.mesh import lid
+from gyroctl.netcdf import read_netcdf
 
 #: DESIGN values (direct method, about 500 panels): w, A1, B1, A3, B3, |He1|, arg, |He3|, arg.
 REFERENCE = [
@@ -79,7 +80,7 @@ def test_moments_are_joined_continuously_at_12_rad_s() -> None:
 
 
 def test_reader_agrees_with_xarray_on_every_variable() -> None:
-    variables, attributes = read_classic(SHIPPED)
+    variables, attributes = read_netcdf("path", SHIPPED, "Write it again")
     with xr.open_dataset(SHIPPED, engine="scipy") as dataset:
         assert set(variables) == set(map(str, dataset.variables))
         for name, variable in dataset.variables.items():

@@ -83,7 +83,7 @@ def test_key_of_a_result_knows_all_that_it_rests_on(device: gy.Plant, monkeypatc
     assert floating.geometry is not None
     denser = floating.replace(geometry=replace(floating.geometry, g=9.8))
     assert not keys(floating) & keys(denser), "float and water where they act"
-    monkeypatch.setattr(items, "fingerprint", lambda: "other code")
+    monkeypatch.setattr(items, "code_of", lambda *modules: "other code")
     assert not known & keys(device)
 
 

@@ -16,6 +16,7 @@ ROOT = Path(gy.__file__).resolve().parents[1]
 ROOMS = {
     "bound",
     "comparison",
+    "engine",
     "faults",
     "gauge",
     "growth",

@@ -167,7 +167,7 @@ class Elements(HTMLParser):
 def test_report_of_a_name_that_is_markup_holds_it_as_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """In the page, in its figures, in the picture and in the table of the terminal."""
     ds = synthetic().assign_coords(law=["best_constant", MARKUP, "b", "c"])
-    ds.attrs["plant"] = "\x1b]0;title\x07<b>"
+    ds.attrs["plant"] = "[red]title[/]<b>"
     save(ds, tmp_path / "results.nc")
     page = write_report(tmp_path, tmp_path / "report.html").read_text(encoding="utf-8")
     plain = write_report(synthetic(), tmp_path / "plain.html").read_text(encoding="utf-8")

@@ -235,7 +235,7 @@ def test_log_of_a_tuning_is_found_again_only_where_nothing_has_changed(
     assert len(logs(build_task(tables, folder=tmp_path), Circumstances(on.plant, gy.Settings(blend=90.0)))) == 4
     (tmp_path / "mine.py").write_text(EXAMPLE.read_text() + "\n\nLIMIT = 0.02\n")
     assert len(logs(build_task(tables, folder=tmp_path), on)) == 5
-    monkeypatch.setattr("gyroctl.tuning.tune.fingerprint", lambda: "another package")
+    monkeypatch.setattr("gyroctl.tuning.tune.code_of", lambda *modules: "another package")
     assert len(logs(build_task(tables, folder=tmp_path), on)) == 6
 
 

@@ -16,6 +16,7 @@ import gyroctl as gy
 from gyroctl.cli.app import app
 from gyroctl.comparison.compare import Realisations, compare
 from gyroctl.comparison.experiment import build_experiment
+from gyroctl.engine import Store
 from gyroctl.harness.constant_pairs import scan
 from gyroctl.harness.registry import REAL
 from gyroctl.harness.run import lead_in, run_law
@@ -178,14 +179,26 @@ def test_file_that_is_damaged_or_of_other_content_is_searched_again(
 ) -> None:
     sea = gy.SeaState(hs=0.2)
     find_yardstick(device, sea)
-    (file,) = (tmp_path / "cache").rglob("yardsticks/*.json")
-    stored = json.loads(file.read_text())
-    for text in ("{", "[]", json.dumps({**stored, "content": {}}), json.dumps({"content": stored["content"]})):
-        file.write_text(text)
+    (file,) = (tmp_path / "cache").rglob("yardsticks/*.run")
+    store, stored = Store(file.parent), file.read_bytes()
+    record = store.load(file.stem)
+    assert record is not None
+    pair, content = record.content["pair"], record.content["content"]
+    for damaged in (
+        b"{",
+        stored.replace(b'"cc": 0.05', b'"cc": 0.06'),
+        {"pair": pair, "content": {}},
+        {"content": content},
+    ):
+        if isinstance(damaged, bytes):
+            file.write_bytes(damaged)
+        else:
+            store.save(file.stem, damaged)
         searches.clear()
         assert find_yardstick(device, sea).cc == 0.05
-        assert len(searches) == 1, text
-    assert json.loads(file.read_text()) == stored
+        assert len(searches) == 1, damaged
+    again = store.load(file.stem)
+    assert again is not None and again.content == record.content
 
 
 def test_limit_of_motion_is_waived_where_no_pair_keeps_it(device: gy.Plant, searches: list[Any]) -> None:

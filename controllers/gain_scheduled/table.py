@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
 from gyroctl.controllers.gain_scheduled.scheduled import POINT, SIGNALS, Scheduled
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
+from gyroctl.reading import existing, is_finite, read_toml
 from gyroctl.writing import write_text
+
+MEND = "Write it with python -m gyroctl.controllers.gain_scheduled.design"
+
+LARGEST = 1e6
+"""Size beyond which no number of a table is meant."""
+
+FILTERS = ("slow", "brisk", "fast", "memory", "notch", "least", "N", "J4")
+"""Fields of the law that a table may set, all of them positive."""
 
 NODES = ("envelope", "frequency", "bandwidth")
 
@@ -57,24 +66,66 @@ def lost_by(plant: Plant) -> dict[str, float]:
     return {"bearing": plant.parameters.bearing, "windage": plant.parameters.windage}
 
 
-@lru_cache(maxsize=8)
 def read_table(path: Path) -> dict[str, Any]:
     """Content of a table file.
 
     Raises
     ------
     InputError
-        For a file that is missing or no table: the message says what to run.
+        For a file that is missing or no table: the message says what to run. Nodes rise, cells stand in their order
+        and hold finite numbers, couplings are positive, and filters take their time: what a law interpolates blindly.
     """
-    mend = "Write it with python -m gyroctl.controllers.gain_scheduled.design"
-    try:
-        content = tomllib.loads(path.read_text(encoding="utf-8"))
-        wanted = math.prod(len(content["nodes"][name]) for name in NODES)
-    except (OSError, tomllib.TOMLDecodeError, KeyError) as error:
-        raise InputError("table", str(path), f"cannot be read: {type(error).__name__}: {error}", mend) from None
-    if len(content.get("cells", ())) != wanted:
-        raise InputError("table", str(path), f"has {len(content.get('cells', ()))} cells for {wanted} nodes", mend)
+    stat = existing("table", path, MEND).stat()
+    return _read(path, stat.st_mtime_ns, stat.st_size)
+
+
+@lru_cache(maxsize=8)
+def _read(path: Path, changed: int, size: int) -> dict[str, Any]:
+    """Read once what is read for every law of a search; again where the file has changed."""
+    content = read_toml("table", path, MEND)
+    nodes = _table("nodes", content.get("nodes"))
+    for name in NODES:
+        rising: Any = nodes.get(name)
+        sound = isinstance(rising, list) and rising and all(_bounded(node) for node in rising)
+        if not sound or any(upper <= lower for lower, upper in pairwise(rising)):
+            raise InputError(f"nodes.{name}", rising, "must be numbers that rise", MEND)
+    cells, wanted = content.get("cells"), list(product(*(nodes[name] for name in NODES)))
+    if not isinstance(cells, list) or len(cells) != len(wanted):
+        count = len(cells) if isinstance(cells, list) else 0
+        raise InputError("table", str(path), f"has {count} cells for {len(wanted)} nodes", MEND)
+    for name, value in _table("filters", content.get("filters")).items():
+        if name not in FILTERS or not (_bounded(value) and value > 0.0):
+            problem = f"must be a positive time constant, one of {', '.join(FILTERS)}"
+            raise InputError(f"filters.{name}", value, problem, MEND)
+    for number, (cell, place) in enumerate(zip(cells, wanted, strict=True), 1):
+        _check_cell(f"cells[{number}]", _table(f"cells[{number}]", cell), place)
     return content
+
+
+def _check_cell(field: str, cell: Mapping[str, Any], place: tuple[float, ...]) -> None:
+    """Refuse a cell that stands elsewhere than it says, or holds what is no number."""
+    told = tuple(cell.get(name) for name in NODES)
+    if told != place:
+        raise InputError(field, told, f"stands in the place of {place}", "Keep the order: envelope slowest")
+    for part, names in PARTS.items():
+        numbers = _table(f"{field}.{part}", cell.get(part))
+        for name in names:
+            if not _bounded(numbers.get(name)):
+                raise InputError(f"{field}.{part}.{name}", numbers.get(name), "must be a finite number", MEND)
+    for name in ("cc", "share"):
+        if cell["point"][name] < 0.0:
+            problem = "must not be negative: both controls only dissipate"
+            raise InputError(f"{field}.point.{name}", cell["point"][name], problem, MEND)
+
+
+def _table(field: str, value: Any) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise InputError(field, value, "must be a table", MEND)
+    return value
+
+
+def _bounded(value: Any) -> bool:
+    return is_finite(value) and abs(value) <= LARGEST
 
 
 def law_of(content: Mapping[str, Any], **fields: float) -> Scheduled:
@@ -104,7 +155,7 @@ def write_table(
     for cell in cells:
         lines += ["[[cells]]", *(f"{_key(key)} = {_value(value)}" for key, value in cell.items()), ""]
     write_text(path, "\n".join(lines))
-    read_table.cache_clear()
+    _read.cache_clear()
 
 
 def _key(key: str) -> str:

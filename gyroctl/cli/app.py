@@ -7,14 +7,15 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli import bound, compare, evaluate, hydro, laws, margins, reproduce, simulate, tune
+from gyroctl.cli import bound, compare, evaluate, hydro, laws, margins, reproduce, simulate, stored, tune
 from gyroctl.cli.options import MARKUP
 from gyroctl.cli.stopping import CODE, end_soon_at_interrupt, stopped
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=MARKUP)
 COMPARING = (compare.compare, compare.report, simulate.simulate, tune.tune, evaluate.evaluate)
 STUDYING = (reproduce.reproduce, margins.margins, margins.lockmap, bound.bound)
-for command in (*COMPARING, *STUDYING):
+KEEPING = (stored.status, stored.verify, stored.clean)
+for command in (*COMPARING, *STUDYING, *KEEPING):
     app.command(command.__name__)(command)
 app.add_typer(laws.app, name="laws")
 app.add_typer(hydro.app, name="hydro")
@@ -41,7 +42,9 @@ def about(
 
 def main() -> None:
     """Run the command line; bad input ends with exit code 2 and a message that says what to do."""
-    from gyroctl.errors import InputError
+    from concurrent.futures import BrokenExecutor
+
+    from gyroctl.errors import InputError, went_wrong
 
     end_soon_at_interrupt()
     try:
@@ -51,6 +54,9 @@ def main() -> None:
             raise
         print(f"Error: {error}", file=sys.stderr)
         sys.exit(2)
+    except (OSError, MemoryError, BrokenExecutor) as error:
+        print(f"Error: {went_wrong(error)}", file=sys.stderr)
+        sys.exit(1)
     except (KeyboardInterrupt, SystemExit) as end:  # typer turns Ctrl-C into an exit with code 130
         if isinstance(end, SystemExit) and end.code != CODE:
             raise

@@ -59,11 +59,12 @@ def bound(
 def _law(text: str) -> Any:
     """Build the law of "name key=value ...", or of "file.py:Name key=value ..."."""
     import gyroctl as gy
+    from gyroctl.harness.registry import build
 
     words = shlex.split(text)
     if not words:
         raise gy.InputError("law", text, "is empty", "Give a name, see gyroctl laws")
-    return gy.law(words[0], **parse(words[1:]))
+    return build(words[0], parse(words[1:]))
 
 
 def _seeds(text: str) -> list[int]:

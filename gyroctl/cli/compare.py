@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyroctl.cli.first_time import say_first_time
-from gyroctl.cli.options import AllowCode, Workers
+from gyroctl.cli.options import AllowCode, Scheduler, Workers
 
 if TYPE_CHECKING:
     import xarray
@@ -21,6 +21,7 @@ def compare(
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for results.nc, summary.json and report.html.")] = Path("results"),
     workers: Workers = 0,
+    scheduler: Scheduler = "",
     quick: Annotated[bool, typer.Option("--quick", help="Four realisations of 600 s.")] = False,
     search: Annotated[
         bool, typer.Option(help="Search the best constant pair of this sea and device where none is known yet.")
@@ -60,6 +61,7 @@ def compare(
         yardstick=pair,
         time_limit=setup.run.time_limit or None,
         full_series=full_series,
+        scheduler=scheduler or None,
     )
     write(ds.assign_attrs(command=command_line()), out)
     for name in ds.law.values:
@@ -99,12 +101,14 @@ def write(ds: xarray.Dataset, out: Path, results: bool = True) -> None:
     """Write the three files, each whole or not at all, and print the table."""
     from gyroctl.reports import evaluate, print_table, summarise, write_report
     from gyroctl.reports.layout import packing
-    from gyroctl.writing import write_json, written_whole
+    from gyroctl.writing import SEALED, seal, write_json, written_whole
 
     found = evaluate(ds)
     if results:
         with written_whole(out / "results.nc") as part:
-            ds.to_netcdf(part, engine="h5netcdf", encoding=packing(ds))
+            sealed = ds.assign_attrs({SEALED: "the file ends with the SHA-256 of its bytes"})
+            sealed.to_netcdf(part, engine="h5netcdf", encoding=packing(ds))
+            seal(part)
     write_json(out / "summary.json", summarise(ds, found))
     page = write_report(ds, out / "report.html", found)
     print_table(ds, found)

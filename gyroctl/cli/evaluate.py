@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import AllowCode, Workers, failures
+from gyroctl.cli.options import AllowCode, Scheduler, Workers, failures
 
 
 def evaluate(
@@ -42,6 +43,7 @@ def evaluate(
         ),
     ] = None,
     workers: Workers = 0,
+    scheduler: Scheduler = "",
     out: Annotated[Path, typer.Option(help="Folder for tables, figures and runs.")] = Path("results/evaluation"),
     budget: Annotated[
         float | None,
@@ -61,6 +63,7 @@ def evaluate(
     asked = request(
         out, laws, chosen, duration, workers, allow_tuning_seeds, budget, planner, say=say, allow_code=allowed
     )
+    asked = replace(asked, scheduler=scheduler or None)
     made = evaluate_tables(tables or (), asked)
     for name in made:
         typer.echo((out / f"{name}.md").read_text(encoding="utf-8"))

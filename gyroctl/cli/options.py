@@ -18,6 +18,13 @@ Hs = Annotated[float, typer.Option(help="Significant wave height [m].")]
 PeakFrequency = Annotated[float, typer.Option(help="Peak frequency [rad/s].")]
 Variant = Annotated[str, typer.Option(help="Form of the plant: corrected, paper or realistic.")]
 Workers = Annotated[int, typer.Option(min=0, max=1024, help="Workers; 0 for all cores. Changes no result.")]
+Scheduler = Annotated[
+    str,
+    typer.Option(
+        help="Run on the machines of this Dask scheduler, tcp://HOST:PORT, in a network of yours. Changes no result.",
+        show_default=False,
+    ),
+]
 AllowCode = Annotated[
     list[Path] | None,
     typer.Option(
@@ -57,9 +64,11 @@ def check_file(out: Path) -> None:
 
 def answer(content: Mapping[str, Any], lines: Iterable[str]) -> None:
     """Print words on a terminal, JSON in a pipe."""
+    from gyroctl.errors import visible
+
     words = lines if sys.stdout.isatty() else [json.dumps(content, allow_nan=False)]
     for line in words:
-        typer.echo(line)
+        typer.echo(visible(line))
 
 
 def failures(failed: Mapping[str, str]) -> None:

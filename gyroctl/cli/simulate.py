@@ -36,6 +36,7 @@ def simulate(
     import numpy as np
 
     import gyroctl as gy
+    from gyroctl.harness.registry import build
     from gyroctl.harness.run import lead_in
     from gyroctl.provenance import command_line
     from gyroctl.reports.resting import in_words
@@ -46,7 +47,7 @@ def simulate(
     from gyroctl.writing import written_whole
 
     within("motor", motor, 0.0, 10.0, "Give the size of the gain in Nms, for example 0.02")
-    built = gy.law(law, **parse(settings or []))
+    built = build(law, parse(settings or []))
     check_file(out)
     if start == "locked" and not duration > blend:
         problem, mend = f"is not longer than the blend of {blend:g} s", "Give a longer --duration, or a shorter --blend"

@@ -90,7 +90,10 @@ def _start(sets: dict[str, Any], name: str) -> Start | None:
         return None
     if name not in sets:
         raise InputError("--from", name, "there is no such tuned set", f"Choose one of {', '.join(sets) or 'none yet'}")
-    found = sets[name]["found"]
+    found = sets[name].get("found", {})
+    if "spent_s" not in found:
+        mend = "Begin at another set, or at the task's start"
+        raise InputError(f"sets.{name}.found.spent_s", None, "does not say what was spent on it", mend)
     return Start(name, sets[name]["parameters"], found["spent_s"] + found.get("spent_before_s", 0.0))
 
 

@@ -7,11 +7,14 @@ import json
 import math
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gyroctl.comparison.cluster import connected, run_far
 from gyroctl.comparison.execution import execute
 from gyroctl.comparison.items import COUNTERS, Outcome, Realisations, check_different, work_items
 from gyroctl.errors import InputError, check_kind
@@ -72,6 +75,8 @@ def compare(
     time_limit: float | None = None,
     yardstick: Yardstick | None = None,
     full_series: bool = False,
+    case: str = "",
+    scheduler: Any = None,
 ) -> xarray.Dataset:
     """Compare laws on identical realisations.
 
@@ -109,6 +114,11 @@ def compare(
         Keep the time series of the first realisation sample by sample. Otherwise one of more than `items.SERIES` points
         keeps its peaks: every sample of 120 s in the middle, and the least and the greatest value of each bucket
         beside it. No metric depends on it.
+    case : str
+        What these runs are of, for ``gyroctl status``.
+    scheduler : str or dask.distributed.Client, optional
+        Of other machines that run it, "tcp://HOST:PORT"; it changes no bit of the result. `workers` does not count
+        there.
 
     Returns
     -------
@@ -141,7 +151,9 @@ def compare(
         ticks_of(law, name, settings.actuators)
     limit = max(60.0, waves.duration) if time_limit is None else time_limit
     items = work_items(plant, built, waves, settings, limit, full_series)
-    outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet)
+    with connected(scheduler) if scheduler is not None else nullcontext() as client:
+        run = partial(run_far, client) if client is not None else None
+        outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet, case, run)
     rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in built}
     check_fair(rows)
     return _judged(_dataset(built, waves, rows), motion_limit).assign_attrs(

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import replace
 from functools import lru_cache
 from multiprocessing import get_context
@@ -20,9 +20,10 @@ from typing import Any, NoReturn, TypeVar
 import cloudpickle
 from pebble import ProcessExpired, ProcessPool
 
-from gyroctl.comparison import store
-from gyroctl.comparison.items import Item, Outcome, failed, perform
+from gyroctl.comparison.items import Item, Outcome, about, failed, perform
 from gyroctl.comparison.kept import kept
+from gyroctl.engine import Record, Store
+from gyroctl.engine.plan import Plan, Wanted
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, Machined, Preparing, Wrapping, innermost
 from gyroctl.harness.together import pieces
@@ -37,7 +38,13 @@ GRACE = 30.0
 """What a process may take beside its run: start, compilation. [s]"""
 
 
-def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bool) -> Outcomes:
+Run = Callable[[Sequence[Item], int], Generator[tuple[Item, Outcome], None, None]]
+"""Runs items and yields each with its outcome as they end; where it runs them changes no bit."""
+
+
+def execute(
+    items: Sequence[Item], workers: int, results: Path | None, quiet: bool, case: str = "", run: Run | None = None
+) -> Outcomes:
     """Run the items that are not stored.
 
     Parameters
@@ -50,34 +57,61 @@ def execute(items: Sequence[Item], workers: int, results: Path | None, quiet: bo
         Folder of the stored results; each one is stored when it is there, but not a failure.
     quiet : bool
         Show no progress.
+    case : str
+        What these runs are of, for `gyroctl status`.
+    run : callable, optional
+        What runs them, by default `run_items` on this machine.
+
+    Raises
+    ------
+    OSError
+        Where a result cannot be stored; those that are finished are whole.
     """
     outcomes: Outcomes = {}
-    laws = len({item.name for item in items})
+    store, laws = Store(results), len({item.name for item in items})
     with Progress("runs", len(items), quiet) as progress:
         todo = []
         for item in items:
-            stored = store.load(results, item.key)
+            stored = outcome_of(store.load(item.key))
             if stored is None:
                 todo.append(item)
             else:
-                outcomes[item.name, item.seed] = kept(item, Outcome(*stored), laws)
+                outcomes[item.name, item.seed] = kept(item, stored, laws)
                 progress.skip()
-        for item, outcome in _outcomes(todo, workers):
-            if not outcome.failure:
-                store.save(results, item.key, outcome.sha256, outcome.values, outcome.series)
-            outcomes[item.name, item.seed] = kept(item, outcome, laws)
-            progress.advance()
+        store.tell()
+        if todo:
+            store.tell_apart({item.key for item in items}, {(case, item.name) for item in todo})
+        plan = Plan(results, case, [Wanted(item.key, item.name, item.seed) for item in items])
+        with plan, store.beside() as save, closing((run or run_items)(todo, workers)) as ended:
+            for item, outcome in ended:
+                if outcome.failure:
+                    plan.failed(item.key or f"{item.name} {item.seed}", outcome.failure)
+                else:
+                    content = {"sha256": outcome.sha256, "values": dict(outcome.values)}
+                    save(item.key, content, outcome.series, about(item, case))
+                outcomes[item.name, item.seed] = kept(item, outcome, laws)
+                progress.advance()
     return outcomes
 
 
-def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outcome]]:
+def outcome_of(record: Record | None) -> Outcome | None:
+    """Outcome that was stored; what is no outcome is run again."""
+    sha256, values = (record.content.get(name) if record is not None else None for name in ("sha256", "values"))
+    if record is None or not isinstance(sha256, str) or not isinstance(values, dict):
+        return None
+    numbers = all(isinstance(value, float) for value in values.values())
+    series = all(row.ndim == 1 and row.dtype.kind in "fiub" for row in record.arrays.values())
+    return Outcome(sha256, values, dict(record.arrays)) if numbers and series else None
+
+
+def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outcome], None, None]:
     """Run items, and yield each with its outcome as they end.
 
     Laws are compiled one after the other, and what is compiled runs meanwhile; slow laws begin in their processes as
     soon as what they compile on a new installation is done.
     """
     laws = {item.name: item.law for item in items}
-    fast = [name for name, law in laws.items() if _ours(law) and isinstance(innermost(law), tuple)]
+    fast = [name for name, law in laws.items() if is_ours(law) and is_fast(law)]
     quick = set(fast)
     slow = [name for name in laws if name not in quick]
     of_law: dict[str, list[Item]] = {name: [] for name in laws}
@@ -92,13 +126,13 @@ def _outcomes(items: Sequence[Item], workers: int) -> Iterator[tuple[Item, Outco
         def begin(name: str) -> None:
             """By threads, side by side, what is machine code, and by processes the rest."""
             own, law = of_law[name], laws[name]
-            machine = name in quick or (_ours(law) and isinstance(law, Machined) and law.machine() is not None)
+            machine = name in quick or (is_ours(law) and is_machine(law))
             if machine:
                 shares = [own[part] for part in pieces(len(own), workers)]
                 futures.update({threads.submit(perform, share): share for share in shares})
                 return
             for item in own:
-                by_thread = _ours(item.law) and not several
+                by_thread = is_ours(item.law) and not several
                 futures[threads.submit(perform, [item]) if by_thread else _sent(item, processes, packed)] = [item]
 
         def begin_slow() -> None:
@@ -146,17 +180,27 @@ def _pools(workers: int) -> Iterator[tuple[ThreadPoolExecutor, ProcessPool]]:
         processes.join()
 
 
-def _ours(law: Law | None) -> bool:
+def is_ours(law: Law | None) -> bool:
     """Whether the law, and every law within it, comes with this package: such a law keeps the protocol."""
     while law is not None and type(law).__module__.startswith("gyroctl."):
         law = law.law if isinstance(law, Wrapping) else None
     return law is None
 
 
+def is_fast(law: Law) -> bool:
+    """Whether a law is compiled at once."""
+    return isinstance(innermost(law), tuple)
+
+
+def is_machine(law: Law) -> bool:
+    """Whether a law of ours is machine code, so that its runs go side by side."""
+    return is_fast(law) or (isinstance(law, Machined) and law.machine() is not None)
+
+
 def _parts(law: Law) -> Sequence[Any]:
     """What a slow law of ours compiles on a new installation, part by part: its runs find it done."""
     within = innermost(law)
-    return within.preparations() if _ours(law) and isinstance(within, Preparing) else ()
+    return within.preparations() if is_ours(law) and isinstance(within, Preparing) else ()
 
 
 def _all_parts(laws: Mapping[str, Law]) -> list[Callable[[], Any]]:
@@ -171,7 +215,7 @@ def _prepare(part: Callable[[], Any]) -> None:
 def _sent(item: Item, processes: ProcessPool, packed: dict[str, bytes]) -> Future[Any]:
     """Send an item to a process; the law goes by its content, with the module that it is from, packed once for all."""
     module = sys.modules.get(type(innermost(item.law)).__module__)
-    by_content = module is not None and not _ours(item.law) and module.__name__ != "__main__"
+    by_content = module is not None and not is_ours(item.law) and module.__name__ != "__main__"
     try:
         if by_content:
             cloudpickle.register_pickle_by_value(module)
@@ -186,19 +230,20 @@ def _sent(item: Item, processes: ProcessPool, packed: dict[str, bytes]) -> Futur
         if by_content:
             cloudpickle.unregister_pickle_by_value(module)
     limit, sent = item.time_limit + GRACE, (replace(item, law=None), packed[item.name])
-    future: Future[Any] = processes.schedule(_perform_sent, args=sent, timeout=limit)
+    future: Future[Any] = processes.schedule(perform_sent, args=sent, timeout=limit)
     return future
 
 
-def _perform_sent(item: Item, packed: bytes) -> list[Outcome]:
+def perform_sent(item: Item, packed: bytes) -> list[Outcome]:
     """Run an item in this process: with a law of its own, or the compiled one that holds no state."""
     try:
-        return no_way_out(_perform_packed, item, packed)
+        return no_way_out(perform_packed, item, packed)
     except BaseException as error:
         return [failed(item, f"law {item.name!r} failed in its process with {type(error).__name__}: {error}")]
 
 
-def _perform_packed(item: Item, packed: bytes) -> list[Outcome]:
+def perform_packed(item: Item, packed: bytes) -> list[Outcome]:
+    """Run an item whose law is packed: with a law of its own, unless that is compiled and holds no state."""
     law = _unpacked(packed) if compile_law(_unpacked(packed)) is not None else cloudpickle.loads(packed)
     return perform([replace(item, law=law)])
 
@@ -215,10 +260,17 @@ def _outcomes_of(future: Future[Any], items: Sequence[Item]) -> list[Outcome]:
     except TimeoutError:
         what = "took longer than {0:g} s: compute less in step, or allow more with run.time_limit"
     except ProcessExpired as error:
-        what = f"ended its process (exit code {error.exitcode}): a law must not end the program"
+        what = how_it_ended(error.exitcode)
     else:
         return outcomes
     return [failed(item, f"law {item.name!r} {what.format(item.time_limit)}") for item in items]
+
+
+def how_it_ended(code: int | None) -> str:
+    """How a process ended, by its exit code, and what that says."""
+    if code is not None and code < 0:
+        return f"lost its process, which was killed (signal {-code}), perhaps for want of memory: run again"
+    return f"ended its process (exit code {code}): a law must not end the program"
 
 
 def no_way_out(function: Callable[..., Result], *arguments: Any) -> Result:

@@ -16,7 +16,7 @@ from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.code_files import Trust, asked_for, is_file
 from gyroctl.harness.protocol import Law
-from gyroctl.harness.registry import law, registered
+from gyroctl.harness.registry import build, registered
 from gyroctl.harness.run import Settings
 from gyroctl.harness.run_size import DT, run_size
 from gyroctl.harness.seed_ledger import refused_for
@@ -234,7 +234,7 @@ def _run(table: dict[str, Any]) -> RunTable:
 
 def _sea(table: dict[str, Any], folder: Path) -> Sea:
     kind = table.pop("kind", "jonswap")
-    if kind not in SEAS:
+    if not isinstance(kind, str) or kind not in SEAS:
         raise InputError("sea.kind", kind, "unknown kind of sea", f"Choose one of {', '.join(SEAS)}")
     parameters = inspect.signature(SEAS[kind]).parameters
     if kind in ("spectrum", "record"):
@@ -299,7 +299,7 @@ def _law(name: str, kind: str, parameters: dict[str, Any], sea: Sea, allow_code:
     if kind == BASELINE and "gamma" not in parameters and isinstance(sea, SeaState):
         parameters = {**parameters, "gamma": sea.gamma}
     try:
-        return law(kind, **{**parameters, "allow_code": allow_code})  # what data may run is not for data to say
+        return build(kind, parameters, None, allow_code)  # what data may run is not for data to say
     except InputError as error:
         known = error.field.replace(f"laws.{kind}", f"laws.{name}") if error.field != "law" else f"laws.{name}.law"
         raise InputError(known, error.value, error.problem, error.mend) from None

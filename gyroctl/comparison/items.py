@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.fingerprint import fingerprint
+from gyroctl.fingerprint import code_of, text_of
 from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.harness.protocol import Law, LawError
 from gyroctl.harness.run import Settings, lead_in
@@ -123,12 +123,17 @@ def work_items(
     items = []
     for (name, law), seed in product(laws.items(), waves.seeds):
         example = seed == waves.seeds[0] and (full or "short")  # whether and how the time series are kept
-        text = json.dumps([fingerprint(), content[name], hashes[seed], example, *common])
+        text = json.dumps([code_of(__name__), content[name], hashes[seed], example, *common])
         # a law that is not known by its content has no key, and its result is not stored
         key = hashlib.sha256(text.encode()).hexdigest() if content[name] else ""
         wanted = (available, bool(example), hashes[seed], time_limit, key, full)
         items.append(Item(plant, name, law, waves, seed, settings, *wanted))
     return items
+
+
+def about(item: Item, case: str) -> dict[str, Any]:
+    """What a stored result is of, and the code that it rests on; a law's own is told by the key alone."""
+    return {"case": case, "law": item.name, "seed": item.seed, "code": {__name__: text_of(__name__)}}
 
 
 def failed(item: Item, failure: str) -> Outcome:

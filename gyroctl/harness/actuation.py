@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.plant.compiled import inlined
+from gyroctl.reading import is_finite
 
 BOUNDS = {
     "cc_max": (1e-9, 10.0),
@@ -80,7 +81,7 @@ class Actuators:
     def __post_init__(self) -> None:
         for f in fields(self):
             value = getattr(self, f.name)
-            number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+            number = is_finite(value)
             if f.name == "cg_min":
                 if not number or value > 0:
                     raise InputError(

@@ -6,9 +6,10 @@ import hashlib
 import importlib
 import importlib.util
 import inspect
-import math
 import os
+import sys
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from functools import lru_cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
@@ -18,10 +19,12 @@ from typing import Any, cast
 from gyroctl import nested
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError, check_kind
+from gyroctl.fingerprint.local import noted, sources
 from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
 from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
 from gyroctl.plant import Plant
+from gyroctl.reading import is_finite
 
 GROUP = "gyroctl.controllers"
 
@@ -115,8 +118,24 @@ def law(name: str, tuning: str | None = None, *, allow_code: Sequence[str | Path
         For an unknown name, set or parameter, a missing file, a value that is not a finite number, or an object that
         is no law.
     """
+    return build(name, parameters, tuning, allow_code)
+
+
+def build(name: str, given: Mapping[str, Any], tuning: str | None = None, allow_code: Sequence[str | Path] = ()) -> Law:
+    """Build a law from a table of parameters that somebody else has written: none of its names is one of `law`.
+
+    As `law`, but that a set may stand in the table, as ``tuning``.
+
+    Raises
+    ------
+    InputError
+        As `law`.
+    """
     check_kind("law", name, str, "the name of a law", 'Give a name, for example gyroctl.law("load_angle")')
+    parameters = dict(given)
+    tuning = parameters.pop("tuning", tuning)
     if tuning is not None:
+        check_kind(f"laws.{name}.tuning", tuning, str, "the name of a set", 'Give for example tuning = "all"')
         parameters = {**_tuned_parameters(name, tuning, allow_code), **parameters}
     if isinstance(parameters.get("wraps"), str | Mapping):
         parameters = {**parameters, "wraps": _wrapped(name, parameters["wraps"], allow_code)}
@@ -138,11 +157,13 @@ def law(name: str, tuning: str | None = None, *, allow_code: Sequence[str | Path
     grouped = {key: value for key, value in parameters.items() if key not in own_names}
     own = {key: value for key, value in parameters.items() if key not in grouped}
     own |= nested.regrouped({key: own.get(key, group) for key, group in groups.items()}, grouped)
+    file = Path(parted(name)[0]) if is_file(name) else None
     try:
-        built = factory(**own)
+        with noted(file) if file is not None else nullcontext():
+            built = factory(**own)
     except InputError:
         raise
-    except (TypeError, ValueError, ArithmeticError) as error:
+    except (TypeError, ValueError, ArithmeticError, AttributeError, LookupError) as error:
         raise InputError(f"laws.{name}", parameters, f"could not be built: {error}", "Check its parameters") from error
     for member in ("period", "information", "init", "step"):
         if not hasattr(built, member):
@@ -184,7 +205,7 @@ def _check_parameter(name: str, key: str, value: Any, known: Mapping[str, Any]) 
     if key not in known:
         raise InputError(field, value, "unknown parameter", f"Choose one of: {', '.join(known) or 'none'}")
     number = isinstance(value, int | float) and not isinstance(value, bool)
-    if number and not math.isfinite(value):
+    if number and not is_finite(value):
         raise InputError(field, value, "must be a finite number", f"Give {key} as a number")
     if isinstance(known[key], float) and not number:
         raise InputError(field, value, "must be a number", f"The default is {known[key]}")
@@ -203,7 +224,7 @@ def _wrapped(name: str, wraps: str | Mapping[str, Any], allow_code: Sequence[str
             "is no law to wrap",
             'Give its name, or a table with law = "load_angle" and its parameters',
         )
-    return law(inner, **{**table, "allow_code": allow_code})  # what data may run is not for data to say
+    return build(inner, table, None, allow_code)
 
 
 def _design(name: str, plant: str | Mapping[str, Any]) -> Plant:
@@ -248,7 +269,7 @@ def defined(file: Path) -> dict[str, Any]:
 
 
 def _existing(name: str, path: str) -> Path:
-    if not os.path.isfile(path):  # also of what can be no path
+    if not os.path.isfile(path):  # unlike a Path it takes every text for a name
         raise InputError("law", name, f"there is no file {path}", "Give the path of a Python file, as file.py:Name")
     return Path(path)
 
@@ -262,15 +283,19 @@ def _from_file(name: str) -> Callable[..., Any]:
 
 
 def _module(name: str, file: Path) -> ModuleType:
-    """Import a user's file; again only when its text has changed, so that its laws are compiled once."""
-    key = (str(file.resolve()), hashlib.sha256(file.read_bytes()).hexdigest())
+    """Import a user's file; again only when its text, or what it rests on, has changed: its laws are compiled once."""
+    key = _content(file)
     if key in _loaded:
         return _loaded[key]
+    for known, loaded in list(sys.modules.items()):  # local modules that it imports may have changed with it
+        if (getattr(loaded, "__file__", None) or "") in key[2] and known != "__main__":
+            del sys.modules[known]
     spec = importlib.util.spec_from_file_location(f"gyroctl_user_{file.stem}", file)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     try:
-        spec.loader.exec_module(module)
+        with noted(file):
+            spec.loader.exec_module(module)
     except Exception as error:
         raise InputError(
             "law",
@@ -278,9 +303,16 @@ def _module(name: str, file: Path) -> ModuleType:
             f"the file cannot be imported: {type(error).__name__}: {error}",
             "Run the file with Python and correct it",
         ) from error
-    _loaded[key] = module
+    _loaded[_content(file)] = module  # with the tables that it read
     return module
 
 
-_loaded: dict[tuple[str, str], ModuleType] = {}
-"""Users' files by path and text."""
+def _content(file: Path) -> tuple[str, str, tuple[str, ...]]:
+    """A user's file, a hash of all that it rests on, and the local modules among that."""
+    found = sources([file])
+    others = tuple(str(path) for path in found.files[1:] if path.suffix == ".py")
+    return str(file.resolve()), hashlib.sha256(found.lines().encode()).hexdigest(), others
+
+
+_loaded: dict[tuple[str, str, tuple[str, ...]], ModuleType] = {}
+"""Users' files by path and content."""

@@ -8,8 +8,6 @@ from __future__ import annotations
 
 import datetime
 import inspect
-import json
-import tomllib
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
 from importlib import import_module
@@ -21,8 +19,12 @@ from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law, Wrapping
 from gyroctl.harness.registry import registered, tuned_seeds
 from gyroctl.harness.tuned_sets import read_sets, seeds_of
+from gyroctl.reading import read_json, read_toml
 
 LEDGER = Path(__file__).parents[1] / "data" / "seeds.toml"
+
+SPAN_MAX = 1_000_000
+"""Most seeds of an entry."""
 
 State = Literal["tuning", "exploration", "spent", "reserve"]
 
@@ -97,23 +99,32 @@ def read_ledger(path: Path) -> Ledger:
     InputError
         For a file that is none: an unknown state, a range that ends before it begins, or ranges that overlap.
     """
+    tables = read_toml("ledger", path, "Restore it from the repository")
     try:
-        tables = tomllib.loads(path.read_text(encoding="utf-8"))
-        judging = range(tables["judging"]["first"], tables["judging"]["last"] + 1)
-        entries = sorted(Entry(**table) for table in tables["seeds"])
-    except (OSError, tomllib.TOMLDecodeError, KeyError, TypeError) as error:
+        judging = tables["judging"]["first"], tables["judging"]["last"]
+        listed = [Entry(**table) for table in tables["seeds"]]
+    except (KeyError, TypeError) as error:
         raise InputError("ledger", str(path), f"cannot be read: {error}", "Restore it from the repository") from None
-    for entry in entries:
+    if not _are_seeds(*judging):
+        raise InputError("ledger", judging, "are no seeds for judging", "Give whole numbers, first <= last")
+    for entry in listed:
         if entry.state not in get_args(State):
             raise InputError("ledger", entry.state, "unknown state", f"Choose one of {', '.join(get_args(State))}")
-        if not (0 <= entry.first <= entry.last and isinstance(entry.since, datetime.date) and entry.use):
+        told = isinstance(entry.since, datetime.date) and isinstance(entry.use, str) and entry.use
+        if not (_are_seeds(entry.first, entry.last) and told):
             mend = "Give first <= last, a date as since, and what the seeds are for as use"
             raise InputError("ledger", entry, "is no entry", mend)
+    entries = sorted(listed, key=lambda entry: entry.first)
     for one, other in pairwise(entries):
         if other.first <= one.last:
             problem = f"overlaps {one.first} to {one.last}"
             raise InputError("ledger", f"{other.first} to {other.last}", problem, "Give every seed one state")
-    return Ledger(judging, tuple(entries))
+    return Ledger(range(judging[0], judging[1] + 1), tuple(entries))
+
+
+def _are_seeds(first: object, last: object) -> bool:
+    """Whether these are the ends of a span of seeds; one of which they are listed must fit into the memory."""
+    return type(first) is int and type(last) is int and 0 <= first <= last < first + SPAN_MAX
 
 
 def all_tuning_seeds() -> tuple[int, ...]:
@@ -183,8 +194,8 @@ def _functions(kind: type[Any]) -> Iterator[Any]:
 def _sets(path: Path) -> dict[str, Any]:
     """Tuned sets of a file; a JSON file of another kind has none."""
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        content = read_json("tuned", path, "Write it anew with gyroctl tune")
+    except InputError:
         return {}
     known = isinstance(content, Mapping) and "sets" in content
     return read_sets(path) if known else {}

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError, check_kind
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.measurement import CHANNELS, ROWS
+from gyroctl.reading import is_finite
 
 LONGEST = 20_000
 """Samples beyond which errors are not kept: 2000 s at the default period."""
@@ -101,7 +102,7 @@ class Sensors:
                 if f.name == "lost_reads":
                     continue
                 value, path = getattr(channel, f.name), f"sensors.{name}.{f.name}"
-                if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                if not is_finite(value):
                     raise InputError(path, value, "must be a finite number", f"Give {f.name} as a number")
                 low, high = BOUNDS[f.name]
                 if value != 0 and not low <= abs(value) <= high:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,8 @@ from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.kramers_kronig import both_added_mass_inf
 from gyroctl.hydrodynamics.panels import Hull
 from gyroctl.hydrodynamics.reduced import ReducedSurface, checked
-from gyroctl.hydrodynamics.table import DOFS, LAYOUT, Complexes, Fits, Floats, Hydrodynamics, coupling, diagonal
+from gyroctl.hydrodynamics.table import DOFS, FEWEST, LAYOUT, Complexes, Fits, Floats, Hydrodynamics, coupling, diagonal
+from gyroctl.netcdf import Variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,16 +26,6 @@ PARTS = ("Froude_Krylov_force", "diffraction_force")
 NUMBERS = ReducedSurface._fields[2:]
 
 WAVES = ("omega", "wave_direction", "influenced_dof")
-
-
-class Variable(NamedTuple):
-    """One variable of a file: its dimensions and its values in native byte order."""
-
-    dimensions: tuple[str, ...]
-    values: NDArray[Any]
-
-
-Variables = Mapping[str, Variable]
 
 
 def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: str) -> Hydrodynamics:
@@ -62,7 +53,7 @@ def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: 
     def get(name: str, *dims: str) -> NDArray[Any]:
         if name not in variables:
             raise InputError(f"{source}: {name}", "missing", "the file has no such variable", LAYOUT)
-        own, values = variables[name]
+        own, values, _ = variables[name]
         for d, size in zip(own, values.shape, strict=True):
             if d not in dims and size != 1:  # Capytaine keeps dimensions such as water_depth when several were solved
                 problem = "has a dimension with several values"
@@ -73,8 +64,17 @@ def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: 
         kept = values.reshape([size for d, size in zip(own, values.shape, strict=True) if d in dims])
         return np.transpose(kept, [left.index(d) for d in dims])
 
+    def numbers(name: str, *dims: str) -> NDArray[Any]:
+        values = get(name, *dims)
+        if values.dtype.kind not in "biufc":
+            raise InputError(f"{source}: {name}", str(values.dtype), "holds no numbers", LAYOUT)
+        return values
+
     def scalar(name: str, default: float) -> float:
-        return float(np.ravel(variables[name].values)[0]) if name in variables else default
+        values = variables[name].values if name in variables else np.array([default])
+        if values.size != 1 or values.dtype.kind not in "biuf":
+            raise InputError(f"{source}: {name}", values.shape, "must be one number", LAYOUT)
+        return float(values.ravel()[0])
 
     def pick(dimension: str, wanted: Sequence[str] = DOFS) -> list[int]:
         labels = [str(v) for v in get(dimension, dimension)]
@@ -83,26 +83,32 @@ def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: 
             raise InputError(f"{source}: {dimension}", labels, f"lacks {' and '.join(missing)}", LAYOUT)
         return [labels.index(label) for label in wanted]
 
-    every = np.asarray(get("omega", "omega"), dtype=np.float64)
+    every = np.asarray(numbers("omega", "omega"), dtype=np.float64)
     order = np.argsort(every)
     order = order[np.isfinite(every[order]) & (every[order] > 0.0)]
     rows, columns = pick("influenced_dof"), pick("radiating_dof")
 
     def matrix(name: str) -> Floats:
-        full = np.asarray(get(name, "omega", "influenced_dof", "radiating_dof"), dtype=np.float64)
+        full = np.asarray(numbers(name, "omega", "influenced_dof", "radiating_dof"), dtype=np.float64)
         return full[order][:, rows, :][:, :, columns]
 
     added, damping, omega = matrix("added_mass"), matrix("radiation_damping"), every[order]
+    if len(omega) < FEWEST or np.any(np.diff(omega) <= 0.0):
+        raise InputError(
+            f"{source}: omega", len(omega), f"must be at least {FEWEST} different positive numbers", LAYOUT
+        )
     if "added_mass_inf" in variables:
-        infinite = np.asarray(get("added_mass_inf", "influenced_dof"), dtype=np.float64)[rows]
+        infinite = np.asarray(numbers("added_mass_inf", "influenced_dof"), dtype=np.float64)[rows]
     else:
         infinite = both_added_mass_inf(omega, added, damping)
-    direction = np.asarray(get("wave_direction", "wave_direction"), dtype=np.float64)
+    direction = np.asarray(numbers("wave_direction", "wave_direction"), dtype=np.float64)
     headings = np.asarray(np.round(np.rad2deg(direction), 9), dtype=np.float64)
-    turn = np.argsort(headings)[: len(headings) - int(np.isclose(np.ptp(headings), 360.0))]  # 360 repeats 0
+    turn = np.argsort(headings)[
+        : len(headings) - int(headings.size > 1 and np.isclose(np.ptp(headings), 360.0))
+    ]  # 360 repeats 0
 
     def moments(*names: str) -> Complexes | None:
-        force = _moments(variables, get, pick, names)
+        force = _moments(variables, numbers, pick, names)
         # Capytaine writes exp(-i w t); everything here is exp(+i w t)
         return force if force is None else np.conj(np.transpose(force[order][:, turn][:, :, rows], (2, 1, 0))).copy()
 
@@ -114,7 +120,7 @@ def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: 
         get("excitation_force", *WAVES)  # refuses
     stiffness = 0.0
     if "hydrostatic_stiffness" in variables:
-        stiffness = float(get("hydrostatic_stiffness", "influenced_dof", "radiating_dof")[rows[1], columns[1]])
+        stiffness = float(numbers("hydrostatic_stiffness", "influenced_dof", "radiating_dof")[rows[1], columns[1]].real)
     return Hydrodynamics(
         omega=omega,
         added_mass=diagonal(added),
@@ -127,12 +133,12 @@ def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: 
         rho=scalar("rho", 1000.0),
         g=scalar("g", 9.81),
         coupling=max(scalar("coupling", 0.0), coupling(added, damping)),
-        fits=_fits(variables, get, rows),
+        fits=_fits(variables, numbers, rows),
         provenance=dict(attributes),
         froude_krylov=parts[0],
         diffraction=parts[1],
-        hull=_hull(variables, get),
-        wetted=_wetted(variables, get),
+        hull=_hull(variables, numbers, scalar),
+        wetted=_wetted(variables, numbers),
     )
 
 
@@ -150,7 +156,7 @@ def _moments(variables: Variables, get: Any, pick: Any, names: Sequence[str]) ->
     return np.asarray(total, dtype=np.complex128)
 
 
-def _hull(variables: Variables, get: Any) -> Hull | None:
+def _hull(variables: Variables, get: Any, scalar: Any) -> Hull | None:
     """Surface of the float, where the file holds it."""
     if "hull_faces" not in variables:
         return None
@@ -158,7 +164,7 @@ def _hull(variables: Variables, get: Any) -> Hull | None:
         np.asarray(get("hull_vertices", "hull_vertex", "xyz"), dtype=np.float64),
         np.asarray(get("hull_faces", "hull_face", "hull_corner"), dtype=np.int64),
         np.asarray(get("hull_hinge", "xyz"), dtype=np.float64),
-        float(np.ravel(variables["hull_inclination"].values)[0]),
+        scalar("hull_inclination", 0.0),
     )
 
 
@@ -167,7 +173,9 @@ def _wetted(variables: Variables, get: Any) -> ReducedSurface | None:
     if "wetted_moment1" not in variables:
         return None
     powers = [tuple(map(float, get(f"wetted_{name}", f"{name}_power"))) for name in ("moment1", "moment3")]
-    numbers = map(float, get("wetted_numbers", "wetted_number"))
+    numbers = list(map(float, get("wetted_numbers", "wetted_number")))
+    if len(numbers) != len(NUMBERS):
+        raise InputError("wetted_numbers", len(numbers), f"must be {len(NUMBERS)} numbers", LAYOUT)
     return checked(ReducedSurface(powers[0], powers[1], *numbers))
 
 

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gyroctl.errors import InputError
-from gyroctl.hydrodynamics.capytaine_layout import Variable, Variables, from_capytaine, to_dataset
+from gyroctl.errors import InputError, check_kind
+from gyroctl.hydrodynamics.capytaine_layout import from_capytaine, to_dataset
 from gyroctl.hydrodynamics.table import LAYOUT, Hydrodynamics
+from gyroctl.netcdf import read_netcdf
 from gyroctl.writing import written_whole
 
 SHIPPED = Path(__file__).parent.parent / "data" / "hydrodynamics.nc"
@@ -42,68 +42,19 @@ def load(path: Path | str) -> Hydrodynamics:
     InputError
         When the file is missing, unreadable or of another layout.
     """
-    file = Path(path)
-    if not file.is_file():
-        raise InputError("path", str(path), "there is no such file", "Check the path of the hydrodynamic database")
-    with file.open("rb") as stream:
-        magic = stream.read(4)
-    if magic[:3] == b"CDF" and magic[3:] in (b"\x01", b"\x02"):
-        variables, attributes = read_classic(file)
-    elif magic == b"\x89HDF":
-        variables, attributes = _read_netcdf4(file)
-    else:
-        raise InputError("path", str(path), "is not a NetCDF file", LAYOUT)
-    return from_capytaine(variables, attributes, str(path))
+    check_kind("path", path, (str, Path), "a path", "Give the path of a hydrodynamic database")
+    contents = read_netcdf("path", path, LAYOUT)
+    with np.errstate(all="ignore"):  # what overflows is refused as what it gives
+        return of_file(str(path), lambda: from_capytaine(*contents, str(path)))
 
 
-def read_classic(path: Path) -> tuple[Variables, dict[str, Any]]:
-    """Return all variables and the global attributes of a NetCDF classic file; character arrays become arrays of str.
-
-    SciPy is what xarray would read it with, and comes without the second that importing xarray takes.
-
-    Raises
-    ------
-    InputError
-        When the file is damaged or has an unlimited dimension, which no table has.
-    """
-    from scipy.io import netcdf_file
-
+def of_file(name: str, read: Callable[[], Hydrodynamics]) -> Hydrodynamics:
+    """Return what `read` makes of a file, or name the file where its numbers are refused."""
     try:
-        with netcdf_file(path, mmap=False) as file:
-            if None in file.dimensions.values():
-                raise ValueError("it has an unlimited dimension")
-            variables = {name: _variable(v.dimensions, v.data) for name, v in file.variables.items()}
-            attributes = {
-                name: value.decode() if isinstance(value, bytes) else np.asarray(value).tolist()
-                for name, value in file._attributes.items()
-            }
-    except (ArithmeticError, LookupError, MemoryError, OSError, TypeError, ValueError) as error:
-        problem = f"is not a readable NetCDF classic file ({error})"
-        raise InputError("path", str(path), problem, "Write it again with xarray or Capytaine") from error
-    return variables, attributes
-
-
-def _variable(dimensions: tuple[str, ...], values: NDArray[Any]) -> Variable:
-    if values.dtype.char != "c" or values.ndim == 0:
-        return Variable(dimensions, values.astype(values.dtype.newbyteorder("=")))
-    text = np.ascontiguousarray(values).view(f"S{values.shape[-1]}")[..., 0]
-    return Variable(dimensions[:-1], np.char.decode(text, "utf-8"))
-
-
-def _read_netcdf4(path: Path) -> tuple[Variables, dict[str, Any]]:
-    """Read a NetCDF 4 file through xarray."""
-    import xarray as xr
-
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            data = dataset.load()
-    except ImportError as error:
-        problem = "is a NetCDF 4 file and h5py is not installed"
-        raise InputError("path", str(path), problem, "Run: pip install h5py") from error
-    except (OSError, ValueError) as error:
-        raise InputError("path", str(path), f"cannot be read as NetCDF 4 ({error})", LAYOUT) from error
-    found = {str(k): Variable(tuple(map(str, v.dims)), np.asarray(v.values)) for k, v in data.variables.items()}
-    return found, {str(k): v for k, v in data.attrs.items()}
+        return read()
+    except InputError as error:
+        known = name in error.field or str(error.value) == name
+        raise error if known else InputError(f"{name}: {error.field}", error.value, error.problem, error.mend) from None
 
 
 def save(hydro: Hydrodynamics, path: Path | str) -> Path:

@@ -9,7 +9,12 @@ import numpy as np
 
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.kramers_kronig import both_added_mass_inf
-from gyroctl.hydrodynamics.table import Complexes, Floats, Hydrodynamics, coupling, diagonal
+from gyroctl.hydrodynamics.table import FEWEST, SITE, Complexes, Floats, Hydrodynamics, coupling, diagonal
+from gyroctl.reading import existing as existing_file
+from gyroctl.reading import read_text
+
+BOUNDS = {name: SITE[name] for name in ("rho", "g", "depth", "stiffness")} | {"length": (1e-6, 1e6)}
+"""Least and largest values of a site."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +42,40 @@ class Site:
     stiffness: float = 0.0
     modes: tuple[int, int] = (-6, 4)
 
+    def __post_init__(self) -> None:
+        """Refuse numbers that no water, float or mode has."""
+        for name, (low, high) in BOUNDS.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                problem = f"must be between {low:g} and {high:g}"
+                raise InputError(f"hydro.{name}", value, problem, "Give it in SI units, as in the run of the results")
+        if not all(1 <= abs(mode) <= 1000 for mode in self.modes) or abs(self.modes[0]) == abs(self.modes[1]):
+            mend = "Number rigid modes from 1 for surge to 6 for yaw, negative where turned"
+            raise InputError("hydro.modes", self.modes, "must be two different modes", mend)
+
+
+MEND = "Check the path of the results"
+
+TABLE_MAX = 1_000_000
+"""Most pairs of frequency and heading: scattered rows of each would fill the memory."""
+
+RESULTS_MAX = 16 << 20
+"""Largest file of results: a hundred thousand rows. [bytes]"""
+
 
 def existing(path: Path) -> Path:
     """Return the path of a file that exists."""
-    if not path.is_file():
-        raise InputError("path", str(path), "there is no such file", "Check the path of the results")
-    return path
+    return existing_file("path", path, MEND)
+
+
+def lines_of(path: Path) -> list[str]:
+    """Lines of a file of results, whose headings may be in the letters of another program."""
+    return read_text("path", path, MEND, RESULTS_MAX, errors="replace").split("\n")
+
+
+def mode_of(value: float) -> int:
+    """Number of a mode as a row of results has it, 0 for what is no whole number."""
+    return int(value) if abs(value) < 1e6 and value == int(value) else 0
 
 
 Matrices = dict[float, Floats]
@@ -61,6 +94,9 @@ def assembled(
     """
     omega = np.array(sorted(matrices))
     headings = np.array(sorted({beta for _, beta in forces}))
+    if len(omega) * max(len(headings), 1) > TABLE_MAX:
+        problem, mend = f"has more than {TABLE_MAX} pairs of frequency and heading", "Leave some of them out"
+        raise InputError(source, f"{len(omega)} and {len(headings)}", problem, mend)
     headings = headings[: len(headings) - int(len(headings) > 0 and np.isclose(np.ptp(headings), 360.0))]  # repeated
     excitation = _tabled(forces, omega, headings)
     part = None if undisturbed is None else _tabled(undisturbed, omega, headings)
@@ -68,7 +104,11 @@ def assembled(
     own = np.arange(2)
     complete = np.isfinite(table[:, :, own, own]).all() and np.isfinite(excitation).all()
     complete = complete and (part is None or bool(np.isfinite(part).all()))
-    if not len(omega) or not len(headings) or not complete:
+    if len(omega) < FEWEST or omega[0] <= 0.0 or not np.isfinite(omega[-1]):
+        raise InputError(
+            source, len(omega), f"must have at least {FEWEST} positive frequencies", "Compute more of them"
+        )
+    if not len(headings) or not complete:
         problem = "lacks values of these modes at some frequency or heading"
         mend = "Compute radiation and excitation at the same frequencies, or set the two modes"
         raise InputError(source, site.modes, problem, mend)
@@ -99,7 +139,8 @@ def _tabled(forces: Forces, omega: Floats, headings: Floats) -> Complexes:
     """Moments (2, heading, omega), nan where the results have none."""
     out = np.full((2, len(headings), len(omega)), np.nan + 0j)
     for (w, beta), moment in forces.items():
-        near = np.flatnonzero(np.isclose(omega, w, rtol=1e-6))
-        if len(near) and beta in headings:
-            out[:, np.searchsorted(headings, beta), near[0]] = moment
+        near = omega.searchsorted([w * (1.0 - 1e-6), w * (1.0 + 1e-6)])
+        at = np.searchsorted(headings, beta)
+        if near[0] < near[1] and at < len(headings) and headings[at] == beta:
+            out[:, at, near[0]] = moment
     return out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -9,8 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics.foreign import Forces, Matrices, Site, assembled, existing
+from gyroctl.hydrodynamics.foreign import Forces, Matrices, Site, assembled, existing, lines_of
 from gyroctl.hydrodynamics.table import Floats, Hydrodynamics
+from gyroctl.reading import real
 
 
 def read_nemoh(path: Path | str, site: Site | None = None) -> Hydrodynamics:
@@ -54,7 +56,8 @@ def read_nemoh(path: Path | str, site: Site | None = None) -> Hydrodynamics:
     forces = _moments(whole, order, site, unit)
     undisturbed = _moments(apart, order, site, unit) if apart.is_file() else None
     infinite = np.full((2, 2), np.nan)
-    return assembled(matrices, forces, infinite, site, f"NEMOH results {results}", undisturbed)
+    with np.errstate(all="ignore"):  # what overflows is refused as what it gives
+        return assembled(matrices, forces, infinite, site, f"NEMOH results {results}", undisturbed)
 
 
 def _unit(path: Path) -> float:
@@ -67,7 +70,7 @@ def _moments(path: Path, order: list[int], site: Site, unit: float) -> Forces:
     """Moments of a file of sizes and angles, `unit` radians each."""
     forces: Forces = {}
     for title, zone in _zones(path):
-        found = re.search(r"beta\s*=\s*([-+.\deE]+)", title)
+        found = re.search(r"beta\s*=\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d{1,3})?)(?![\w.])", title)
         if found is None:
             raise InputError(str(path), title, "names no heading beta", f"Use {path.name} as NEMOH writes it")
         for row in zone:
@@ -82,9 +85,9 @@ def _zones(path: Path) -> list[tuple[str, Floats]]:
     """Blocks of numeric rows with the text line that precedes each."""
     zones: list[tuple[str, list[list[float]]]] = []
     title, fresh = "", True
-    for line in path.read_text(errors="replace").splitlines():
+    for line in lines_of(path):
         try:
-            row = [float(v) for v in line.split()]
+            row = [real(v) for v in line.split()]
         except ValueError:
             title, fresh = line.strip(), True
             continue
@@ -97,6 +100,8 @@ def _zones(path: Path) -> list[tuple[str, Floats]]:
     if not zones or len(widths) != 1 or widths.pop() % 2 == 0:
         problem = "is not made of zones of one frequency and pairs of values"
         raise InputError("path", str(path), problem, "Use the files of NEMOH's postProc")
+    if not all(math.isfinite(value) for _, rows in zones for row in rows for value in row):
+        raise InputError("path", str(path), "holds what is no finite number", "Compute those frequencies again")
     return [(title, np.array(rows)) for title, rows in zones]
 
 
@@ -113,9 +118,9 @@ def _nemoh_site(site: Site, candidates: list[Path]) -> Site:
     for path in candidates:
         if path.is_file():
             values = []
-            for line in path.read_text(errors="replace").splitlines():
+            for line in lines_of(path):
                 try:
-                    values.append(float(line.split()[0]))
+                    values.append(real(line.split()[0]))
                 except (ValueError, IndexError):
                     continue
             if len(values) < 3:

@@ -20,6 +20,9 @@ from gyroctl.hydrodynamics.geometry import Geometry, Statics, statics
 
 Floats = NDArray[np.float64]
 
+SIZE_MAX = 1e4
+"""Farthest corner of a float. [m]"""
+
 AROUND, ALONG = 32, 16
 """Panels around the capsule and from a pole to the end of its hemisphere; with four rings of the cylinder, 1152."""
 
@@ -67,6 +70,11 @@ class Hull:
         shapes = self.vertices.ndim == self.faces.ndim == 2 and self.vertices.shape[1:] == (3,)
         if not shapes or self.faces.shape[1:] != (4,) or not np.all(np.isfinite(self.vertices)):
             raise InputError("hull", self.faces.shape, "must be panels of four corners in three coordinates", mend)
+        if not self.faces.size or self.faces.min() < 0 or self.faces.max() >= len(self.vertices):
+            raise InputError("hull", len(self.vertices), "has panels with corners that it does not hold", mend)
+        if np.max(np.abs(self.vertices)) > SIZE_MAX or not abs(self.inclination) <= 90.0:
+            problem = f"reaches beyond {SIZE_MAX:g} m, or its lever beyond the vertical"
+            raise InputError("hull", float(np.max(np.abs(self.vertices))), problem, "Give metres and degrees")
         if self.hinge.shape != (3,) or not np.all(np.isfinite(self.hinge)) or abs(self.hinge[0]) > 1e-9:
             problem = "must be three coordinates in the plane x = 0"
             raise InputError("hull.hinge", self.hinge, problem, "Give it from the water level below the float's centre")

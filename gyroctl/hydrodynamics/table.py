@@ -20,6 +20,24 @@ Complexes = NDArray[np.complex128]
 Coefficients = tuple[Floats, Floats]
 Fits = dict[str, tuple[Coefficients, Coefficients]]
 
+FEWEST = 8
+"""Frequencies of a table, at least."""
+
+LARGEST, OMEGA_MAX = 1e12, 1e3
+"""Moments and inertias [SI units], and frequencies [rad/s], beyond which no float is meant."""
+
+SITE = {
+    "rho": (500.0, 2000.0),
+    "g": (1.0, 30.0),
+    "depth": (1e-3, float("inf")),
+    "stiffness": (0.0, LARGEST),
+    "coupling": (0.0, LARGEST),
+}
+"""Least and largest values of what stands for itself."""
+
+NOISE = 0.05
+"""Part of its largest value by which a computed damping may be below zero where it vanishes."""
+
 #: The two rotations, in the order of the arrays.
 DOFS = ("phi1", "phi3")
 MESH = "Build it with gyroctl hydro build, or import it with --mesh and --hinge"
@@ -87,6 +105,9 @@ class Hydrodynamics:
 
     def __post_init__(self) -> None:
         """Refuse a table that no calculation could have produced."""
+        for name in ("omega", "headings"):
+            if getattr(self, name).ndim != 1 or not np.all(np.isfinite(getattr(self, name))):
+                raise InputError(f"hydrodynamics.{name}", "nan", "must be finite numbers in a row", LAYOUT)
         n, m = len(self.omega), len(self.headings)
         shapes = {"added_mass": (2, n), "damping": (2, n), "added_mass_inf": (2,), "excitation": (2, m, n)}
         for part in ("froude_krylov", "diffraction"):
@@ -99,11 +120,39 @@ class Hydrodynamics:
             if not np.all(np.isfinite(values)):
                 mend = "Compute those frequencies again or leave them out"
                 raise InputError(f"hydrodynamics.{name}", "nan", "holds values that are not finite", mend)
-        if n < 8 or np.any(self.omega <= 0.0) or np.any(np.diff(self.omega) <= 0.0):
-            problem = "must be at least 8 increasing positive frequencies"
+            if np.max(np.abs(values), initial=0.0) > LARGEST:
+                worst = float(np.max(np.abs(values)))
+                raise InputError(f"hydrodynamics.{name}", worst, "is beyond any device", "Give it in SI units")
+        if n < FEWEST or np.any(self.omega <= 0.0) or np.any(np.diff(self.omega) <= 0.0):
+            problem = f"must be at least {FEWEST} increasing positive frequencies"
             raise InputError("hydrodynamics.omega", n, problem, "Tabulate more frequencies, in rad/s")
         if m < 1 or np.any(np.diff(self.headings) <= 0.0):
             raise InputError("hydrodynamics.headings", m, "must be increasing, one at least", "Sort the headings")
+        self._check_numbers()
+
+    def _check_numbers(self) -> None:
+        """Refuse a site, a stiffness or a damping that is none."""
+        if self.omega[-1] > OMEGA_MAX:
+            problem = f"must be at most {OMEGA_MAX:g} rad/s"
+            raise InputError("hydrodynamics.omega", float(self.omega[-1]), problem, "Give rad/s, not Hz or periods")
+        if np.max(np.abs(self.headings)) > 360.0:
+            worst = float(np.max(np.abs(self.headings)))
+            raise InputError("hydrodynamics.headings", worst, "must lie within a full turn", "Give degrees")
+        for name, (low, high) in SITE.items():
+            value = getattr(self, name)
+            if not low <= value <= high:
+                problem = f"must be between {low:g} and {high:g}"
+                raise InputError(f"hydrodynamics.{name}", value, problem, "Give it in SI units")
+        for name, fits in self.fits.items():
+            for values in (part for pair in fits for part in pair):
+                if not np.all(np.isfinite(values)) or np.max(np.abs(values), initial=0.0) > LARGEST:
+                    raise InputError(f"hydrodynamics.fits.{name}", "nan", "holds no finite numbers", "Fit it again")
+        low = np.min(self.damping / np.maximum(np.max(np.abs(self.damping), axis=1, keepdims=True), 1e-300))
+        if low < -NOISE:
+            problem = f"is negative by {-low:.2g} of its largest value: waves would feed the float"
+            raise InputError(
+                "hydrodynamics.damping", float(np.min(self.damping)), problem, "Compute it on a finer mesh"
+            )
 
     @cached_property
     def sha256(self) -> str:

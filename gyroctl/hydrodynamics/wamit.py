@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics.foreign import Forces, Matrices, Site, assembled, existing
+from gyroctl.hydrodynamics.foreign import Forces, Matrices, Site, assembled, existing, lines_of, mode_of
 from gyroctl.hydrodynamics.table import Hydrodynamics
+from gyroctl.reading import real
 
 
 def read_wamit(path: Path | str, site: Site | None = None) -> Hydrodynamics:
@@ -55,7 +57,8 @@ def read_wamit(path: Path | str, site: Site | None = None) -> Hydrodynamics:
     apart = base.with_name(base.name + ".3fk")
     undisturbed = _moments(apart, site) if apart.is_file() else None
     source = f"WAMIT files {first.name} and {third.name}"
-    return assembled(matrices, _moments(third, site), infinite, site, source, undisturbed)
+    with np.errstate(all="ignore"):  # what overflows is refused as what it gives
+        return assembled(matrices, _moments(third, site), infinite, site, source, undisturbed)
 
 
 def _moments(path: Path, site: Site) -> Forces:
@@ -75,12 +78,12 @@ def _rows(path: Path, lengths: tuple[int, ...]) -> list[list[float]]:
     """Rows of numbers of one of the given lengths; a heading line before the first of them is skipped."""
     rows: list[list[float]] = []
     mend = "Use WAMIT's numeric output files"
-    for number, line in enumerate(path.read_text(errors="replace").splitlines(), 1):
+    for number, line in enumerate(lines_of(path), 1):
         try:
-            row = [float(v.replace("D", "E")) for v in line.split()]
+            row = [real(v.replace("D", "E")) for v in line.split()]
         except ValueError:
             row = []
-        if len(row) in lengths:
+        if len(row) in lengths and all(map(math.isfinite, row)):
             rows.append(row)
         elif line.strip() and rows:
             problem = f"is not a row of {lengths} numbers"
@@ -93,4 +96,4 @@ def _rows(path: Path, lengths: tuple[int, ...]) -> list[list[float]]:
 def _index(mode: float, modes: tuple[int, int]) -> int | None:
     """Position of a mode number among ours."""
     order = [abs(m) for m in modes]
-    return order.index(int(mode)) if int(mode) in order else None
+    return order.index(mode_of(mode)) if mode_of(mode) in order else None

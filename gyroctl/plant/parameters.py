@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, fields
 from typing import Literal
 
 from gyroctl.errors import InputError
+from gyroctl.reading import is_finite
 
 POSITIVE = ("a", "b", "d", "r1", "r2", "m1", "m2", "m3", "m4", "J11", "J22", "J13", "J14", "k1", "k3")
 NOT_NEGATIVE = ("c", "Jh1", "Jh3", "d1", "d3")
 FURTHER = ("drag", "coupling_cap", "coupling_slip", "bearing", "windage", "rolling_resistance")
 """Numbers beyond the linear model: zero leaves the term out."""
+
+LARGEST = 1e9
+"""Size beyond which no number of a device is meant."""
 
 NAMED: dict[str, tuple[str, ...]] = {
     "connection": ("magnetic", "rigid"),
@@ -228,6 +231,8 @@ class Parameters:
 
 
 def _check_number(name: str, value: object) -> None:
-    """Refuse what is no finite number."""
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+    """Refuse what is no finite number, or a slip of the unit."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not is_finite(value):
         raise InputError(f"plant.{name}", value, "must be a finite number", f"Give {name} in SI units")
+    if abs(value) > LARGEST:
+        raise InputError(f"plant.{name}", value, f"must be at most {LARGEST:g}", f"Give {name} in SI units")

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.names import text_of
+from gyroctl.reading import existing, is_finite, parse_json
+from gyroctl.reports.stored_results import LARGEST, MEND, check_values, read_results
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -63,10 +63,6 @@ OPTIONAL = (*EXTRAS, *JUDGED, *CARD, *STEPS, *SUPERVISED)
 EXAMPLES = ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")
 """Time series over (law, time) of one realisation, each stored as ``example_<name>``."""
 
-ENGINES: dict[bytes, Literal["h5netcdf", "scipy"]] = {b"\x89HDF\r\n\x1a\n": "h5netcdf", b"CDF": "scipy"}
-"""xarray engine for the first bytes of a file: NetCDF 4 or NetCDF classic."""
-
-MEND = "Give the results.nc that gyroctl compare wrote"
 COORDINATES = ("law", "realisation", "sha256", "information")
 ATTRIBUTES = ("experiment", "gyroctl_version", "created", "tuning_seeds")
 
@@ -87,7 +83,8 @@ def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
     Raises
     ------
     InputError
-        No such file, not a NetCDF file, or a NetCDF file of another layout (the message lists what is missing).
+        No such file, not a NetCDF file, one that is not what was written, or a NetCDF file of another layout (the
+        message lists what is missing).
     """
     import xarray as xr
 
@@ -95,21 +92,8 @@ def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
         return check_layout(source, "dataset in memory")
     path = Path(source)
     path = path / "results.nc" if path.is_dir() else path
-    if not path.is_file():
-        mend = "Give the directory that gyroctl compare wrote, or its results.nc"
-        raise InputError("results", str(path), "there is no such file", mend)
-    with path.open("rb") as stream:
-        start = stream.read(8)
-    engine = next((engine for magic, engine in ENGINES.items() if start.startswith(magic)), None)
-    if engine is None:
-        raise InputError("results", str(path), "this is not a NetCDF file", MEND)
-    try:
-        ds = xr.load_dataset(path, engine=engine)
-    except ImportError as error:
-        raise InputError("results", str(path), f"reading NetCDF 4 needs a library ({error})", "Install h5py") from error
-    except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
-        raise InputError("results", str(path), f"this NetCDF file cannot be read ({error})", MEND) from error
-    return check_layout(ds, str(path))
+    existing("results", path, "Give the directory that gyroctl compare wrote, or its results.nc")
+    return check_layout(read_results(path), str(path))
 
 
 def check_layout(ds: xr.Dataset, name: str) -> xr.Dataset:
@@ -129,17 +113,15 @@ def check_layout(ds: xr.Dataset, name: str) -> xr.Dataset:
         raise InputError("results", name, f"this is no comparison of laws; missing: {', '.join(missing)}", MEND)
     if ds.sizes["law"] == 0 or ds.sizes["realisation"] == 0:
         raise InputError("results", name, "the comparison holds no run", MEND)
-    for field, values in (("law", ds["law"].values), ("label", ds["label"].values if "label" in ds.variables else ())):
-        for value in values:
-            text_of(f"results.{field}", str(value))
+    check_values(ds, name, (*REQUIRED, *OPTIONAL))
     return ds
 
 
 def read_json(ds: xr.Dataset, attribute: str, default: Any) -> Any:
     """Read a JSON attribute; `default` where it is absent or not JSON, so that an odd file stays readable."""
     try:
-        return json.loads(ds.attrs[attribute])
-    except (KeyError, TypeError, ValueError):
+        return parse_json(attribute, attribute, str(ds.attrs[attribute]), MEND, finite=False)
+    except (KeyError, InputError):
         return default
 
 
@@ -151,14 +133,12 @@ def experiment(ds: xr.Dataset) -> dict[str, Any]:
 
 def duration(ds: xr.Dataset) -> float:
     """Duration [s] of every run: attribute ``duration``, else the experiment's, else the end of the examples."""
-    if "duration" in ds.attrs:
-        return float(ds.attrs["duration"])
     run = experiment(ds).get("run")
-    if isinstance(run, dict) and "duration" in run:
-        return float(run["duration"])
-    if "time" in ds.variables and ds["time"].size:
-        return float(ds["time"].values[-1])
-    return float("nan")
+    told = run.get("duration") if isinstance(run, dict) else None
+    told = np.asarray(ds.attrs.get("duration", told)).tolist()  # a number of NumPy is one of Python's
+    if told is None and "time" in ds.variables and ds["time"].size and ds["time"].dtype.kind in "fiu":
+        told = float(ds["time"].values.ravel()[-1])
+    return float(told) if is_finite(told) and abs(float(told)) <= LARGEST else float("nan")  # type: ignore[arg-type]
 
 
 def names(ds: xr.Dataset) -> list[str]:

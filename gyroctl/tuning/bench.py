@@ -19,7 +19,7 @@ from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, LawError
-from gyroctl.harness.registry import law
+from gyroctl.harness.registry import build
 from gyroctl.harness.run import Settings, lead_in
 from gyroctl.harness.together import Loop, Outcome, pieces, run_together
 from gyroctl.plant import Plant
@@ -63,7 +63,7 @@ class Runner:
 
     def _loop(self, job: Job) -> Loop:
         parameters: dict[str, Any] = dict(job.parameters)
-        built = law(job.law, None, **parameters)
+        built = build(job.law, parameters)
         acting = self.acting(job.sea, job.seed, job.duration)
         return Loop(built, acting, scanning(self.plant, built, self.settings, job.dt), job.law)
 

@@ -10,10 +10,12 @@ import numpy as np
 from cmaes import CMA
 from numpy.typing import NDArray
 
+from gyroctl.errors import InputError
+from gyroctl.reading import is_finite
 from gyroctl.simulation.progress import Progress
 from gyroctl.tuning.bench import Bench, Job
 from gyroctl.tuning.goal import METRICS, Goal
-from gyroctl.tuning.log import TuningLog
+from gyroctl.tuning.log import MEND, TuningLog
 from gyroctl.tuning.task import Task, TuningSea
 
 SETTLED = 0.55
@@ -87,13 +89,31 @@ class Stages(NamedTuple):
         return Job(self.task.law, tuple(sorted(point.items())), sea.sea, seed, duration, dt)
 
     def _run(self, key: str, jobs: Sequence[Job]) -> list[tuple[float, ...]]:
-        stored = self.log.get(key)
+        stored = stored_rows(self.log, key, len(jobs))
         if stored is not None:
             self.progress.total -= round(sum(job.duration for job in jobs))
-            return [tuple(row) for row in stored]
+            return stored
         rows = self.bench.perform(jobs, lambda job: self.progress.advance(round(job.duration)))
         self.log.add(key, rows)
         return rows
+
+
+def stored_rows(log: TuningLog, key: str, count: int) -> list[tuple[float, ...]] | None:
+    """Rows of `METRICS` of the `count` runs of a step, or None where it has not been run.
+
+    Raises
+    ------
+    InputError
+        For a step that was kept otherwise: its numbers would be taken for those of the runs.
+    """
+    stored = log.get(key)
+    if stored is None:
+        return None
+    rows = [tuple(row) if isinstance(row, list | tuple) else () for row in stored] if isinstance(stored, list) else []
+    whole = all(len(row) == len(METRICS) and all(map(is_finite, row)) for row in rows)
+    if len(rows) != count or not whole:
+        raise InputError("out", f"{log.path}: {key[:60]}", f"is no table of {count} runs", MEND)
+    return rows
 
 
 def search(work: Stages, plan: Plan) -> tuple[list[NDArray[np.float64]], list[Seen]]:

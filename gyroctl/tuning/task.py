@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,18 +12,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
+from gyroctl.harness.code_files import PARAMETER, Trust, asked_for, is_file, parted
 from gyroctl.harness.registry import home
-from gyroctl.harness.tuned_sets import task_file
+from gyroctl.harness.run_size import DT
+from gyroctl.harness.tuned_sets import SEEDS_MAX, task_file
 from gyroctl.names import name_of, part_of_path
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
 from gyroctl.tuning.goal import Goal
+from gyroctl.tuning.knob import Knob, knob_of
 from gyroctl.tuning.waters import LINEAR, in_water
 from gyroctl.waves import SeaState
+from gyroctl.waves.checks import DURATION_MAX, SEED_MAX, whole, within
 
 TABLES = ("law", "method", "fixed", "knobs", "seas", "goal", "goals", "search", "seeds")
 """Of a task; what is to be different in a water stands below its name, as [real.goal]."""
 METHODS = ("evolution", "pairs")
+
+RUNS_MAX = 10_000
+"""Most points of a generation, and most realisations of a sea in it."""
 
 MAY_BE_ZERO = ("seed", "first")
 LARGEST_SEED = 2**32 - 1
@@ -38,48 +43,6 @@ MAY_BE_WAIVED = ("turns", "forward")
 
 EVERY_SEA = "all"
 """Name of the set that serves all seas of a task."""
-
-
-@dataclass(frozen=True)
-class Knob:
-    """A parameter and the coordinate x of its search: start * exp(width x), or start + width x.
-
-    Parameters
-    ----------
-    name : str
-        Parameter of the law.
-    start : float
-        Where the search begins.
-    width : float
-        A large change: of the logarithm, or of the value itself.
-    scale : {"log", "linear"}
-        Which of the two.
-    least, most : float
-        Bounds; what lies beyond is set to them.
-    """
-
-    name: str
-    start: float
-    width: float
-    scale: str = "log"
-    least: float = -math.inf
-    most: float = math.inf
-
-    def value(self, x: float) -> float:
-        """Return the value at coordinate `x`, to four digits: what ships is what was run."""
-        value = self.start * math.exp(self.width * x) if self.scale == "log" else self.start + self.width * x
-        return float(f"{min(max(value, self.least), self.most):.4g}")
-
-    def coordinate(self, value: float) -> float:
-        """Coordinate of a value."""
-        far = math.log(value / self.start) if self.scale == "log" else value - self.start
-        return far / self.width
-
-    def beginning(self, start: float) -> Knob:
-        """Return the knob with another start."""
-        if self.scale == "log" and start <= 0.0:
-            return self
-        return dataclasses.replace(self, start=min(max(start, self.least), self.most))
 
 
 @dataclass(frozen=True)
@@ -290,11 +253,18 @@ def build_task(
         raise InputError("search.population", search.population, "is too small to rank", "Give at least 4")
     if not 0.0 < search.confirm_share < 1.0:
         raise InputError("search.confirm_share", search.confirm_share, "must be between 0 and 1", "The default is 0.3")
+    within("search.population", search.population, 4, RUNS_MAX, "The default is 14")
+    within("search.runs", search.runs, 1, RUNS_MAX, "The default is 6")
+    within("search.spread", search.spread, 1e-6, 1e3, "The default is 0.3")
+    for name in ("window", "confirm"):
+        mend = f"Give seconds; the default is {getattr(SearchTable, name):g}"
+        within(f"search.{name}", getattr(search, name), 1.0, DURATION_MAX, mend)
+    within("search.dt", search.dt, *DT, "Give the longest step in seconds; the default is 0.025")
     if search.seed > LARGEST_SEED:
         raise InputError("search.seed", search.seed, "is too large", f"Give at most {LARGEST_SEED}")
     for name in table_of(tables, "knobs"):
         name_of("knobs", name)
-    knobs = tuple(_knob(f"knobs.{name}", name, entry) for name, entry in table_of(tables, "knobs").items())
+    knobs = tuple(knob_of(f"knobs.{name}", name, entry) for name, entry in table_of(tables, "knobs").items())
     if method == "evolution" and not knobs:
         mend = "Write [knobs] and below it for example cc = {start = 0.05, width = 0.3}"
         raise InputError("knobs", {}, "there is nothing to tune", mend)
@@ -302,7 +272,12 @@ def build_task(
         name: value if isinstance(value, str) else number(f"fixed.{name}", value)
         for name, value in trust.names("fixed", table_of(tables, "fixed")).items()
     }
+    for name in ("tuning", PARAMETER):
+        if name in (*fixed, *(knob.name for knob in knobs)):
+            raise InputError(name, name, "is no parameter to search or to fix", "Take it out of [knobs] and [fixed]")
     seeds = _entries(Seeds(), "seeds", table_of(tables, "seeds"))
+    within("seeds.count", seeds.count, 1, SEEDS_MAX, "The default is 64")
+    within("seeds.first", seeds.first, 0, SEED_MAX - SEEDS_MAX, "Give the first seed, for example 100000")
     return Task(law, stem, method, fixed, knobs, seas, _goals(tables, seas), search, seeds, water)
 
 
@@ -321,7 +296,9 @@ def _seas(table: Mapping[str, Any]) -> dict[str, TuningSea]:
             if value <= 0.0:
                 raise InputError(f"{path}.{key}", value, "must be positive", "Leave it out for the default")
         like = next((known for known in SEAS.values() if known.sea == sea), TuningSea(sea))
-        runs = int(values.pop("runs", like.runs))
+        within(f"{path}.power", values.get("power", 1.0), 1e-6, 1e9, "Give about what a constant pair gives, in W")
+        within(f"{path}.weight", values.get("weight", 1.0), 1e-6, 1e6, "Leave it out for the default")
+        runs = whole(f"{path}.runs", values.pop("runs", like.runs), 1, RUNS_MAX, f"The default is {like.runs}")
         seas[name] = dataclasses.replace(like, sea=sea, runs=runs, **values)
     return seas
 
@@ -355,35 +332,15 @@ def _goal(path: str, entry: Mapping[str, Any], seas: Mapping[str, TuningSea]) ->
     return goals
 
 
-def _knob(path: str, name: str, given: Any) -> Knob:
-    entry = checked_table(path, given)
-    check_known(path, entry, [key for key in names_of(Knob) if key != "name"])
-    for key in ("start", "width"):
-        if key not in entry:
-            raise InputError(f"{path}.{key}", None, "is missing", f"Give {key} as a number")
-    scale = entry.get("scale", "log")
-    if scale not in ("log", "linear"):
-        raise InputError(f"{path}.scale", scale, "unknown scale", "Choose log or linear")
-    values = {key: number(f"{path}.{key}", value) for key, value in entry.items() if key != "scale"}
-    knob = Knob(name, scale=scale, **values)
-    if knob.width <= 0.0:
-        raise InputError(f"{path}.width", knob.width, "must be positive", "Give what would be a large change")
-    if scale == "log" and knob.start <= 0.0:
-        raise InputError(f"{path}.start", knob.start, "has no logarithm", 'Give a positive start, or scale = "linear"')
-    if not knob.least <= knob.start <= knob.most:
-        raise InputError(f"{path}.start", knob.start, "is outside least and most", "Put it between them")
-    return knob
-
-
 def _entries(default: Entries, path: str, table: Mapping[str, Any]) -> Entries:
     """Return the entries of `default` with those of a table; where the default is a whole number so must they be."""
     check_known(path, table, names_of(default))
     values: dict[str, Any] = {}
     for name, given in table.items():
         value, usual = number(f"{path}.{name}", given), getattr(default, name)
-        whole, none = isinstance(usual, int), value == 0.0 and name not in MAY_BE_ZERO
-        if value < 0.0 or none or (whole and value != int(value)):
-            problem = "must be a positive whole number" if whole else "must be positive"
+        counts, none = isinstance(usual, int), value == 0.0 and name not in MAY_BE_ZERO
+        if value < 0.0 or none or (counts and value != int(value)):
+            problem = "must be a positive whole number" if counts else "must be positive"
             raise InputError(f"{path}.{name}", given, problem, f"The default is {usual}")
-        values[name] = int(value) if whole else value
+        values[name] = int(value) if counts else value
     return dataclasses.replace(default, **values)

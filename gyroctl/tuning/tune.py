@@ -18,9 +18,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyroctl.errors import InputError
-from gyroctl.fingerprint import fingerprint
-from gyroctl.harness.law_fingerprint import law_source
-from gyroctl.harness.registry import describe, law
+from gyroctl.fingerprint import code_of
+from gyroctl.harness.law_fingerprint import law_source, value_fingerprint
+from gyroctl.harness.registry import build, describe
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.names import file_in
 from gyroctl.simulation.progress import Progress
@@ -111,7 +111,7 @@ def tune(
     seas = task.served(which)
     if start:
         task = starting(task, start.parameters)
-    example = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
+    example = build(task.law, task.at(np.zeros(len(task.knobs))))
     plan = planned(task, seas, budget)
     parts = (task.stem, which, _key(task, which, on))
     log = TuningLog(file_in(folder, *parts, ending=".jsonl") if folder is not None else None)
@@ -203,8 +203,10 @@ def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: in
 
 def _key(task: Task, which: str, on: Circumstances) -> str:
     """Hash of all that can change a bit of the search but its length: by it a tuning finds itself again."""
-    built = law(task.law, None, **task.at(np.zeros(len(task.knobs))))
-    surroundings = [plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), fingerprint()]
-    # a law is built from its name and numbers alone, so that its source tells it even where it hides a state
-    text = json.dumps([repr(task), which, *surroundings, law_source(built), repr(describe(built))])
+    built = build(task.law, task.at(np.zeros(len(task.knobs))))
+    surroundings = [plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), code_of(__name__)]
+    # a law is built from its name and numbers alone, so that its source tells it even where it hides a state; of files
+    # their last names and contents count, so that a tuning may move
+    given = value_fingerprint(task, describe(built)) or repr((task, describe(built)))
+    text = json.dumps([given, which, *surroundings, law_source(built)])
     return hashlib.sha256(text.encode()).hexdigest()[:12]

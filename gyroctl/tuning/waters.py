@@ -12,6 +12,7 @@ from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.registry import REAL
 from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
+from gyroctl.tables import table_of
 
 LINEAR = "linear"
 
@@ -71,7 +72,7 @@ def circumstances_of(water: str) -> Circumstances:
 def in_water(tables: Mapping[str, Any], water: str) -> dict[str, Any]:
     """Return the tables of a task as they are meant in a water: what stands below its name goes before the rest."""
     own = {key: value for key, value in tables.items() if key not in WATERS}
-    return _laid(_laid(own, TABLES[water]), tables.get(water, {}))
+    return _laid(_laid(own, TABLES[water]), table_of(tables, water))
 
 
 def _laid(under: Mapping[str, Any], over: Mapping[str, Any]) -> dict[str, Any]:

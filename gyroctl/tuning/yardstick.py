@@ -10,12 +10,12 @@ import hashlib
 import json
 import math
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, fields, replace
-from pathlib import Path
 from typing import Any, NamedTuple
 
 from gyroctl.cache import cache_folder
+from gyroctl.engine import Store
 from gyroctl.errors import InputError
 from gyroctl.harness.registry import REAL, tuned_sets
 from gyroctl.harness.run import Settings
@@ -24,12 +24,13 @@ from gyroctl.harness.yardstick import PAIR, Yardstick, shipped_pairs
 from gyroctl.plant import Plant, beyond, equations, friction, reduced, wetted
 from gyroctl.plant.compiled import source_stamp
 from gyroctl.plant.parameters import CHOICES
+from gyroctl.reading import is_finite
 from gyroctl.tuning.best_pair import Lengths, best_pair
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.task import read_task
 from gyroctl.tuning.waters import circumstances_of
 from gyroctl.waves import ElevationRecord, Regular, Sea, SeaState
-from gyroctl.writing import plain, write_json
+from gyroctl.writing import plain
 
 BUDGET = 8.0e6
 """Simulated time of a search: twice what every law has for a set of its parameters, lest the yardstick be short. [s]"""
@@ -216,9 +217,8 @@ def _kept(
     """Search a pair and keep it."""
     say("Searching the best constant pair of this sea and device, once")
     found = _searched(wanted, workers or os.cpu_count() or 1, quiet, lengths)
-    file = _file(wanted)
-    if file is not None:
-        write_json(file, {**asdict(found), "content": wanted.content()})
+    told = {"law": PAIR, "case": str(wanted.sea)}
+    _store().save(wanted.key, {"pair": plain(asdict(found)), "content": wanted.content()}, None, told)
     return found
 
 
@@ -252,19 +252,22 @@ def _shipped(key: str) -> Yardstick | None:
     return None
 
 
-def _file(wanted: Search) -> Path | None:
+def _store() -> Store:
     cache = cache_folder()
-    return cache / FOLDER / f"{wanted.key}.json" if cache else None
+    return Store(cache / FOLDER if cache else None)
 
 
 def _read(wanted: Search) -> Yardstick | None:
-    """Pair that was found before; a file that is no such thing, or of other content, is searched again."""
-    file = _file(wanted)
-    if file is None:
+    """Pair that was found before; what is not what was written, or of other content, is searched again."""
+    store = _store()
+    record = store.load(wanted.key)
+    store.tell()
+    if record is None or record.content.get("content") != wanted.content():
         return None
     try:
-        stored: Mapping[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-        same = stored["content"] == wanted.content()
-        return Yardstick(**{item.name: stored[item.name] for item in fields(Yardstick)}) if same else None
-    except (OSError, ValueError, KeyError, TypeError):
+        found = Yardstick(**{item.name: record.content["pair"][item.name] for item in fields(Yardstick)})
+    except (KeyError, TypeError):
         return None
+    pair = is_finite(found.cc) and is_finite(found.cg) and found.cc >= 0.0 and found.cg >= 0.0
+    told = isinstance(found.words, str) and found.searched is True and found.key == wanted.key
+    return found if pair and told else None

@@ -31,7 +31,11 @@ def finite(field: str, value: object, mend: str) -> float:
     """
     if isinstance(value, bool) or not isinstance(value, Real):
         raise InputError(field, value, "must be a number", mend)
-    if not math.isfinite(value):
+    try:
+        known = math.isfinite(value)
+    except OverflowError:  # a whole number beyond any float
+        known = False
+    if not known:
         raise InputError(field, value, "must be finite", mend)
     return float(value) + 0.0  # -0.0 becomes 0.0: both must have one content hash
 

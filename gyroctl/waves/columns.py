@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 from os import PathLike
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.reading import read_text, real
 
 FIELD = "sea.file"
+FILE_MAX = 32 << 20
+"""Largest file: a day at ten samples a second. [bytes]"""
+
 _SEPARATOR = re.compile(r"\s*[,;\t]\s*|\s+")
 
 
@@ -42,7 +46,7 @@ def read_columns(path: str | PathLike[str], columns: str) -> tuple[NDArray[np.fl
     mend = f"Give a text file with two columns of numbers: {columns}"
     rows: list[tuple[float, float]] = []
     header_allowed = True
-    for number, line in enumerate(_text(path, mend).splitlines(), start=1):
+    for number, line in enumerate(read_text(FIELD, os.fspath(path), mend, FILE_MAX).split("\n"), start=1):
         text = line.strip()
         if not text or text.startswith("#"):
             continue
@@ -67,23 +71,12 @@ def digest(*arrays: NDArray[np.float64]) -> str:
     return content.hexdigest()
 
 
-def _text(path: str | PathLike[str], mend: str) -> str:
-    try:
-        return Path(path).read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(FIELD, str(path), "there is no such file", mend) from None
-    except UnicodeDecodeError:
-        raise InputError(FIELD, str(path), "is not a text file in UTF-8", mend) from None
-    except OSError as error:
-        raise InputError(FIELD, str(path), f"cannot be read ({error.strerror})", mend) from None
-
-
 def _row(text: str) -> tuple[float, float] | None:
     parts = _SEPARATOR.split(text)
     if len(parts) != 2:
         return None
     try:
-        first, second = float(parts[0]), float(parts[1])
+        first, second = real(parts[0]), real(parts[1])
     except ValueError:
         return None
     return (first, second) if np.isfinite(first) and np.isfinite(second) else None

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import heading_angle, series, store
+from gyroctl.waves.checks import HEIGHT_MAX, heading_angle, series, store, within
 from gyroctl.waves.columns import digest, read_columns
 
 JOIN = 30.0
@@ -20,6 +20,9 @@ JOIN = 30.0
 
 SMOOTHING = 0.1
 """Width over which the periodogram is averaged before its peak is read off [rad/s]."""
+
+STEP, TIME_MAX = (1e-4, 1e3), 1e10
+"""Least and largest mean step of a record, and the latest time: seconds since 1970 are such. [s]"""
 
 _TIME = "Give times in seconds, rising from line to line, at an even step without gaps"
 _ELEVATION = "Give elevations in metres, one for each time, not all the same"
@@ -73,6 +76,10 @@ class ElevationRecord:
             sizes = f"{time.size} times, {eta.size} elevations"
             raise InputError("sea.eta", sizes, "must be as many as the times, 16 or more", _ELEVATION)
         _check_times(time)
+        step = (time[-1] - time[0]) / (time.size - 1)
+        within("sea.time", float(step), *STEP, _TIME)
+        within("sea.time", float(np.max(np.abs(time))), 0.0, TIME_MAX, _TIME)
+        within("sea.eta", float(np.max(np.abs(eta))), 0.0, HEIGHT_MAX, "Give elevations in metres, not in millimetres")
         if np.ptp(eta) <= 1e-12:
             raise InputError("sea.eta", float(np.ptp(eta)), "does not vary", _ELEVATION)
         store(self, time=time, eta=eta, heading=heading_angle(self.heading), sha256=digest(time, eta))

@@ -10,8 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.waves.checks import heading_angle, series, store
+from gyroctl.waves.checks import HEIGHT_MAX, heading_angle, series, store, within
 from gyroctl.waves.columns import digest, read_columns
+
+TABLE_MAX, DENSITY_MAX = 1e4, 1e6
+"""Frequency [rad/s] and density [m^2 s] beyond which no spectrum is meant."""
 
 _OMEGA = "Give frequencies in rad/s (not Hz), rising from line to line"
 _DENSITY = "Give one-sided densities in m^2 s per rad/s, none negative, some positive"
@@ -57,6 +60,12 @@ class TabulatedSpectrum:
             raise InputError("sea.density", float(density.min()), "must not be negative", _DENSITY)
         if density.max() == 0.0:
             raise InputError("sea.density", 0.0, "must not be zero everywhere", _DENSITY)
+        within("sea.omega", float(omega[-1]), 0.0, TABLE_MAX, _OMEGA)
+        area = float(np.trapezoid(np.minimum(density, DENSITY_MAX), omega))
+        within("sea.density", float(density.max()), 0.0, DENSITY_MAX, _DENSITY)
+        within("sea.hs", 4.0 * math.sqrt(area), 1e-6, HEIGHT_MAX, _DENSITY)
+        if omega[np.argmax(density)] <= 0.0:
+            raise InputError("sea.omega", 0.0, "must be positive where the density is greatest", _OMEGA)
         heading = heading_angle(self.heading)
         store(self, omega=omega, density=density, heading=heading, sha256=digest(omega, density))
 

@@ -4,22 +4,28 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from gyroctl.engine.state import RUNS
+from gyroctl.engine.steps import Asked, Steps, planned
 from gyroctl.errors import InputError
+from gyroctl.harness.law_fingerprint import law_fingerprint, value_fingerprint
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.plant import Plant
 from gyroctl.provenance import made
+from gyroctl.simulation.metrics import Record
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.bound.cap import momentum, momentum_cap
 from gyroctl.studies.bound.cut import Cut, cut, lag_of
 from gyroctl.studies.bound.draw import picture
 from gyroctl.studies.bound.outcome import Outcome, summary
-from gyroctl.studies.bound.search import FULL, Effort, best_found, beyond_linear, loosened, ticks
+from gyroctl.studies.bound.search import FULL, Effort, Found, best_found, beyond_linear, loosened, ticks
+from gyroctl.studies.bound.window import Plan
 from gyroctl.studies.style import save, styled
 from gyroctl.waves import SeaState
 from gyroctl.writing import Kept, plain
@@ -90,11 +96,14 @@ def bound_report(
     content: dict[str, Any] = {**made(), "request": request, "meaning": MEANING, "windows": []}
     kept, windows = Kept(content, out / "bound.json"), []
     refused: InputError | None = None
-    with Progress("bound", stages * len(cuts), quiet) as progress:
-        for one in cuts:
+    steps = [_steps(one, laws, free, effort, out / RUNS) for one in cuts]
+    asked = [Asked(own, _name(one), "bound", one.waves.seed) for own, one in zip(steps, cuts, strict=True)]
+    with planned(out / RUNS, plant.name, asked), Progress("bound", stages * len(cuts), quiet) as progress:
+        for own, one in zip(steps, cuts, strict=True):
             with kept.stage(f"seed {one.waves.seed}"):
                 try:
-                    windows.append(_searched(one, laws, free, effort, progress))
+                    found = own(_name(one), partial(_searched, one, laws, free, effort, progress))
+                    windows.append(Outcome(one, *found))
                 except InputError as error:
                     refused = error
                     raise
@@ -111,6 +120,21 @@ def bound_report(
     kept.write()
     return dict(plain(content))
 
+
+class Window(NamedTuple):
+    """What an `Outcome` holds beside its cut."""
+
+    bounds: dict[str, Found]
+    laws: dict[str, Record]
+    momentum: float
+    cap_w: float
+
+
+MODULES = (__name__, "gyroctl.studies.bound.search")
+"""What computes a window."""
+
+KINDS = (Window, Found, Record, Plan)
+"""What it is made of."""
 
 MEANING = {
     "harvest_w": "mean power generated and change of the flywheel's energy, over the whole window",
@@ -162,7 +186,19 @@ def _range(ends: Sequence[float]) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _searched(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress) -> Outcome:
+def _name(one: Cut) -> str:
+    return f"seed {one.waves.seed}"
+
+
+def _steps(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, folder: Path) -> Steps:
+    """Keep what is found in a window: by the same code, for the same laws and effort."""
+    known = {name: law_fingerprint(law) for name, law in laws.items()}
+    plant, waves = one.plant, value_fingerprint(one.waves.moments, one.waves.elevation, one.waves.dt, one.start)
+    given = value_fingerprint(plant, waves, one.duration, one.settings, one.motion, list(known.items()), free, effort)
+    return Steps(folder, given if waves and all(known.values()) else "", MODULES, KINDS, one.plant.name)
+
+
+def _searched(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress) -> Window:
     runs = {}
     for name, law in laws.items():
         runs[name] = one.run(law, name)
@@ -176,4 +212,4 @@ def _searched(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, pro
     most = max(float(np.linalg.norm(momentum(one.plant, record.states), axis=0).max()) for record in records)
     cap = momentum_cap(one.plant, one.waves, one.start, one.duration, most)
     progress.advance()
-    return Outcome(one, bounds, counted, most, cap)
+    return Window(bounds, counted, most, cap)

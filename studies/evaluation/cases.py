@@ -181,6 +181,8 @@ def _run_group(
             tuning_seeds=ask.tuned_on,
             quiet=ask.quiet,
             yardstick=_yardstick(laws),
+            case=case.name,
+            scheduler=ask.scheduler,
         )
     except (InputError, LawError, BrokenProcessPool) as error:
         if len(laws) == 1:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from gyroctl.errors import InputError
 from gyroctl.harness.code_files import is_file
 from gyroctl.harness.protocol import Law, innermost
-from gyroctl.harness.registry import REAL, law, registered, tuned_sets
+from gyroctl.harness.registry import REAL, build, registered, tuned_sets
 from gyroctl.harness.sight import sight
 from gyroctl.names import text_of
 from gyroctl.reports.layout import REFERENCE
@@ -38,7 +38,7 @@ class Entrant:
     def build(self) -> Law:
         """Build the law anew: a law that was run may keep what it has worked out, and would be stored as another."""
         tuning = None if self.tuning == ALL else self.tuning
-        return law(self.name, tuning, **{"allow_code": self.allow_code, **self.parameters})
+        return build(self.name, self.parameters, tuning, self.allow_code)
 
 
 def reference(gamma: float = 5.0) -> Entrant:

@@ -11,6 +11,7 @@ from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyroctl.devices import zhang2017
+from gyroctl.engine.steps import Steps
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.reports.layout import REFERENCE
@@ -24,7 +25,7 @@ from gyroctl.studies.evaluation.writing import MEASURED, cells, markdown_table, 
 from gyroctl.tuning.best_pair import BestPair, best_pair
 from gyroctl.tuning.goal import Goal
 from gyroctl.waves import DriftingSea, Sea, SeaState
-from gyroctl.writing import plain, write_json
+from gyroctl.writing import plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,6 +37,9 @@ DRIFT = (2.8, 3.5)
 TUNING_SEEDS = range(100000, 100064)
 """On which the best constant pair of each sea is found, as every law is tuned on such seeds."""
 
+
+SEARCHING = ("gyroctl.tuning.best_pair",)
+"""Module that finds it."""
 
 HEADINGS = ("law", "power [W]", "of best constant", "less best constant [W]", "verdict", *MEASURED)
 
@@ -80,20 +84,18 @@ def found_pair(plant: Plant, sea: Sea, ask: Request) -> dict[str, Any]:
         "goal": {**plain(Goal()), "motion_may_be_waived": True},
     }
     key = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
-    path = ask.out / PAIRS / f"{key}.json"
-    try:
-        return dict(json.loads(path.read_text(encoding="utf-8")))
-    except (OSError, ValueError):
-        pass
+    steps = Steps(ask.out / PAIRS, key, SEARCHING, (), f"constant pair of {sea}")
+    return dict(plain({**steps("search", lambda: _searched(plant, sea, ask)), **content}))
+
+
+def _searched(plant: Plant, sea: Sea, ask: Request) -> dict[str, Any]:
     goal = Goal()
     best = _best(plant, sea, ask, goal)
     waived = not best.met and max(best.means["phi1_p98"], best.means["phi3_p98"]) > goal.motion
     if waived:
         best = _best(plant, sea, ask, replace(goal, motion=math.inf))
     chosen = {"cc": best.cc, "cg": best.cg, "means": best.means, "met": best.met}
-    found = {**chosen, "motion_waived": waived, "spent_s": best.spent, **content}
-    write_json(path, found)
-    return dict(plain(found))
+    return {**chosen, "motion_waived": waived, "spent_s": best.spent}
 
 
 def _best(plant: Plant, sea: Sea, ask: Request, goal: Goal) -> BestPair:

@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from concurrent.futures import Future
 
+from gyroctl.engine.steps import Steps
 from gyroctl.errors import InputError, in_words
+from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.robustness.regime import Regime
 from gyroctl.studies.margins import measures
@@ -31,6 +33,16 @@ def steps_of(asked: Request) -> int:
     return (len(DIRECTIONS) + len(SIZES) + 1) * (2 if asked.law else 1)
 
 
+def of_constant(samples: int) -> str:
+    """Name of the step that measures the constant controls."""
+    return f"constant controls, {samples} samples"
+
+
+def of_a_law(known: str, samples: int) -> str:
+    """Name of the step that measures a law, which is known by its content."""
+    return f"law {known}, {samples} samples"
+
+
 def measured(
     asked: Request,
     orbit: PeriodicOrbit,
@@ -38,6 +50,7 @@ def measured(
     kept: Kept,
     tick: Tick,
     alone_done: Callable[[], None] = lambda: None,
+    step: Steps | None = None,
 ) -> Measured:
     """Measure, and keep what is finished under ``constant_controls`` and ``law``.
 
@@ -51,6 +64,7 @@ def measured(
         Where the law does not keep the lock: before anything takes time.
     """
     content, regime = kept.content, None
+    step = step or Steps(None, "", (), ())
     constant: Margins | None = None
     of_law: Margins | None = None
     answer: LoopAnswer | None = None
@@ -64,11 +78,13 @@ def measured(
     alone_done()
     if orbit.status == "stable":
         with kept.stage("constant_controls"):
-            constant = measures.constant_margins(orbit, asked, samples, tick)
+            constant = step(of_constant(samples), lambda: measures.constant_margins(orbit, asked, samples, tick))
             content["constant_controls"] = constant.record()
     if regime is not None:
         with kept.stage("law"):
-            of_law = measures.law_margins(regime, samples, tick)
+            known, begun = law_fingerprint(asked.law), regime
+            own = step if known else Steps(None, "", (), ())
+            of_law = own(of_a_law(known, samples), lambda: measures.law_margins(begun, samples, tick))
             content["law"] = of_law.record()
     if asked.law is not None:
         with kept.stage("law.linear"):

@@ -11,18 +11,24 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.engine.state import RUNS
+from gyroctl.engine.steps import Asked, Steps, planned
 from gyroctl.errors import InputError
+from gyroctl.harness.law_fingerprint import law_fingerprint, value_fingerprint
 from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.orbits.flow import Forcing
 from gyroctl.orbits.guess import estimated_share
 from gyroctl.provenance import made
+from gyroctl.robustness.headroom import Headroom
+from gyroctl.robustness.shocks import Shock
 from gyroctl.simulation.progress import Progress
+from gyroctl.statistics.estimate import Share
 from gyroctl.studies.margins import draw_linear, draw_maps, draw_orbit, draw_robustness, measures
 from gyroctl.studies.margins.beside import beside
 from gyroctl.studies.margins.borders import Border, control_borders
 from gyroctl.studies.margins.maps import STABLE, OrbitMap, basin_map, coupling_map, tongue_map
-from gyroctl.studies.margins.measures import LoopAnswer
-from gyroctl.studies.margins.measuring import check_samples, measured, steps_of
+from gyroctl.studies.margins.measures import LoopAnswer, Margins
+from gyroctl.studies.margins.measuring import check_samples, measured, of_a_law, of_constant, steps_of
 from gyroctl.studies.margins.real_water import WATER_STAGES, real_water
 from gyroctl.studies.margins.request import Request, find_orbit
 from gyroctl.studies.margins.words import meanings
@@ -39,6 +45,15 @@ ABOVE = 1.15
 """Top of the lock map over the capacity that harmonic balance gives."""
 
 LINEAR = "gain, phase, delay and disk margins"
+
+MODULES = (__name__, "gyroctl.studies.margins.measures")
+"""What computes a report."""
+
+KINDS = (Margins, Headroom, Share, Shock, OrbitMap, Border)
+"""What it is made of."""
+
+MAPS = ("lock map", "tongue", "basin map", "borders")
+"""Names of its steps that know no law."""
 
 AXES = (("cc", "cg"), ("wp", "height"))
 """Pairs of axes that can be mapped."""
@@ -92,6 +107,7 @@ def margin_report(
     content: dict[str, Any] = {**made(), "request": asked.record(), "orbit": measures.orbit_record(orbit)}
     kept = Kept(content, out / "margins.json")
     drawn: list[str] = []
+    step = steps_kept(asked, out)
 
     def draw(name: str, figure: Figure) -> None:
         save(figure, out / f"{name}.png")
@@ -99,12 +115,13 @@ def margin_report(
         progress.advance()
 
     with (
+        planned(out / RUNS, step.case, wanted_steps(asked, orbit, step, samples, maps)),
         Progress("margins", stages, quiet) as progress,
         styled(),
-        beside(partial(_mapped, asked), progress.advance) as mapped,
+        beside(partial(_mapped, asked, step), progress.advance) as mapped,
     ):
         alone_done = mapped.begin if maps else lambda: None
-        constant, of_law, answer = measured(asked, orbit, samples, kept, progress.advance, alone_done)
+        constant, of_law, answer = measured(asked, orbit, samples, kept, progress.advance, alone_done, step)
         with kept.stage("multipliers"):
             draw("multipliers", draw_orbit.multipliers(orbit, answer.loop if answer else None, law, point))
         with kept.stage("linear_model_error"):
@@ -204,11 +221,30 @@ class Mapped(NamedTuple):
     borders: tuple[Border, ...]
 
 
-def _mapped(asked: Request, tick: Callable[[], None]) -> Mapped:
-    controls, waves = map_controls(asked, tick), map_waves(asked, tick)
+def _mapped(asked: Request, step: Steps, tick: Callable[[], None]) -> Mapped:
+    lock, tongue, basins, borders = MAPS
+    controls = step(lock, lambda: map_controls(asked, tick))
+    waves = step(tongue, lambda: map_waves(asked, tick))
     cc, cg = _thinned(controls.first, BASIN_COLUMNS), _thinned(controls.second, BASIN_ROWS)
-    basin = basin_map(asked, cc, cg, 0.5, 24, tick)
-    return Mapped(controls, waves, cc, cg, basin, control_borders(asked, CC_RANGE, tick))
+    basin = step(basins, lambda: basin_map(asked, cc, cg, 0.5, 24, tick))
+    return Mapped(controls, waves, cc, cg, basin, step(borders, lambda: control_borders(asked, CC_RANGE, tick)))
+
+
+def steps_kept(asked: Request, out: Path) -> Steps:
+    """Keep what is finished of a report: the maps know no law and no samples, and serve any report of the point."""
+    point = (asked.plant, asked.wave, asked.cc, asked.cg, asked.sense)
+    given = value_fingerprint(*point)
+    return Steps(out / RUNS, given, MODULES, KINDS, f"{asked.sea}; {asked.controls}")
+
+
+def wanted_steps(asked: Request, orbit: PeriodicOrbit, step: Steps, samples: int, maps: bool) -> list[Asked]:
+    """Steps of a report that are kept, as far as its point allows them."""
+    names = {name: name for name in MAPS} if maps else {}
+    if orbit.status == "stable":
+        names[of_constant(samples)] = "constant controls"
+    if asked.law is not None and (known := law_fingerprint(asked.law)):
+        names[of_a_law(known, samples)] = f"law {asked.law_name}"
+    return [Asked(step, name, told) for name, told in names.items()]
 
 
 def _drawn(

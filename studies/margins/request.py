@@ -9,7 +9,7 @@ from typing import Any
 
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law
-from gyroctl.harness.registry import describe, law
+from gyroctl.harness.registry import build, describe
 from gyroctl.linearisation import PeriodicOrbit, lock_orbit
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import slip_rate
@@ -138,8 +138,8 @@ def find_orbit(asked: Request) -> PeriodicOrbit:
 
 def _law(name: str, parameters: Mapping[str, Any], wp: float, cc: float, cg: float) -> Law:
     """Build the law; a constant law takes the pair, and a law that is told the peak frequency that of the wave."""
-    built = law(name, **parameters)
+    built = build(name, parameters)
     own = describe(built)
     wanted = {"wp": wp, **({"cc": cc, "cg": cg} if built.information == "none" else {})}
     changes = {key: value for key, value in wanted.items() if key in own and key not in parameters}
-    return law(name, **{**parameters, **changes})
+    return build(name, {**parameters, **changes})

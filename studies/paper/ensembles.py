@@ -5,13 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.devices import zhang2017
+from gyroctl.engine.steps import Steps
 from gyroctl.harness.constant_pairs import scan
+from gyroctl.harness.law_fingerprint import value_fingerprint
 from gyroctl.plant import Plant
 from gyroctl.waves import SeaState
 
@@ -53,6 +56,12 @@ class Setup:
     examples: int = 32  # runs of which the whole time series is kept, for the figures that show them
     workers: int | None = None  # threads; None for all cores
     quiet: bool = False  # no progress bar
+    folder: Path | None = None  # where finished runs are kept; None keeps none
+
+    def kept(self, modules: Sequence[str], kind: type, case: str, *given: Any) -> Steps:
+        """Keep what is computed with `given`, whose result is of one kind: by the same code on the same waves."""
+        known = value_fingerprint(*given, self.seeds, self.duration, HS, WP, BLEND)
+        return Steps(self.folder, known, modules, (kind,), case)
 
     def note(self, plant: str) -> str:
         """Line below a figure: what was run."""
@@ -88,10 +97,15 @@ def sea(gamma: float) -> SeaState:
 
 def ensemble(setup: Setup, plant: Plant, gamma: float, pairs: Sequence[Pair], title: str) -> dict[Pair, Case]:
     """Run every pair (cc, cg) on every realisation of the sea with peak enhancement `gamma`."""
-    how: dict[str, Any] = {"workers": setup.workers, "title": title, "quiet": setup.quiet}
-    run = scan(plant, sea(gamma), pairs, setup.seeds, setup.duration, BLEND, **how)
-    found = (run.loss_time, run.mean_power, run.wave_input_w, run.phi1_p98, run.phi3_p98)
-    return {pair: Case(*pair, *(values[i] for values in found)) for i, pair in enumerate(pairs)}
+
+    def run() -> list[Case]:
+        how: dict[str, Any] = {"workers": setup.workers, "title": title, "quiet": setup.quiet}
+        run = scan(plant, sea(gamma), pairs, setup.seeds, setup.duration, BLEND, **how)
+        found = (run.loss_time, run.mean_power, run.wave_input_w, run.phi1_p98, run.phi3_p98)
+        return [Case(*pair, *(values[i] for values in found)) for i, pair in enumerate(pairs)]
+
+    cases = setup.kept((__name__,), Case, title, plant, gamma, list(pairs))(f"gamma {gamma:g}", run)
+    return dict(zip(pairs, cases, strict=True))
 
 
 def stated_cases(setup: Setup, plant: Plant, title: str) -> dict[tuple[float, Pair], Case]:

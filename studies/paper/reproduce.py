@@ -10,6 +10,7 @@ from typing import cast
 
 import numpy as np
 
+from gyroctl.engine.state import RUNS
 from gyroctl.errors import InputError
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.provenance import made
@@ -33,7 +34,8 @@ def reproduce(figures: Sequence[str], out: Path, quiet: bool = False, setup: Set
     figures : sequence of str
         Any of "fig8" to "fig15", "hinge_damping", "choices", "statements", or "all".
     out : Path
-        Directory for NAME.png, NAME.csv, statements.md and statements.json; made where it is missing.
+        Directory for NAME.png, NAME.csv, statements.md and statements.json; made where it is missing. Runs that are
+        finished are kept in its folder ``runs``, and not made again.
     quiet : bool
         Print nothing.
     setup : Setup, optional
@@ -50,7 +52,7 @@ def reproduce(figures: Sequence[str], out: Path, quiet: bool = False, setup: Set
         For an unknown figure or an empty list, before anything is computed; or where `out` is a file.
     """
     names = chosen(figures)
-    setup = setup or Setup(quiet=quiet)
+    setup = setup or Setup(quiet=quiet, folder=out / RUNS)
     try:
         out.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):

@@ -45,6 +45,12 @@ class Series(NamedTuple):
 @lru_cache(maxsize=8)
 def time_series(setup: Setup, gamma: float, cc: float, cg: float, variant: str = "corrected") -> Series:
     """Run the first `setup.examples` realisations and keep their signals, sampled at 0.1 s."""
+    given = (variant, gamma, cc, cg, setup.examples)
+    steps = setup.kept((__name__,), Series, f"time series, {variant}, gamma {gamma:g}", zhang2017(variant), *given)
+    return steps(f"cc {cc:g}, cg {cg:g}", lambda: _run(setup, gamma, cc, cg, variant))
+
+
+def _run(setup: Setup, gamma: float, cc: float, cg: float, variant: str) -> Series:
     plant, settings, law = zhang2017(variant), Settings(blend=BLEND), Constant(cc, cg)
     chosen = setup.seeds[: setup.examples]
     states = []

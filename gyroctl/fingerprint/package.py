@@ -1,6 +1,6 @@
-"""What a stored result rests on beside its own input: this package as it is on the disk, and what computes with it.
+"""The package as it is on the disk: whole rooms and no list of modules.
 
-Whole rooms and no list of modules: a list kept by hand forgets one, and a stale result is taken for a fresh one.
+A list kept by hand forgets one, and a stale result is taken for a fresh one.
 """
 
 from __future__ import annotations
@@ -11,6 +11,9 @@ from functools import cache
 from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
+
+PACKAGE = __name__.partition(".")[0]
+ROOT = Path(__file__).resolve().parents[1]
 
 APART = frozenset({"reports", "cli", "studies"})
 """Rooms that only ask for results or show them."""
@@ -29,16 +32,27 @@ LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "casadi", "osqp", "cmaes")
 
 @cache
 def fingerprint() -> str:
-    """SHA-256 of the code and data of this package and of the versions of the libraries that compute.
+    """SHA-256 of all code and data of this package and of the versions of the libraries that compute.
 
     The version of the package stands in one of its files.
     """
-    rooms = {path.name: path for path in Path(__file__).parent.iterdir() if path.name not in APART}
-    laws = find_spec(f"{__package__}.{LAWS}")  # in a checkout without symbolic links they are elsewhere
-    assert laws is not None and laws.submodule_search_locations
-    rooms[LAWS] = Path(laws.submodule_search_locations[0])
-    versions = "".join(f"{name} {version(name)}\n" for name in LIBRARIES)
-    return hashlib.sha256((versions + listing(rooms)).encode()).hexdigest()
+    names = [path.name for path in ROOT.iterdir() if path.name not in APART]
+    rooms = {name: room_folder(name) for name in {*names, LAWS}}
+    return hashlib.sha256((versions() + listing(rooms)).encode()).hexdigest()
+
+
+def versions() -> str:
+    """Versions of the libraries that compute, a line each."""
+    return "".join(f"{name} {version(name)}\n" for name in LIBRARIES)
+
+
+def room_folder(name: str) -> Path:
+    """Folder, or file, of a room; in a checkout without symbolic links laws and studies are elsewhere."""
+    here = ROOT / name
+    if here.is_file() or (here.is_dir() and (here / "__init__.py").is_file()):
+        return here
+    spec = find_spec(f"{PACKAGE}.{name}") if name.isidentifier() else None
+    return Path(spec.submodule_search_locations[0]) if spec and spec.submodule_search_locations else here
 
 
 def listing(rooms: Mapping[str, Path]) -> str:

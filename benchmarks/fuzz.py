@@ -1,0 +1,187 @@
+"""Readers of files from outside, given what no writer wrote: python benchmarks/fuzz.py READER --inputs 100000 --seed 1.
+
+Each input is a sound file with one to three things wrong (`fuzz_mutations`). It must give a sound result or an
+`InputError`; anything else is a finding: another exception, a result that asserts refuse (`fuzz_readers`), more than
+5 s, more than 1 GB, the end of the process. Batches run in a child of limited memory; findings stay in a folder.
+"""
+
+from __future__ import annotations
+
+import argparse
+import collections
+import io
+import json
+import os
+import random
+import select
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import traceback
+import warnings
+from pathlib import Path
+from typing import Any
+
+SECONDS, BYTES = 5.0, 1 << 30
+"""What an input may take, of a processor: a busy machine is no fault of a reader."""
+
+GRACE = 120.0
+"""After which a child that is stuck where no signal reaches it is ended. [s]"""
+
+
+class TooLong(BaseException):
+    """An input took more than `SECONDS`."""
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("readers", nargs="+", help="names in fuzz_readers.READERS, or all")
+    parser.add_argument("--inputs", type=int, default=100_000, help="for each reader")
+    parser.add_argument("--hdf5", type=int, help="inputs for those that read HDF5, where it differs")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--first", type=int, default=0, help="number of the first input, to see one again")
+    parser.add_argument("--out", type=Path, default=Path("fuzz-findings"), help="folder of findings")
+    parser.add_argument("--batch", type=Path, help=argparse.SUPPRESS)
+    asked = parser.parse_args()
+    if asked.batch:
+        return batch(asked)
+    names = [name for reader in asked.readers for name in (known() if reader == "all" else [reader])]
+    findings = 0
+    with tempfile.TemporaryDirectory() as folder:
+        for name in names:
+            inputs = asked.hdf5 if asked.hdf5 and name.endswith("-hdf5") else asked.inputs
+            findings += fuzzed(name, inputs, asked, Path(folder))
+    return 1 if findings else 0
+
+
+def known() -> list[str]:
+    from fuzz_readers import READERS
+
+    return list(READERS)
+
+
+def fuzzed(name: str, inputs: int, asked: argparse.Namespace, folder: Path) -> int:
+    """Put all inputs of a reader through child processes; print and return how many findings there are."""
+    counts: collections.Counter[str] = collections.Counter()
+    slowest, begin, at, last = 0.0, time.monotonic(), asked.first, asked.first + inputs
+    while at < last:
+        command = [sys.executable, __file__, name, "--seed", str(asked.seed), "--first", str(at)]
+        command += ["--inputs", str(last - at), "--out", str(asked.out), "--batch", str(folder)]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:
+            done, one = _followed(child, counts)
+            at, slowest = at + done, max(slowest, one)
+        if at < last:  # the child ended within an input
+            counts["the process ended" if child.returncode not in (None, -signal.SIGKILL) else "stuck"] += 1
+            kept = asked.out / name / str(at)
+            kept.mkdir(parents=True, exist_ok=True)
+            (kept / "why.txt").write_text(f"the child ended with {child.returncode}\n")
+            at += 1
+            if not done and counts["the process ended"] > 20:
+                print(f"{name}: no child gets anywhere")
+                return 1
+    findings = sum(count for kind, count in counts.items() if kind not in ("read", "refused"))
+    read, refused = counts.pop("read", 0), counts.pop("refused", 0)
+    spent = f"{inputs} inputs in {time.monotonic() - begin:.0f} s, longest {slowest:.2f} s"
+    print(f"{name}: {spent}: {read} read, {refused} refused, {findings} findings {dict(counts) or ''}", flush=True)
+    return findings
+
+
+def _followed(child: subprocess.Popen[bytes], counts: collections.Counter[str]) -> tuple[int, float]:
+    """Count what a child tells, line by line, and end it where it tells nothing more."""
+    assert child.stdout is not None
+    done, slowest, rest, start = 0, 0.0, b"", True
+    while True:
+        ready, _, _ = select.select([child.stdout], [], [], 600.0 if start else GRACE)
+        data = os.read(child.stdout.fileno(), 65536) if ready else b""
+        if not data:
+            if not ready:
+                child.kill()
+            child.wait()
+            return done, slowest
+        start = False
+        *lines, rest = (rest + data).split(b"\n")
+        for line in lines:
+            if line != b"begun":
+                told: dict[str, Any] = json.loads(line)
+                counts[told["kind"]] += 1
+                done, slowest = done + 1, max(slowest, told["seconds"])
+
+
+def batch(asked: argparse.Namespace) -> int:
+    """Work through inputs in this process, and tell each."""
+    import resource
+
+    from fuzz_mutations import mutated
+    from fuzz_readers import READERS
+
+    from gyroctl import netcdf
+
+    os.environ[netcdf.TRUSTED] = "1"  # this is the child of limited memory and time
+    warnings.simplefilter("ignore")
+    (name,) = asked.readers
+    reader, home = READERS[name], asked.batch / name
+    listing = asked.batch / f"{name}.json"
+    if not listing.is_file():
+        listing.write_text(json.dumps([str(path) for path in reader.examples(home)]))
+    examples = [Path(path) for path in json.loads(listing.read_text())]
+    for path in examples:
+        reader.read(path)  # what is sound is read, and all is imported and compiled
+    told = sys.stdout
+    sys.stdout = io.StringIO()
+    used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
+    resource.setrlimit(resource.RLIMIT_AS, (used + BYTES, used + BYTES))
+    signal.signal(signal.SIGPROF, _too_long)
+    print("begun", file=told, flush=True)
+    with tempfile.TemporaryDirectory() as scratch:
+        for number in range(asked.first, asked.first + asked.inputs):
+            rng = random.Random(f"{name} {asked.seed} {number}")
+            example = rng.choice(examples)
+            place = Path(scratch) / str(number)  # a name of its own: readers may remember
+            whole = example if example.is_dir() else example.parent
+            shutil.copytree(whole, place)
+            files = sorted(path for path in place.rglob("*") if path.is_file())
+            main_file = place / example.relative_to(whole)
+            file = main_file if main_file.is_file() and rng.random() < 0.8 else rng.choice(files)
+            file.write_bytes(mutated(file.read_bytes(), rng))
+            begin = time.process_time()
+            kind, why = _outcome(reader.read, main_file)
+            seconds = time.process_time() - begin
+            if kind not in ("read", "refused"):
+                kept = asked.out / name / str(number)
+                shutil.rmtree(kept, ignore_errors=True)
+                shutil.copytree(place, kept)
+                (kept / "why.txt").write_text(why, encoding="utf-8", errors="backslashreplace")
+            shutil.rmtree(place)
+            print(json.dumps({"kind": kind, "seconds": seconds}), file=told, flush=True)
+    return 0
+
+
+def _outcome(read: Any, path: Path) -> tuple[str, str]:
+    from gyroctl.errors import InputError
+
+    signal.setitimer(signal.ITIMER_PROF, SECONDS)
+    try:
+        read(path)
+        return "read", ""
+    except InputError as error:
+        assert str(error).isprintable() and len(str(error)) < 5000, repr(error)[:3000]
+        return "refused", ""
+    except TooLong:
+        return "too long", traceback.format_exc()[-4000:]
+    except AssertionError:
+        return "nonsense", traceback.format_exc()[-4000:]
+    except Exception as error:
+        return type(error).__name__, traceback.format_exc()[-4000:]
+    finally:
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+
+
+def _too_long(*_: object) -> None:
+    raise TooLong
+
+
+if __name__ == "__main__":
+    sys.exit(main())

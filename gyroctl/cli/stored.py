@@ -1,0 +1,133 @@
+"""`gyroctl status`, `verify` and `clean`: what a folder of results holds, whether it is true, what can go."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from gyroctl.cli.options import AllowCode, Workers, answer
+from gyroctl.cli.verification import judged, made, made_by_command, noted_comparison, verify_command
+
+Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder that --out named, or its runs folder.")]
+
+OTHER = "other_versions"
+
+
+def status(folder: Folder) -> None:
+    """Tell what is done, failed and left, by law and case, and the time that is left."""
+    from gyroctl.engine.state import results_folder, state
+
+    found = state(results_folder(folder))
+    lines = [f"{'case':24} {'law':24} {'done':>6} {'failed':>6} {'left':>6}"]
+    for line in found.lines:
+        lines.append(f"{line.case[:24]:24} {line.law[:24]:24} {line.done:6} {line.failed:6} {line.left:6}  {line.why}")
+    time = "unknown" if found.left_s is None else f"{found.left_s / 60.0:.1f} min"
+    doing = f"running, time left {time}" if found.running else "nothing runs here" if found.left else "all is done"
+    content: dict[str, Any] = {
+        "running": found.running,
+        "time_left_s": found.left_s,
+        "lines": [vars(line) for line in found.lines],
+    }
+    answer(content, [*lines, f"{doing}; {found.left} left, {found.failed} failed"])
+
+
+def verify(
+    folder: Folder,
+    experiment: Annotated[
+        Path | None, typer.Argument(help="TOML file that was compared; without it the one that is noted in DIR.")
+    ] = None,
+    share: Annotated[float, typer.Option(help="Part of the stored runs to compute again, one at least.")] = 0.05,
+    count: Annotated[int | None, typer.Option(help="How many instead of a share.", show_default=False)] = None,
+    seed: Annotated[int | None, typer.Option(help="Of the random sample, to draw it again.")] = None,
+    quick: Annotated[bool, typer.Option("--quick", help="As gyroctl compare --quick.")] = False,
+    full_series: Annotated[bool, typer.Option("--full-series", help="As gyroctl compare --full-series.")] = False,
+    workers: Workers = 0,
+    allow_code: AllowCode = None,
+    command: Annotated[
+        str,
+        typer.Option(
+            help='Of other studies than compare: the command that made the folder, "margins --law tracking"; '
+            "by default the one that is noted there."
+        ),
+    ] = "",
+) -> None:
+    """Compute a random sample of stored results again and compare every bit."""
+    from gyroctl.comparison.compare import Realisations
+    from gyroctl.comparison.experiment import read_experiment
+    from gyroctl.comparison.items import work_items
+    from gyroctl.comparison.verification import verify as check
+    from gyroctl.engine.state import results_folder
+    from gyroctl.errors import InputError
+    from gyroctl.harness.yardstick import with_yardstick
+    from gyroctl.tuning.bench import workers_wanted
+    from gyroctl.tuning.yardstick import find_yardstick
+    from gyroctl.waves.checks import whole, within
+
+    within("--share", share, 0.0, 1.0, "Give a part, for example 0.05")
+    if count is not None:
+        whole("--count", count, 1, 1_000_000, "Give how many runs, for example 3")
+    if words := made_by_command(folder, command, experiment is None):
+        return verify_command(folder, words, share, count, seed)
+    if experiment is None and not quick and not full_series:
+        experiment, quick, full_series = noted_comparison(folder)
+    place, setup = results_folder(folder), read_experiment(experiment, quick, allow_code or ())
+    waves = Realisations(setup.sea, setup.run.seeds, setup.run.duration)
+    say = partial(typer.echo, err=True)
+    pair = find_yardstick(setup.plant, setup.sea, setup.settings, setup.run.motion_limit, search=False, say=say)
+    laws, _ = with_yardstick(dict(setup.laws), pair)
+    limit = setup.run.time_limit or max(60.0, waves.duration)
+    items = work_items(setup.plant, laws, waves, setup.settings, limit, full_series)
+    found = check(items, place, share, count, workers_wanted(workers), seed, say)
+    if not found.stored:
+        others = "".join(f"; {number} were made with {what}" for what, number in found.apart.items())
+        problem = f"holds no run of this experiment that this installation would make{others}"
+        raise InputError("dir", str(folder), problem, "Give the experiment file, and the versions that made them")
+    content = {
+        "verified": len(found.found),
+        "same": sum(each.same for each in found.found),
+        "stored": found.stored,
+        "wanted": found.wanted,
+        "apart": dict(found.apart),
+        "runs": [
+            {"law": r.law, "seed": r.seed, "differs": list(r.differs), "made": made(r.about)} for r in found.found
+        ],
+    }
+    lines = [f"{r.law}, seed {r.seed}: {judged(r.differs)}; made by {made(r.about)}" for r in found.found]
+    lines += [f"{number} stored runs were made with {what}: not verified here" for what, number in found.apart.items()]
+    same = f"{content['same']} of {len(found.found)} are the same bits"
+    answer(content, [*lines, f"{same}; {found.stored} stored of {found.wanted} wanted"])
+    if content["same"] != len(found.found):
+        raise typer.Exit(1)
+
+
+def clean(
+    folder: Folder,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would go.")] = False,
+    other_versions: Annotated[
+        bool, typer.Option("--other-versions", help="Also what other libraries or another processor made.")
+    ] = False,
+) -> None:
+    """Throw away what is stale, damaged or half-written; what can still be used stays."""
+    from gyroctl.engine.state import litter, results_folder
+
+    found = litter(results_folder(folder))
+    kinds = ["damaged", "stale", "temporary", *([OTHER] if other_versions else [])]
+    content = {kind: {"files": len(getattr(found, kind)), "bytes": _size(getattr(found, kind))} for kind in kinds}
+    if not dry_run:
+        for path in found.of(kinds):
+            path.unlink(missing_ok=True)
+    word = "would be removed" if dry_run else "removed"
+    lines = [
+        f"{told['files']} {kind.replace('_', ' ')}, {told['bytes'] / 1e6:.2f} MB, {word}"
+        for kind, told in content.items()
+    ]
+    if not other_versions and found.other_versions:
+        lines.append(f"{len(found.other_versions)} of other versions stay; --other-versions removes them")
+    answer({"dry_run": dry_run, **content, "kept_of_other_versions": len(found.other_versions)}, lines)
+
+
+def _size(paths: list[Path]) -> int:
+    return sum(path.lstat().st_size for path in paths if path.exists())

@@ -1,0 +1,114 @@
+"""What was wanted of a folder of results: by it `gyroctl status` tells what is done, what failed and what is left.
+
+A plan is a note and no result: without it, or with another one, the same runs come out.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, suppress
+from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gyroctl.errors import InputError
+from gyroctl.provenance import typed
+from gyroctl.reading import TEXT_MAX, read_json
+from gyroctl.writing import write_json
+
+SUFFIX = ".plan.json"
+
+
+class Wanted(NamedTuple):
+    """A piece of work: key of its result, law and seed."""
+
+    key: str  # "" for what is not stored
+    law: str
+    seed: int
+
+
+@dataclass(frozen=True)
+class Noted:
+    """What a plan's file holds."""
+
+    case: str
+    items: tuple[Wanted, ...]
+    failures: dict[str, str]  # by key, why
+    begun: str  # ISO time
+    ended: str  # "" while it runs, or where it was stopped
+    process: int
+    command: str = ""  # that wanted it; empty within another program
+
+
+class Plan(AbstractContextManager["Plan"]):
+    """Notes a piece of a study while it runs.
+
+    Parameters
+    ----------
+    folder : Path or None
+        Of the results; None notes nothing.
+    case : str
+        What the runs are of.
+    items : sequence of Wanted
+        All that is wanted, finished or not.
+    """
+
+    def __init__(self, folder: Path | None, case: str, items: Sequence[Wanted]) -> None:
+        text = json.dumps([case, sorted({item.law for item in items}), sorted({item.seed for item in items})])
+        name = hashlib.sha256(text.encode()).hexdigest()[:16]
+        self.path = folder / f"{name}{SUFFIX}" if folder is not None else None
+        self.made: list[Path] = []  # folders that were not there before
+        self.noted = Noted(case, tuple(items), {}, _now(), "", os.getpid(), typed())
+
+    def __enter__(self) -> Plan:
+        """Note what is wanted."""
+        places = (self.path.parent, self.path.parent.parent) if self.path is not None else ()
+        self.made = [place for place in places if not place.exists()]
+        self._write()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
+        """Note what failed, and that it ended; what was stopped stays open, and what was refused leaves no trace."""
+        if kind is not None and issubclass(kind, InputError) and self.path is not None:
+            self.path.unlink(missing_ok=True)
+            with suppress(OSError):  # it holds results
+                for folder in self.made:
+                    folder.rmdir()
+        if kind is None:
+            self.noted = replace(self.noted, ended=_now())
+            self._write()
+
+    def failed(self, key: str, why: str) -> None:
+        """Note a failure."""
+        self.noted.failures[key] = why
+
+    def _write(self) -> None:
+        if self.path is not None:
+            write_json(self.path, asdict(self.noted))
+
+
+def plans(folder: Path) -> list[Noted]:
+    """Plans of a folder; a file that is none tells nothing."""
+    found = [read_plan(path) for path in sorted(folder.glob(f"*{SUFFIX}"))] if folder.is_dir() else []
+    return [plan for plan in found if plan is not None]
+
+
+def read_plan(path: Path) -> Noted | None:
+    """Read a plan, None for what is none."""
+    try:
+        table: dict[str, Any] = read_json("plan", path, "It is no result", TEXT_MAX)
+        items = tuple(Wanted(str(i["key"]), str(i["law"]), int(i["seed"])) for i in table["items"])
+        failures = {str(key): str(why) for key, why in table["failures"].items()}
+        begun = datetime.fromisoformat(table["begun"]).astimezone(UTC).isoformat(timespec="milliseconds")
+        told = (str(table["case"]), items, failures, begun, str(table["ended"]), int(table["process"]))
+        return Noted(*told, str(table.get("command", "")))
+    except (ArithmeticError, AttributeError, KeyError, OSError, TypeError, ValueError):
+        return None
+
+
+def _now() -> str:
+    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -1,0 +1,181 @@
+"""What a folder of results holds: done, failed, left, by law and case; damaged, stale and half-written files."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from gyroctl.engine.plan import SUFFIX as PLAN
+from gyroctl.engine.plan import Noted, plans, read_plan
+from gyroctl.engine.record import Damaged, Record
+from gyroctl.engine.store import EARLIER, SUFFIX, heads, read
+from gyroctl.errors import InputError
+from gyroctl.fingerprint import made_with, text_of
+from gyroctl.writing import left_over
+
+RUNS = "runs"
+"""Folder of the stored results within that of a study."""
+
+MODULES = re.compile(r"\w+(\.\w+)*( \w+(\.\w+)*)*")
+"""Names of modules that made a result."""
+
+
+@dataclass
+class Line:
+    """Counts of a law in a case."""
+
+    case: str
+    law: str
+    done: int = 0
+    failed: int = 0
+    left: int = 0
+    why: str = ""  # the first failure
+
+
+@dataclass
+class State:
+    """What there is."""
+
+    lines: list[Line] = field(default_factory=list)
+    left_s: float | None = None  # time left [s]; None where it is not known
+    running: bool = False
+
+    @property
+    def left(self) -> int:
+        """Pieces of work that are left."""
+        return sum(line.left for line in self.lines)
+
+    @property
+    def failed(self) -> int:
+        """Pieces of work that failed."""
+        return sum(line.failed for line in self.lines)
+
+
+def results_folder(folder: Path) -> Path:
+    """Folder of the stored results of a study, or this one.
+
+    Raises
+    ------
+    InputError
+        Where there are none.
+    """
+    mend = "Give the folder that --out named"
+    if not folder.is_dir():
+        raise InputError("dir", str(folder), "there is no such folder", mend)
+    for place in (folder, folder / RUNS):
+        if place.is_dir() and any(_ours(path) for path in place.iterdir()):
+            return place
+    raise InputError("dir", str(folder), "holds no stored results", mend)
+
+
+def _ours(path: Path) -> bool:
+    return path.name.endswith((SUFFIX, PLAN)) or path.match(EARLIER)
+
+
+def state(folder: Path) -> State:
+    """What is done, failed and left of all that was wanted of a folder."""
+    found = State()
+    lines: dict[tuple[str, str], Line] = {}
+    times: list[float | None] = []
+    wanted = {item.key for plan in plans(folder) for item in plan.items}
+    for plan in plans(folder):
+        finished = []
+        for item in plan.items:
+            line = lines.setdefault((plan.case, item.law), Line(plan.case, item.law))
+            path = folder / f"{item.key}{SUFFIX}"
+            why = plan.failures.get(item.key or f"{item.law} {item.seed}", "")
+            if item.key and path.is_file():
+                line.done += 1
+                finished.append(path.stat().st_mtime)
+            elif why:
+                line.failed += 1
+                line.why = line.why or why
+            elif plan.ended and not item.key:
+                line.done += 1  # of a law that cannot be told from another one: run, and not stored
+            else:
+                line.left += 1
+        running = not plan.ended and _alive(plan.process)
+        found.running = found.running or running
+        times.append(_left(plan, finished) if running else None)
+    for head in heads(folder):
+        if "step" in head and head["key"] not in wanted:  # of a report whose plan has been thrown away
+            lines.setdefault((str(head.get("case", "")), str(head["step"])), _step(head)).done += 1
+    found.lines = sorted(lines.values(), key=lambda line: (line.case, line.law))
+    known = [time for time in times if time is not None]
+    found.left_s = sum(known) if known else None
+    return found
+
+
+def _step(head: Mapping[str, Any]) -> Line:
+    return Line(str(head.get("case", "")), str(head["step"]))
+
+
+def _left(plan: Noted, finished: list[float]) -> float | None:
+    """Time left at the pace since the plan began."""
+    begin = datetime.fromisoformat(plan.begun).timestamp()
+    since = [time for time in finished if time >= begin]
+    left = len(plan.items) - len(finished) - len(plan.failures)
+    if not since or left < 0:
+        return None
+    return left * (datetime.now(UTC).timestamp() - begin) / len(since)
+
+
+def _alive(process: int) -> bool:
+    """Whether a process runs on this machine, as far as that can be told without ending it."""
+    if os.name == "nt":
+        return False
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True
+    return True
+
+
+@dataclass
+class Litter:
+    """Files that serve nobody, by kind."""
+
+    damaged: list[Path] = field(default_factory=list)  # not what was written, or of an earlier format
+    stale: list[Path] = field(default_factory=list)  # of code that has changed, or wanted by nobody
+    temporary: list[Path] = field(default_factory=list)  # left by a process that is no more
+    other_versions: list[Path] = field(default_factory=list)  # made with other libraries or another processor
+
+    def of(self, kinds: Iterable[str]) -> list[Path]:
+        """Files of some kinds."""
+        return [path for kind in kinds for path in getattr(self, kind)]
+
+
+def litter(folder: Path) -> Litter:
+    """Find what can be thrown away."""
+    found = Litter(temporary=[path for place in {folder, folder.parent} for path in left_over(place)])
+    wanted = {item.key for plan in plans(folder) for item in plan.items}
+    here = made_with()
+    for path in sorted(path for path in folder.iterdir() if not path.name.startswith(".")):  # that is being written
+        if path.match(EARLIER) or (path.name.endswith(PLAN) and read_plan(path) is None):
+            found.damaged.append(path)
+        elif path.suffix == SUFFIX:
+            try:
+                record = read(path)
+            except (Damaged, OSError):
+                found.damaged.append(path)
+                continue
+            if record.about.get("made_with") != here:
+                found.other_versions.append(path)
+            elif changed(record) or not (record.key in wanted or "step" in record.about):
+                found.stale.append(path)
+    return found
+
+
+def changed(record: Record) -> bool:
+    """Whether the code that made a record is not that of this installation any more."""
+    code = record.about.get("code", {})
+    if not isinstance(code, Mapping) or not all(MODULES.fullmatch(names) for names in code):
+        return True  # of no code that there could be
+    return any(text_of(*names.split()) != text for names, text in code.items())

@@ -1,0 +1,139 @@
+"""Reads an HDF5 file in a process with limits on memory and time: python -P hdf5_child.py FILE BYTES SECONDS.
+
+HDF5 is read by a large library in C, which a file made for it can make write where it should not. What the file says
+goes to the standard output as numbers and text, never as objects. Only `gyroctl.netcdf` starts this script.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import sys
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from typing import Any
+
+MEMORY = 1 << 30
+"""What the process may take. [bytes]"""
+
+PIECE = 16 << 20
+"""Most numbers that are read at once. [bytes]"""
+
+NO_LIMITS = 3
+"""Exit code where the platform cannot limit a process."""
+
+
+def limit(seconds: int) -> None:
+    """Take away what reading a file of bounded size never needs; `seconds` of the processor it may use.
+
+    Raises
+    ------
+    ImportError
+        Where the system limits no process.
+    """
+    resource = import_module("resource")  # by name: not every system has it, and this one function alone asks for it
+
+    for kind, most in (
+        (resource.RLIMIT_AS, MEMORY),
+        (resource.RLIMIT_CPU, seconds),
+        (resource.RLIMIT_FSIZE, 0),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        resource.setrlimit(kind, (most, most))
+
+
+def framed(path: str, most: int) -> Iterator[bytes]:
+    """Contents of a file: a line of JSON that names variables and attributes, then their numbers in its order.
+
+    No more than a `PIECE` of numbers is held at a time, so that a file may hold more than the process may take.
+
+    Raises
+    ------
+    ValueError
+        For more than `most` bytes of numbers, or values that are neither numbers nor text.
+    """
+    import h5netcdf
+
+    variables, left = {}, most
+    with h5netcdf.File(path, "r", decode_vlen_strings=True) as file:
+        for name, variable in file.variables.items():
+            text = variable.dtype is str
+            left -= math.prod(map(int, variable.shape)) * (8 if text else variable.dtype.itemsize)
+            if left < 0:
+                raise ValueError(f"it holds more than {most >> 20} MB")
+            dimensions = [str(dimension) for dimension in variable.dimensions]
+            told = {"dtype": variable.dtype.newbyteorder("<").str} if _is_number(variable) else _texts(variable)
+            own = {"shape": list(map(int, variable.shape)), "dimensions": dimensions}
+            variables[str(name)] = {**told, **own, "attributes": _attributes(variable.attrs)}
+        yield json.dumps({"variables": variables, "attributes": _attributes(file.attrs)}).encode() + b"\n"
+        for name, variable in file.variables.items():
+            kind = variables[str(name)].get("dtype")
+            for piece in pieces(tuple(map(int, variable.shape)), variable.dtype.itemsize) if kind else ():
+                yield variable[piece].astype(kind).tobytes()
+
+
+def _is_number(variable: Any) -> bool:
+    return variable.dtype is not str and variable.dtype.kind in "biufc"
+
+
+def pieces(shape: Sequence[int], size: int) -> Iterator[tuple[Any, ...]]:
+    """Indices of parts of an array of at most `PIECE` bytes, in the order of its numbers of `size` bytes."""
+    row = size * math.prod(shape[1:])
+    if not shape or row * shape[0] <= PIECE:
+        yield (Ellipsis,)
+    elif row <= PIECE:
+        step = PIECE // row
+        yield from ((slice(first, first + step),) for first in range(0, shape[0], step))
+    else:
+        for number in range(shape[0]):
+            yield from ((number, *rest) for rest in pieces(shape[1:], size))
+
+
+def _texts(variable: Any) -> dict[str, list[str]]:
+    """All texts of an array."""
+    import numpy as np
+
+    values = np.asarray(variable[...]).ravel().tolist()
+    texts = [one.decode("utf-8") if isinstance(one, bytes) else one for one in values]
+    if not all(isinstance(one, str) for one in texts):
+        raise ValueError("it holds what is neither a number nor a text")
+    return {"texts": texts}
+
+
+def _attributes(attrs: Any) -> dict[str, Any]:
+    """Attributes that are texts or numbers; others belong to the layout of the file."""
+    import numpy as np
+
+    found: dict[str, Any] = {}
+    for name in attrs:
+        value = attrs[name]
+        value = value.decode("utf-8") if isinstance(value, bytes) else value
+        if isinstance(value, np.ndarray | np.generic):
+            value = value.tolist()
+        value = value[0] if isinstance(value, list) and len(value) == 1 else value
+        if isinstance(value, str | int | float | bool) or (
+            isinstance(value, list) and all(isinstance(one, str | int | float) for one in value)
+        ):
+            found[str(name)] = value
+    return found
+
+
+def main() -> int:
+    """Write the contents of the file, or why there are none and exit code 1."""
+    path, most, seconds = sys.argv[1:]
+    try:
+        limit(int(seconds))
+    except (ImportError, OSError, ValueError):
+        return NO_LIMITS
+    try:
+        for part in framed(path, int(most)):
+            sys.stdout.buffer.write(part)
+        sys.stdout.buffer.flush()
+    except Exception as error:  # whatever the library makes of a damaged file
+        sys.stderr.write((str(error) or type(error).__name__)[:300])
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
