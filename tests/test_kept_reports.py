@@ -272,24 +272,27 @@ def test_window_that_fails_is_named_and_the_others_are_kept(tmp_path: Path, monk
     from gyroctl.studies.bound import report
     from gyroctl.studies.bound.report import bound_report
 
-    class Window:
-        def __init__(self, seed: int) -> None:
+    class Outcome:
+        def __init__(self, one: Any, seed: int) -> None:
             self.seed = seed
 
         def record(self) -> dict[str, Any]:
             return {"seed": self.seed}
 
-    def searched(one: Any, *_: object) -> Window:
+    def searched(one: Any, *_: object) -> tuple[int]:
         if one.waves.seed == 2:
             raise gy.InputError("seeds", 2, "nothing found keeps the lock", "Choose another seed")
-        return Window(one.waves.seed)
+        return (one.waves.seed,)
 
     class Cut:
         def __init__(self, seed: int) -> None:
             self.waves = type("Waves", (), {"seed": seed})
 
+    unkept = report.Steps(tmp_path / "runs", "", report.MODULES, report.KINDS, "device")
     monkeypatch.setattr(report, "cut", lambda plant, sea, seed, duration, *_: Cut(seed))
+    monkeypatch.setattr(report, "_steps", lambda *_: unkept)
     monkeypatch.setattr(report, "_searched", searched)
+    monkeypatch.setattr(report, "Outcome", Outcome)
     monkeypatch.setattr(report, "summary", lambda records: {"windows": len(records)})
     monkeypatch.setattr(report, "picture", lambda *_: _figure())
     sea = gy.SeaState()

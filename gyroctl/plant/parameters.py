@@ -13,7 +13,7 @@ NOT_NEGATIVE = ("c", "Jh1", "Jh3", "d1", "d3")
 FURTHER = ("drag", "coupling_cap", "coupling_slip", "bearing", "windage", "rolling_resistance")
 """Numbers beyond the linear model: zero leaves the term out."""
 
-LARGEST = 1e9
+LARGEST = 1e15
 """Size beyond which no number of a device is meant."""
 
 NAMED: dict[str, tuple[str, ...]] = {
