@@ -22,6 +22,7 @@ import tempfile
 import time
 import traceback
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,15 @@ SECONDS, BYTES = 5.0, 1 << 30
 
 GRACE = 120.0
 """After which a child that is stuck where no signal reaches it is ended. [s]"""
+
+
+@dataclass
+class Spent:
+    """What inputs took of a processor, all and the longest [s], and the most memory of a child above its start. [B]"""
+
+    all: float = 0.0
+    longest: float = 0.0
+    memory: float = 0.0
 
 
 class TooLong(BaseException):
@@ -44,6 +54,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--first", type=int, default=0, help="number of the first input, to see one again")
     parser.add_argument("--out", type=Path, default=Path("fuzz-findings"), help="folder of findings")
+    parser.add_argument("--json", type=Path, help="file of figures; those of other readers that it holds stay")
     parser.add_argument("--batch", type=Path, help=argparse.SUPPRESS)
     asked = parser.parse_args()
     if asked.batch:
@@ -66,13 +77,13 @@ def known() -> list[str]:
 def fuzzed(name: str, inputs: int, asked: argparse.Namespace, folder: Path) -> int:
     """Put all inputs of a reader through child processes; print and return how many findings there are."""
     counts: collections.Counter[str] = collections.Counter()
-    slowest, begin, at, last = 0.0, time.monotonic(), asked.first, asked.first + inputs
+    spent, begin, at, last = Spent(), time.monotonic(), asked.first, asked.first + inputs
     while at < last:
         command = [sys.executable, __file__, name, "--seed", str(asked.seed), "--first", str(at)]
         command += ["--inputs", str(last - at), "--out", str(asked.out), "--batch", str(folder)]
         with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL) as child:
-            done, one = _followed(child, counts)
-            at, slowest = at + done, max(slowest, one)
+            done = _followed(child, counts, spent)
+            at += done
         if at < last:  # the child ended within an input
             counts["the process ended" if child.returncode not in (None, -signal.SIGKILL) else "stuck"] += 1
             kept = asked.out / name / str(at)
@@ -84,15 +95,27 @@ def fuzzed(name: str, inputs: int, asked: argparse.Namespace, folder: Path) -> i
                 return 1
     findings = sum(count for kind, count in counts.items() if kind not in ("read", "refused"))
     read, refused = counts.pop("read", 0), counts.pop("refused", 0)
-    spent = f"{inputs} inputs in {time.monotonic() - begin:.0f} s, longest {slowest:.2f} s"
-    print(f"{name}: {spent}: {read} read, {refused} refused, {findings} findings {dict(counts) or ''}", flush=True)
+    wall = time.monotonic() - begin
+    told = f"{inputs} inputs in {wall:.0f} s ({spent.all:.0f} s of a processor), longest {spent.longest:.2f} s"
+    told += f", at most {spent.memory / 1e6:.0f} MB"
+    print(f"{name}: {told}: {read} read, {refused} refused, {findings} findings {dict(counts) or ''}", flush=True)
+    if asked.json:
+        figures = {"inputs": inputs, "seed": asked.seed, "read": read, "refused": refused, "findings": dict(counts)}
+        figures |= {"seconds": round(wall), "processor_s": round(spent.all, 1), "longest_s": round(spent.longest, 3)}
+        note(asked.json, name, {**figures, "peak_mb": round(spent.memory / 1e6, 1)})
     return findings
 
 
-def _followed(child: subprocess.Popen[bytes], counts: collections.Counter[str]) -> tuple[int, float]:
+def note(path: Path, name: str, figures: dict[str, Any]) -> None:
+    """Write the figures of a reader beside those of the others."""
+    known: dict[str, Any] = json.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
+    path.write_text(json.dumps(dict(sorted({**known, name: figures}.items())), indent=1) + "\n", encoding="utf-8")
+
+
+def _followed(child: subprocess.Popen[bytes], counts: collections.Counter[str], spent: Spent) -> int:
     """Count what a child tells, line by line, and end it where it tells nothing more."""
     assert child.stdout is not None
-    done, slowest, rest, start = 0, 0.0, b"", True
+    done, rest, start = 0, b"", True
     while True:
         ready, _, _ = select.select([child.stdout], [], [], 600.0 if start else GRACE)
         data = os.read(child.stdout.fileno(), 65536) if ready else b""
@@ -100,14 +123,15 @@ def _followed(child: subprocess.Popen[bytes], counts: collections.Counter[str]) 
             if not ready:
                 child.kill()
             child.wait()
-            return done, slowest
+            return done
         start = False
         *lines, rest = (rest + data).split(b"\n")
         for line in lines:
             if line != b"begun":
                 told: dict[str, Any] = json.loads(line)
                 counts[told["kind"]] += 1
-                done, slowest = done + 1, max(slowest, told["seconds"])
+                done, spent.all = done + 1, spent.all + told["seconds"]
+                spent.longest, spent.memory = max(spent.longest, told["seconds"]), max(spent.memory, told["memory"])
 
 
 def batch(asked: argparse.Namespace) -> int:
@@ -134,6 +158,7 @@ def batch(asked: argparse.Namespace) -> int:
     used = int(Path("/proc/self/statm").read_text().split()[0]) * os.sysconf("SC_PAGE_SIZE")
     resource.setrlimit(resource.RLIMIT_AS, (used + BYTES, used + BYTES))
     signal.signal(signal.SIGPROF, _too_long)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     print("begun", file=told, flush=True)
     with tempfile.TemporaryDirectory() as scratch:
         for number in range(asked.first, asked.first + asked.inputs):
@@ -155,7 +180,8 @@ def batch(asked: argparse.Namespace) -> int:
                 shutil.copytree(place, kept)
                 (kept / "why.txt").write_text(why, encoding="utf-8", errors="backslashreplace")
             shutil.rmtree(place)
-            print(json.dumps({"kind": kind, "seconds": seconds}), file=told, flush=True)
+            memory = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024
+            print(json.dumps({"kind": kind, "seconds": seconds, "memory": memory}), file=told, flush=True)
     return 0
 
 

@@ -3,100 +3,90 @@
 from __future__ import annotations
 
 import csv
-import errno
 import hashlib
 import json
 import math
-import os
-import platform
 import re
-import tempfile
-import time
-import uuid
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, is_dataclass
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from gyroctl.disk import DISK, Disk
 from gyroctl.errors import in_words
 from gyroctl.names import in_cell
 
 
 @contextmanager
-def written_whole(path: Path) -> Iterator[Path]:
+def written_whole(path: Path, disk: Disk = DISK) -> Iterator[Path]:
     """Give a path beside `path` to write to; what was written replaces `path` at the end, or leaves no trace.
 
     The name cannot be guessed and is made by this process alone, so that two writers do not meet and no link that
     waits under the name is followed. What is written is on the disk before the name is, and the name before the return.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    owner = f"{os.getpid()}-{_host()}"
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}.{owner}.", suffix=f".part{path.suffix}")
-    os.close(handle)
-    part = Path(name)
+    make_folders(path.parent, disk)
+    me = disk.owner()
+    part = disk.new_file(path.parent, f".{path.stem}.{me.process}-{me.host}.{me.start}", f".part{path.suffix}")
     try:
-        part.chmod(0o666 & ~_umask())
         yield part
-        with part.open("rb+") as file:
-            os.fsync(file.fileno())
-        part.replace(path)
-        sync_folder(path.parent)
+        disk.sync(part)
+        disk.rename(part, path)
+        disk.sync_folder(path.parent)
     finally:
-        part.unlink(missing_ok=True)
+        disk.remove(part)
 
 
-def sync_folder(folder: Path) -> None:
-    """Bring the names in a folder to the disk, where the system can: Windows does it by itself."""
-    if os.name == "nt":
-        return
-    handle = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(handle)
-    except OSError as error:
-        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # a file system that knows no such thing
-            raise
-    finally:
-        os.close(handle)
+def make_folders(folder: Path, disk: Disk = DISK) -> None:
+    """Make a folder with those above it, and bring their names to the disk."""
+    missing, place = list[Path](), folder
+    while not disk.has(place):
+        missing.append(place)
+        place = place.parent
+    for place in reversed(missing):
+        disk.make_folder(place)
+        _synced(place.parent, disk)
 
 
-PART = re.compile(r"\..+\.(\d+)-([0-9a-f]{8})\.[^.]+\.part(\..*)?")
-"""Name of a file that is being written: process and machine."""
+def settle(folder: Path, disk: Disk = DISK) -> None:
+    """Bring the name of a folder, and of those above it, to the disk: who made them may have been killed before."""
+    for above in folder.absolute().parents:
+        _synced(above, disk)
+
+
+def _synced(folder: Path, disk: Disk) -> None:
+    with suppress(PermissionError):  # it may be written to, or gone through, and not read
+        disk.sync_folder(folder)
+
+
+PART = re.compile(r"\..+\.(\d+)-([0-9a-f]{8})\.([^.]+)\.part(\..*)?")
+"""Name of a file that is being written: process, machine, and a word that begins with that of its start."""
 
 OLD = 86400.0
 """Age from which such a file of another machine is left over. [s]"""
 
 
-def left_over(folder: Path) -> list[Path]:
+def left_over(folder: Path, disk: Disk = DISK) -> list[Path]:
     """Files that a process which is no more left half-written in a folder: it was killed, or the power failed."""
-    if not folder.is_dir():
-        return []
-    return [path for path in folder.iterdir() if (found := PART.fullmatch(path.name)) and _dead(path, *found.groups())]
+    return [
+        path
+        for path in disk.names(folder)
+        if (found := PART.fullmatch(path.name)) and _dead(disk, path, *found.groups())
+    ]
 
 
-def _dead(path: Path, process: str, host: str, *_: str) -> bool:
+def _dead(disk: Disk, path: Path, process: str, host: str, word: str, *_: str) -> bool:
+    me = disk.owner()
+    if host == me.host and int(process) == me.process:  # in a container the number is often that of the one before
+        return not word.startswith(me.start)
     try:
-        old = time.time() - path.lstat().st_mtime > OLD
+        old = disk.age(path) > OLD
     except OSError:
         return False
-    if host != _host() or os.name == "nt":  # there a process cannot be asked for without ending it
-        return old
-    try:
-        os.kill(int(process), 0)
-    except (ProcessLookupError, OverflowError):
-        return True
-    except OSError:  # of another user
-        return old
-    return old and int(process) != os.getpid()
-
-
-@cache
-def _host() -> str:
-    """Short name of this machine that tells nobody which one it is."""
-    return hashlib.sha256(f"{platform.node()} {uuid.getnode()}".encode()).hexdigest()[:8]
+    alive = disk.alive(int(process)) if host == me.host else None
+    return old or alive is False
 
 
 SEAL = b"\ngyroctl sha256 "
@@ -135,16 +125,16 @@ def _sha256(path: Path, size: int) -> bytes:
     return digest.hexdigest().encode()
 
 
-def write_text(path: Path, text: str) -> Path:
+def write_text(path: Path, text: str, disk: Disk = DISK) -> Path:
     """Write a text file whole or not at all."""
-    with written_whole(path) as part:
-        part.write_text(text, encoding="utf-8", newline="\n")
+    with written_whole(path, disk) as part:
+        disk.write(part, text.encode("utf-8"))
     return path
 
 
-def write_json(path: Path, content: Any) -> Path:
+def write_json(path: Path, content: Any, disk: Disk = DISK) -> Path:
     """Write a JSON file whole or not at all, see `plain`."""
-    return write_text(path, json.dumps(plain(content), indent=1, allow_nan=False, ensure_ascii=False) + "\n")
+    return write_text(path, json.dumps(plain(content), indent=1, allow_nan=False, ensure_ascii=False) + "\n", disk)
 
 
 class Kept:
@@ -205,10 +195,3 @@ def plain(value: Any) -> Any:
     if isinstance(value, list | tuple | np.ndarray):
         return [plain(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _umask() -> int:
-    """Permissions that this process withholds from new files; mkstemp withholds all but the owner's."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

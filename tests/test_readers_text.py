@@ -243,7 +243,7 @@ DAMAGED = (
 
 
 @pytest.mark.parametrize("line", DAMAGED, ids=range(len(DAMAGED)))
-def test_damaged_line_of_a_tuning_is_dropped_and_said(
+def test_damaged_line_of_a_tuning_is_not_believed_and_said(
     tmp_path: Path, line: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "law.jsonl"
@@ -252,10 +252,11 @@ def test_damaged_line_of_a_tuning_is_dropped_and_said(
     whole = path.read_bytes()
     for end in ("", "\n"):
         path.write_bytes(whole + (line + end).encode("utf-8", "surrogateescape"))
-        assert TuningLog(path).steps == {"search 0": [list(WORST)] * 2}
-        assert path.read_bytes() == whole and "1 lines are not what was written" in capsys.readouterr().err
-    TuningLog(path)
-    assert not capsys.readouterr().err
+        log = TuningLog(path)
+        assert log.steps == {"search 0": [list(WORST)] * 2}
+        assert "1 lines are not what was written" in capsys.readouterr().err
+        log.add("search 1", 0.1 + 0.2)
+        assert TuningLog(path).steps == {"search 0": [list(WORST)] * 2, "search 1": 0.1 + 0.2}
 
 
 def test_log_that_is_no_file_is_refused(tmp_path: Path) -> None:

@@ -22,6 +22,7 @@ from pebble import ProcessExpired, ProcessPool
 
 from gyroctl.comparison.items import Item, Outcome, about, failed, perform
 from gyroctl.comparison.kept import kept
+from gyroctl.disk import DISK, Disk
 from gyroctl.engine import Record, Store
 from gyroctl.engine.plan import Plan, Wanted
 from gyroctl.harness.law_entry import compile_law
@@ -43,7 +44,13 @@ Run = Callable[[Sequence[Item], int], Generator[tuple[Item, Outcome], None, None
 
 
 def execute(
-    items: Sequence[Item], workers: int, results: Path | None, quiet: bool, case: str = "", run: Run | None = None
+    items: Sequence[Item],
+    workers: int,
+    results: Path | None,
+    quiet: bool,
+    case: str = "",
+    run: Run | None = None,
+    disk: Disk = DISK,
 ) -> Outcomes:
     """Run the items that are not stored.
 
@@ -61,6 +68,8 @@ def execute(
         What these runs are of, for `gyroctl status`.
     run : callable, optional
         What runs them, by default `run_items` on this machine.
+    disk : Disk
+        The file system.
 
     Raises
     ------
@@ -68,7 +77,7 @@ def execute(
         Where a result cannot be stored; those that are finished are whole.
     """
     outcomes: Outcomes = {}
-    store, laws = Store(results), len({item.name for item in items})
+    store, laws = Store(results, disk=disk), len({item.name for item in items})
     with Progress("runs", len(items), quiet) as progress:
         todo = []
         for item in items:
@@ -81,9 +90,11 @@ def execute(
         store.tell()
         if todo:
             store.tell_apart({item.key for item in items}, {(case, item.name) for item in todo})
-        plan = Plan(results, case, [Wanted(item.key, item.name, item.seed) for item in items])
+        plan = Plan(results, case, [Wanted(item.key, item.name, item.seed) for item in items], disk)
         with plan, store.beside() as save, closing((run or run_items)(todo, workers)) as ended:
             for item, outcome in ended:
+                if (item.name, item.seed) in outcomes:
+                    continue  # a result that came twice is the same one
                 if outcome.failure:
                     plan.failed(item.key or f"{item.name} {item.seed}", outcome.failure)
                 else:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import asdict, dataclass, replace
@@ -15,6 +14,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from gyroctl.disk import DISK, Disk
 from gyroctl.errors import InputError
 from gyroctl.provenance import typed
 from gyroctl.reading import TEXT_MAX, read_json
@@ -55,29 +55,32 @@ class Plan(AbstractContextManager["Plan"]):
         What the runs are of.
     items : sequence of Wanted
         All that is wanted, finished or not.
+    disk : Disk
+        The file system.
     """
 
-    def __init__(self, folder: Path | None, case: str, items: Sequence[Wanted]) -> None:
+    def __init__(self, folder: Path | None, case: str, items: Sequence[Wanted], disk: Disk = DISK) -> None:
         text = json.dumps([case, sorted({item.law for item in items}), sorted({item.seed for item in items})])
         name = hashlib.sha256(text.encode()).hexdigest()[:16]
         self.path = folder / f"{name}{SUFFIX}" if folder is not None else None
+        self.disk = disk
         self.made: list[Path] = []  # folders that were not there before
-        self.noted = Noted(case, tuple(items), {}, _now(), "", os.getpid(), typed())
+        self.noted = Noted(case, tuple(items), {}, _now(), "", disk.owner().process, typed())
 
     def __enter__(self) -> Plan:
         """Note what is wanted."""
         places = (self.path.parent, self.path.parent.parent) if self.path is not None else ()
-        self.made = [place for place in places if not place.exists()]
+        self.made = [place for place in places if not self.disk.has(place)]
         self._write()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, *error: object) -> None:
         """Note what failed, and that it ended; what was stopped stays open, and what was refused leaves no trace."""
         if kind is not None and issubclass(kind, InputError) and self.path is not None:
-            self.path.unlink(missing_ok=True)
             with suppress(OSError):  # it holds results
+                self.disk.remove(self.path)
                 for folder in self.made:
-                    folder.rmdir()
+                    self.disk.remove_folder(folder)
         if kind is None:
             self.noted = replace(self.noted, ended=_now())
             self._write()
@@ -88,7 +91,7 @@ class Plan(AbstractContextManager["Plan"]):
 
     def _write(self) -> None:
         if self.path is not None:
-            write_json(self.path, asdict(self.noted))
+            write_json(self.path, asdict(self.noted), self.disk)
 
 
 def plans(folder: Path) -> list[Noted]:

@@ -6,8 +6,8 @@ import json
 import sys
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager
+from concurrent.futures import Future
+from contextlib import contextmanager, suppress
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -15,12 +15,13 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from gyroctl.disk import DISK, Disk
 from gyroctl.engine.record import LARGEST, Damaged, Record, from_bytes, to_bytes
 from gyroctl.errors import visible
 from gyroctl.fingerprint import made_with
 from gyroctl.provenance import commit
 from gyroctl.version import VERSION
-from gyroctl.writing import left_over, written_whole
+from gyroctl.writing import left_over, settle, written_whole
 
 SUFFIX = ".run"
 EARLIER = "*.npz"
@@ -44,14 +45,18 @@ class Store:
         Made when the first result is stored. None stores nothing.
     say : callable
         Told in one line what is not believed.
+    disk : Disk
+        The file system.
     """
 
-    def __init__(self, folder: Path | None, say: Callable[[str], None] = aloud) -> None:
-        self.folder, self.say = folder, say
+    def __init__(self, folder: Path | None, say: Callable[[str], None] = aloud, disk: Disk = DISK) -> None:
+        self.folder, self.say, self.disk = folder, say, disk
         self.refused: Counter[str] = Counter()
+        self._settled = False  # whether the folder's own name is on the disk
         if folder is not None:
-            for path in left_over(folder):
-                path.unlink(missing_ok=True)
+            with suppress(OSError):  # where it must not be written to, it stays
+                for path in left_over(folder, disk):
+                    disk.remove(path)
 
     def path(self, key: str) -> Path:
         """File of a result."""
@@ -63,7 +68,7 @@ class Store:
         if self.folder is None or not key:
             return None
         try:
-            return read(self.path(key))
+            return read(self.path(key), self.disk)
         except FileNotFoundError:
             return None
         except (Damaged, OSError) as error:
@@ -87,8 +92,11 @@ class Store:
         if self.folder is None or not key:
             return
         told = {**(about or {}), **made_by(), "finished": datetime.now(UTC).isoformat(timespec="milliseconds")}
-        with written_whole(self.path(key)) as part:
-            part.write_bytes(to_bytes(Record(key, content, arrays or {}, told)))
+        with written_whole(self.path(key), self.disk) as part:
+            self.disk.write(part, to_bytes(Record(key, content, arrays or {}, told)))
+        if not self._settled:
+            settle(self.folder, self.disk)
+            self._settled = True
 
     @contextmanager
     def beside(self) -> Iterator[Callable[..., None]]:
@@ -102,7 +110,7 @@ class Store:
             As `save`, at one of the next calls or at the end.
         """
         pending: deque[Future[None]] = deque()
-        with ThreadPoolExecutor(WRITERS) as pool:
+        with self.disk.writers(WRITERS) as pool:
 
             def save(*given: Any) -> None:
                 while pending and (pending[0].done() or len(pending) > PENDING):
@@ -119,7 +127,7 @@ class Store:
             some = "a stored result is" if count == 1 else f"{count} stored results are"
             self.say(f"{self.folder}: {some} {why}: not believed, computed again")
         self.refused.clear()
-        if self.folder is not None and not stored(self.folder) and any(self.folder.glob(EARLIER)):
+        if self.folder is not None and not stored(self.folder, self.disk) and _earlier(self.folder, self.disk):
             self.say(f"{self.folder}: results of an earlier format carry no checksum: not believed, computed again")
 
     def tell_apart(self, wanted: set[str], laws: set[tuple[str, str]]) -> None:
@@ -128,7 +136,7 @@ class Store:
             return
         apart = Counter(
             differences(head)
-            for head in heads(self.folder)
+            for head in heads(self.folder, disk=self.disk)
             if head["key"] not in wanted and (str(head.get("case", "")), str(head.get("law"))) in laws
         )
         for what, count in apart.items():
@@ -138,15 +146,19 @@ class Store:
     def files(self) -> Iterator[Path]:
         """Files of all results, sorted."""
         if self.folder is not None:
-            yield from stored(self.folder)
+            yield from stored(self.folder, self.disk)
 
 
-def stored(folder: Path) -> list[Path]:
+def stored(folder: Path, disk: Disk = DISK) -> list[Path]:
     """Files of all results in a folder, sorted; what is being written is none yet."""
-    return sorted(path for path in folder.glob(f"*{SUFFIX}") if not path.name.startswith("."))
+    return sorted(path for path in disk.names(folder) if path.suffix == SUFFIX and not path.name.startswith("."))
 
 
-def read(path: Path) -> Record:
+def _earlier(folder: Path, disk: Disk) -> bool:
+    return any(path.match(EARLIER) for path in disk.names(folder))
+
+
+def read(path: Path, disk: Disk = DISK) -> Record:
     """Read the file of a result.
 
     Raises
@@ -156,9 +168,9 @@ def read(path: Path) -> Record:
     OSError
         Where it cannot be read.
     """
-    if path.stat().st_size > LARGEST:
+    if disk.size(path) > LARGEST:
         raise Damaged("too large")
-    return from_bytes(path.read_bytes(), path.stem)
+    return from_bytes(disk.read(path), path.stem)
 
 
 @cache
@@ -176,13 +188,11 @@ def differences(about: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} {there.get(name, 'unknown')} (here {here.get(name, 'none')})" for name in names)
 
 
-def heads(folder: Path, most: int = 2000) -> Iterator[Mapping[str, Any]]:
+def heads(folder: Path, most: int = 2000, disk: Disk = DISK) -> Iterator[Mapping[str, Any]]:
     """Yield what results are of and what made them, without reading their numbers: to be told, not to be believed."""
-    for path in stored(folder)[:most]:
+    for path in stored(folder, disk)[:most]:
         try:
-            with path.open("rb") as stream:
-                stream.readline(200)
-                head = json.loads(stream.readline(1 << 24))
+            head = json.loads(disk.lines(path, 200, 1 << 24)[1])
             yield {"key": str(head["key"]), **head["about"]}
         except (OSError, ValueError, KeyError, TypeError, RecursionError):
             continue

@@ -1,21 +1,21 @@
 """What a tuning has run, one line of JSON per step, so that a tuning that was stopped is gone through again from it.
 
 A line is written and synced when its step has ended, and carries the checksum of the step. A line that was cut short by
-a kill, damaged or edited is not believed: it is dropped, and its step run again.
+a kill, damaged or edited is not believed, and its step run again.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import os
 from pathlib import Path
 from typing import Any
 
+from gyroctl.disk import DISK, Disk
 from gyroctl.engine.store import aloud
-from gyroctl.errors import InputError
-from gyroctl.reading import TEXT_MAX, existing, parse_json
-from gyroctl.writing import write_text
+from gyroctl.errors import InputError, in_words
+from gyroctl.reading import TEXT_MAX, parse_json
+from gyroctl.writing import make_folders, settle
 
 MEND = "Take the file away, and its steps are run again; or give another folder"
 
@@ -27,6 +27,8 @@ class TuningLog:
     ----------
     path : Path or None
         The file; made with its folder when the first step is added. None keeps the steps in memory only.
+    disk : Disk
+        The file system.
 
     Raises
     ------
@@ -34,47 +36,54 @@ class TuningLog:
         For a file that cannot be read.
     """
 
-    def __init__(self, path: Path | None) -> None:
-        self.path = path
+    def __init__(self, path: Path | None, disk: Disk = DISK) -> None:
+        self.path, self.disk = path, disk
         self.steps: dict[str, Any] = {}
-        if path is None or not path.exists():
+        self._settled = False  # whether the file's name is on the disk
+        self._failed = False  # whether the last line may be there in part, or not be on the disk though it is read
+        if path is None or not disk.has(path):
             return
-        lines, good = _lines(path), list[str]()
-        for line in lines:
-            step = _step(line)
-            if step is not None:
-                self.steps[step[0]] = step[1]
-                good.append(line)
-        if lines != [*good, ""]:
-            dropped = len([line for line in lines if line]) - len(good)
+        lines = [line for line in _lines(path, disk) if line]
+        steps = [step for line in lines if (step := _step(line)) is not None]
+        self.steps.update(steps)
+        if dropped := len(lines) - len(steps):  # they stay: another process may write to the file
             aloud(f"{path}: {dropped} lines are not what was written: not believed, their steps are run again")
-            write_text(path, "".join(f"{line}\n" for line in good))
 
     def get(self, key: str) -> Any:
         """Value of a step, or None where it has not been run."""
         return self.steps.get(key)
 
     def add(self, key: str, value: Any) -> None:
-        """Keep the value of a step. Floats come back from the file to the last bit."""
+        """Keep the value of a step. Floats come back from the file to the last bit.
+
+        Raises
+        ------
+        OSError
+            Where it cannot be written; what was kept before is whole.
+        """
+        if self.path is not None:
+            line = json.dumps({"key": key, "value": value, "sha256": _digest(key, value)}) + "\n"
+            make_folders(self.path.parent, self.disk)
+            torn = self._failed or (self.disk.has(self.path) and self.disk.last(self.path) not in (b"\n", b""))
+            self._failed = True
+            self.disk.append(self.path, ("\n" + line if torn else line).encode())  # behind a line that was cut short
+            self.disk.sync(self.path)
+            self._failed = False
+            if not self._settled:
+                self.disk.sync_folder(self.path.parent)
+                settle(self.path.parent, self.disk)
+                self._settled = True
         self.steps[key] = value
-        if self.path is None:
-            return
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        with self.path.open("a", encoding="utf-8") as file:
-            file.write(json.dumps({"key": key, "value": value, "sha256": _digest(key, value)}) + "\n")
-            file.flush()
-            os.fsync(file.fileno())
 
 
-def _lines(path: Path) -> list[str]:
+def _lines(path: Path, disk: Disk) -> list[str]:
     """Lines of a log; bytes that are no text stand in none that was written."""
     try:
-        with existing("out", path, MEND).open("rb") as file:
-            content = file.read(TEXT_MAX + 1)
+        if disk.size(path) > TEXT_MAX:
+            raise InputError("out", str(path), f"is larger than {TEXT_MAX >> 20} MB", MEND)
+        content = disk.read(path)
     except OSError as error:
-        raise InputError("out", str(path), f"cannot be read: {error}", MEND) from None
-    if len(content) > TEXT_MAX:
-        raise InputError("out", str(path), f"is larger than {TEXT_MAX >> 20} MB", MEND)
+        raise InputError("out", str(path), f"cannot be read: {in_words(error)}", MEND) from None
     return content.decode("utf-8", "replace").split("\n")
 
 
