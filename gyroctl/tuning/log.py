@@ -40,7 +40,7 @@ class TuningLog:
         self.path, self.disk = path, disk
         self.steps: dict[str, Any] = {}
         self._settled = False  # whether the file's name is on the disk
-        self._failed = False  # whether the last line may be there in part, or not be on the disk though it is read
+        self._sound = False  # whether the last line is on the disk; one that is read need not be, if its sync failed
         if path is None or not disk.has(path):
             return
         lines = [line for line in _lines(path, disk) if line]
@@ -64,11 +64,12 @@ class TuningLog:
         if self.path is not None:
             line = json.dumps({"key": key, "value": value, "sha256": _digest(key, value)}) + "\n"
             make_folders(self.path.parent, self.disk)
-            torn = self._failed or (self.disk.has(self.path) and self.disk.last(self.path) not in (b"\n", b""))
-            self._failed = True
-            self.disk.append(self.path, ("\n" + line if torn else line).encode())  # behind a line that was cut short
+            there = self.disk.has(self.path)
+            torn = there and not (self._sound and self.disk.last(self.path) == b"\n")
+            self._sound = False
+            self.disk.append(self.path, ("\n" + line if torn else line).encode())
             self.disk.sync(self.path)
-            self._failed = False
+            self._sound = True
             if not self._settled:
                 self.disk.sync_folder(self.path.parent)
                 settle(self.path.parent, self.disk)
