@@ -17,15 +17,13 @@ import random
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import CancelledError
 from contextlib import redirect_stderr
-from types import SimpleNamespace
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 from faults_disk import ROOT, Killed, Medium, Pool, Process, SimulatedDisk, World
+from faults_scheduler import Scheduler, played_dask
 
-from gyroctl.comparison import cluster
-from gyroctl.comparison.cluster import Elsewhere, run_far
+from gyroctl.comparison.cluster import run_far
 from gyroctl.comparison.execution import execute
 from gyroctl.comparison.items import Item, Outcome, failed
 from gyroctl.comparison.kept import kept
@@ -57,7 +55,7 @@ def played(seed: int) -> dict[str, int]:
     Broken
         Where something does not hold.
     """
-    with redirect_stderr(io.StringIO()), patch.object(cluster, "import_module", _dask):
+    with redirect_stderr(io.StringIO()), played_dask():
         return (Tuning if seed % 8 == 7 else History)(seed).play()
 
 
@@ -211,7 +209,10 @@ class History:
 
     def _far(self, items: Sequence[Item], sound: bool) -> Iterator[tuple[Item, Outcome]]:
         """The real hands of a cluster, whose scheduler and workers are played."""
-        return run_far(Scheduler(self, sound), items)
+        return run_far(Scheduler(self.rng, self._ended, self.note, self.world.turn, sound), items)
+
+    def _ended(self, items: Sequence[Item]) -> list[Outcome]:
+        return [self.truth[_name(item)] for item in items]
 
     # --- what must hold ------------------------------------------------------------------------------------------
 
@@ -348,87 +349,6 @@ class Tuning(History):
             data[self.rng.randrange(len(data))] ^= 1 << self.rng.randrange(8)
         inode.data = inode.safe = bytes(data)
         self.stored &= self._whole()
-
-
-class Scheduler:
-    """What the hands of a cluster ask of a client of Dask: workers come, end their work in any order, and die."""
-
-    def __init__(self, history: History, sound: bool) -> None:
-        self.history, self.rng, self.sound = history, history.rng, sound
-        self.scheduler, self.loop, self.status = SimpleNamespace(address="tcp://played"), self, "running"
-        self.workers = {f"worker {number}": 1 for number in range(self.rng.randint(1, 3))}
-        self.foreign = {"worker 2"} if not sound and self.rng.random() < 0.3 else set[str]()
-        self.futures: list[Played] = []
-
-    def nthreads(self) -> dict[str, int]:
-        return dict(self.workers)
-
-    def submit(self, function: Any, piece: Any, pure: bool, workers: Sequence[str] = (), **_: Any) -> Played:
-        future = Played(piece, self.rng.choice(list(workers) or list(self.workers)))
-        self.futures.append(future)
-        return future
-
-    def cancel(self, futures: Any) -> None:
-        self.futures.clear()
-
-    def next(self) -> Played:
-        """The next one that has ended."""
-        while True:
-            self.history.world.turn()
-            future = self.rng.choice(self.futures)
-            event = 1.0 if self.sound else self.rng.random()
-            if event < 0.01:
-                self.status = "closed"
-                raise CancelledError
-            if event < 0.1:
-                self.history.note("worker lost")
-                future.losses += 1
-                future.worker = self.rng.choice(list(self.workers))
-                if future.losses < 3:
-                    continue
-                future.error = KilledWorker("worker lost")
-            self.futures.remove(future)
-            if future.worker in self.foreign:
-                self.history.note("worker left out")
-                future.found = Elsewhere(future.worker, {"numpy": "0.0"})
-            else:
-                truth = self.history.truth
-                future.found = [truth[_name(item)] for item in future.piece.items]
-            return future
-
-
-class KilledWorker(Exception):
-    """As that of Dask."""
-
-
-class Played:
-    """A piece of work on its way."""
-
-    def __init__(self, piece: Any, worker: str) -> None:
-        self.piece, self.worker = piece, worker
-        self.losses, self.found, self.error = 0, None, None  # type: int, Any, Any
-
-    def result(self) -> Any:
-        if self.error is not None:
-            raise self.error
-        return self.found
-
-
-class Completed:
-    """As `distributed.as_completed`."""
-
-    def __init__(self, loop: Scheduler) -> None:
-        self.loop = loop
-
-    def add(self, future: Played) -> None:
-        assert future in self.loop.futures
-
-    def __next__(self) -> Played:
-        return self.loop.next()
-
-
-def _dask(_: str) -> Any:
-    return SimpleNamespace(as_completed=Completed, KilledWorker=KilledWorker)
 
 
 def _name(item: Item) -> str:

@@ -30,7 +30,7 @@ SECONDS, BYTES = 5.0, 1 << 30
 """What an input may take, of a processor: a busy machine is no fault of a reader."""
 
 GRACE = 120.0
-"""After which a child that is stuck where no signal reaches it is ended. [s]"""
+"""After which a child that is stuck where no signal reaches it is ended, of a processor or without one. [s]"""
 
 
 @dataclass
@@ -115,16 +115,19 @@ def note(path: Path, name: str, figures: dict[str, Any]) -> None:
 def _followed(child: subprocess.Popen[bytes], counts: collections.Counter[str], spent: Spent) -> int:
     """Count what a child tells, line by line, and end it where it tells nothing more."""
     assert child.stdout is not None
-    done, rest, start = 0, b"", True
+    done, rest, used = 0, b"", 0.0
     while True:
-        ready, _, _ = select.select([child.stdout], [], [], 600.0 if start else GRACE)
+        ready, _, _ = select.select([child.stdout], [], [], GRACE)
+        if not ready:
+            before, (state, used) = used, _state(child.pid)
+            if state in "RD" and used - before < GRACE:
+                continue  # a busy machine is no fault of a reader
         data = os.read(child.stdout.fileno(), 65536) if ready else b""
         if not data:
             if not ready:
                 child.kill()
             child.wait()
             return done
-        start = False
         *lines, rest = (rest + data).split(b"\n")
         for line in lines:
             if line != b"begun":
@@ -132,6 +135,12 @@ def _followed(child: subprocess.Popen[bytes], counts: collections.Counter[str], 
                 counts[told["kind"]] += 1
                 done, spent.all = done + 1, spent.all + told["seconds"]
                 spent.longest, spent.memory = max(spent.longest, told["seconds"]), max(spent.memory, told["memory"])
+
+
+def _state(process: int) -> tuple[str, float]:
+    """State of a process, and what it has used of a processor. [s]"""
+    words = Path(f"/proc/{process}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
+    return words[0], (int(words[11]) + int(words[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def batch(asked: argparse.Namespace) -> int:
