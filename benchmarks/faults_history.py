@@ -331,9 +331,9 @@ class Tuning(History):
         disk = SimulatedDisk(self.medium, Process(1, "0"), lambda: Pool(self.world, print, False), lambda: None)
         lines = disk.read(LOG).decode("utf-8", "replace").split("\n") if LOG in self.medium.files else []
         steps = [step for line in lines if (step := _step(line)) is not None]
-        if any(STEPS[key] != value for key, value in steps):
+        if any(STEPS[key] != value for key, value, _ in steps):
             raise Broken("other numbers are believed")
-        return {key for key, _ in steps}
+        return {key for key, *_ in steps}
 
     def _check_rest(self) -> None:
         if self._whole() != set(STEPS):

@@ -18,20 +18,27 @@ OTHER = "other_versions"
 
 def status(folder: Folder) -> None:
     """Tell what is done, failed and left, by law and case, and the time that is left."""
-    from gyroctl.engine.state import results_folder, state
+    from gyroctl.engine.state import results_folders, state
+    from gyroctl.tuning.steps_kept import done
 
-    found = state(results_folder(folder))
+    found = [state(place, done(place)) for place in results_folders(folder)]
     lines = [f"{'case':24} {'law':24} {'done':>6} {'failed':>6} {'left':>6}"]
-    for line in found.lines:
+    for line in (line for part in found for line in part.lines):
         lines.append(f"{line.case[:24]:24} {line.law[:24]:24} {line.done:6} {line.failed:6} {line.left:6}  {line.why}")
-    time = "unknown" if found.left_s is None else f"{found.left_s / 60.0:.1f} min"
-    doing = f"running, time left {time}" if found.running else "nothing runs here" if found.left else "all is done"
+    known = [part.left_s for part in found if part.left_s is not None]
+    left, failed, running = sum(p.left for p in found), sum(p.failed for p in found), any(p.running for p in found)
+    time = f"{sum(known) / 60.0:.1f} min" if known else "unknown"
+    doing = f"running, time left {time}" if running else "nothing runs here" if left else "all is done"
+    apart = {what: number for part in found for what, number in part.apart.items()}
     content: dict[str, Any] = {
-        "running": found.running,
-        "time_left_s": found.left_s,
-        "lines": [vars(line) for line in found.lines],
+        "running": running,
+        "time_left_s": sum(known) if known else None,
+        "lines": [vars(line) for part in found for line in part.lines],
+        "made_here": sum(part.here for part in found),
+        "made_elsewhere": apart,
     }
-    answer(content, [*lines, f"{doing}; {found.left} left, {found.failed} failed"])
+    lines += [f"{number} stored results were made with {what}: kept apart, not used" for what, number in apart.items()]
+    answer(content, [*lines, f"{doing}; {left} left, {failed} failed"])
 
 
 def verify(

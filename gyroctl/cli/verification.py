@@ -14,10 +14,13 @@ import typer
 
 from gyroctl.cli.options import answer
 
-COMMANDS = ("margins", "bound", "evaluate", "reproduce")
+COMMANDS = ("margins", "bound", "evaluate", "reproduce", "tune")
 """What can be run again on a copy of its folder."""
 
-COVERS = "verify covers compare, margins, bound, evaluate and reproduce; the steps of tune carry their checksums alone"
+COVERS = "verify covers compare, margins, bound, evaluate, reproduce and tune"
+
+ELSEWHERE = ("--ship",)
+"""Options that write beside laws, and are left out."""
 
 
 def made_by_command(folder: Path, typed: str, by_note: bool) -> list[str]:
@@ -40,15 +43,24 @@ def made_by_command(folder: Path, typed: str, by_note: bool) -> list[str]:
         return words
     if not by_note:
         return []
-    noted = sorted({plan.command for plan in plans(folder / RUNS) if plan.command})
+    noted = sorted({plan.command for place in (folder, folder / RUNS) for plan in plans(place) if plan.command})
     ours = [text for text in noted if (_words(text) or [""])[0] in COMMANDS]
     if len(ours) > 1:
         raise InputError("dir", str(folder), f"was made by several commands: {'; '.join(ours)[:2000]}", how)
-    if ours and (".py" in ours[0] or "allow-code" in ours[0]):
+    if ours and (".py" in ours[0] or "allow-code" in ours[0] or _names_code(_words(ours[0]))):
         raise InputError("dir", ours[0], "names code, and what may run is not for a folder to say", how)
     if not noted and not (folder / RUNS).is_dir() and any(folder.glob("*.jsonl")):
-        raise InputError("dir", str(folder), f"holds steps of a tuning: {COVERS}", "Give a folder of those")
+        problem = "holds steps of a tuning, and does not say of which command"
+        raise InputError("dir", str(folder), problem, 'Give it by --command "tune load_angle --budget 4e5"')
     return _words(ours[0]) if ours else []
+
+
+def _names_code(words: Sequence[str]) -> bool:
+    """Whether a file that a command names, an experiment or a task, names code."""
+    from gyroctl.reading import read_text
+
+    files = [word for word in words if word.endswith(".toml") and Path(word).is_file()]
+    return any(".py" in read_text("command", name, "Give the command") for name in files)
 
 
 class Compared(NamedTuple):
@@ -98,35 +110,45 @@ def verify_command(folder: Path, words: Sequence[str], share: float, count: int 
     from gyroctl.engine.again import compared, withhold
     from gyroctl.engine.state import RUNS, results_folder, state
     from gyroctl.errors import InputError
+    from gyroctl.tuning.steps_kept import compared as compared_steps
+    from gyroctl.tuning.steps_kept import done
+    from gyroctl.tuning.steps_kept import withhold as withhold_steps
 
-    if results_folder(folder).name != RUNS or folder.name == RUNS:
+    tuned = words[0] == "tune"
+    if (not tuned and results_folder(folder).name != RUNS) or folder.name == RUNS:
         raise InputError("dir", str(folder), "is not the folder of a study", "Give the folder that --out named")
-    if left := state(folder / RUNS).left:
+    if left := state(folder, done(folder)).left if tuned else state(folder / RUNS).left:
         mend = "Give the command once more to finish it"
         raise InputError("dir", str(folder), f"{left} pieces of work are not finished", mend)
+    line = [word for word in (sys.executable, "-m", "gyroctl", *words) if word not in ELSEWHERE]
     with tempfile.TemporaryDirectory(prefix="gyroctl-verify-") as place:
-        copy = Path(place) / "copy"
-        sample = withhold(folder, copy, share, count, seed)
-        if not sample.records:
-            others = "".join(f"; {number} were made with {what}" for what, number in sample.apart.items())
+        copy, apart = Path(place) / "copy", dict[str, int]()
+        if tuned:
+            steps = withhold_steps(folder, copy, share, count, seed)
+            stored, many = steps.stored, len(steps.steps)
+        else:
+            sample = withhold(folder, copy, share, count, seed)
+            stored, many, apart = sample.stored, len(sample.records), dict(sample.apart)
+        if not many:
+            others = "".join(f"; {number} were made with {what}" for what, number in apart.items())
             problem = f"holds no result that this installation would make{others}"
             raise InputError("dir", str(folder), problem, "Use the versions that made them")
-        line = [sys.executable, "-m", "gyroctl", *words, "--out", str(copy)]
-        done = subprocess.run(line, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, check=False)
-        found = compared(sample, copy, CLOCKS)
+        line += ["--out", str(copy)]
+        finished = subprocess.run(line, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, check=False)
+        found = compared_steps(steps.steps, copy) if tuned else compared(sample, copy, CLOCKS)
     same = sum(not each.differs for each in found)
     content: dict[str, Any] = {
         "verified": len(found),
         "same": same,
-        "stored": sample.stored,
+        "stored": stored,
         "command": " ".join(words),
-        "exit_code": done.returncode,
-        "apart": dict(sample.apart),
+        "exit_code": finished.returncode,
+        "apart": apart,
         "runs": [{"of": _of(each.about), "differs": list(each.differs), "made": made(each.about)} for each in found],
     }
     lines = [f"{_of(each.about)}: {judged(each.differs)}; made by {made(each.about)}" for each in found]
-    lines += [f"{number} results were made with {what}: not verified here" for what, number in sample.apart.items()]
-    answer(content, [*lines, f"{same} of {len(found)} are the same bits; {sample.stored} stored"])
+    lines += [f"{number} results were made with {what}: not verified here" for what, number in apart.items()]
+    answer(content, [*lines, f"{same} of {len(found)} are the same bits; {stored} stored"])
     if same != len(found):
         raise typer.Exit(1)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,13 +13,16 @@ from typing import Any
 from gyroctl.engine.plan import SUFFIX as PLAN
 from gyroctl.engine.plan import Noted, plans, read_plan
 from gyroctl.engine.record import Damaged, Record
-from gyroctl.engine.store import EARLIER, SUFFIX, heads, read
+from gyroctl.engine.store import EARLIER, SUFFIX, differences, heads, read
 from gyroctl.errors import InputError
 from gyroctl.fingerprint import made_with, text_of
 from gyroctl.writing import left_over
 
 RUNS = "runs"
 """Folder of the stored results within that of a study."""
+
+ALL = 1_000_000
+"""Results of a folder that are counted."""
 
 MODULES = re.compile(r"\w+(\.\w+)*( \w+(\.\w+)*)*")
 """Names of modules that made a result."""
@@ -44,6 +47,8 @@ class State:
     lines: list[Line] = field(default_factory=list)
     left_s: float | None = None  # time left [s]; None where it is not known
     running: bool = False
+    here: int = 0  # stored results that the libraries and the processor of this process made
+    apart: dict[str, int] = field(default_factory=dict)  # those of others, by what differs: they are not used
 
     @property
     def left(self) -> int:
@@ -64,21 +69,33 @@ def results_folder(folder: Path) -> Path:
     InputError
         Where there are none.
     """
+    return results_folders(folder)[0]
+
+
+def results_folders(folder: Path) -> list[Path]:
+    """Folders of stored results and of plans: this one, as of a tuning, and the one within it, as of other studies.
+
+    Raises
+    ------
+    InputError
+        Where there are none.
+    """
     mend = "Give the folder that --out named"
     if not folder.is_dir():
         raise InputError("dir", str(folder), "there is no such folder", mend)
-    for place in (folder, folder / RUNS):
-        if place.is_dir() and any(_ours(path) for path in place.iterdir()):
-            return place
-    raise InputError("dir", str(folder), "holds no stored results", mend)
+    places = [place for place in (folder, folder / RUNS) if place.is_dir()]
+    found = [place for place in places if any(_ours(path) for path in place.iterdir())]
+    if not found:
+        raise InputError("dir", str(folder), "holds no stored results", mend)
+    return found
 
 
 def _ours(path: Path) -> bool:
     return path.name.endswith((SUFFIX, PLAN)) or path.match(EARLIER)
 
 
-def state(folder: Path) -> State:
-    """What is done, failed and left of all that was wanted of a folder."""
+def state(folder: Path, kept: Collection[str] = ()) -> State:
+    """What is done, failed and left of all that was wanted of a folder; `kept` are keys that are done without files."""
     found = State()
     lines: dict[tuple[str, str], Line] = {}
     times: list[float | None] = []
@@ -92,6 +109,8 @@ def state(folder: Path) -> State:
             if item.key and path.is_file():
                 line.done += 1
                 finished.append(path.stat().st_mtime)
+            elif item.key in kept:
+                line.done += 1
             elif why:
                 line.failed += 1
                 line.why = line.why or why
@@ -102,7 +121,11 @@ def state(folder: Path) -> State:
         running = not plan.ended and _alive(plan.process)
         found.running = found.running or running
         times.append(_left(plan, finished) if running else None)
-    for head in heads(folder):
+    for head in heads(folder, ALL):
+        if other := differences(head):
+            found.apart[other] = found.apart.get(other, 0) + 1
+        else:
+            found.here += 1
         if "step" in head and head["key"] not in wanted:  # of a report whose plan has been thrown away
             lines.setdefault((str(head.get("case", "")), str(head["step"])), _step(head)).done += 1
     found.lines = sorted(lines.values(), key=lambda line: (line.case, line.law))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from gyroctl.disk import DISK, Disk
-from gyroctl.engine.store import aloud
+from gyroctl.engine.store import aloud, made_by
 from gyroctl.errors import InputError, in_words
 from gyroctl.reading import TEXT_MAX, parse_json
 from gyroctl.writing import make_folders, settle
@@ -39,13 +39,15 @@ class TuningLog:
     def __init__(self, path: Path | None, disk: Disk = DISK) -> None:
         self.path, self.disk = path, disk
         self.steps: dict[str, Any] = {}
+        self.made: dict[str, dict[str, Any]] = {}  # what made a step, as it is noted beside it
         self._settled = False  # whether the file's name is on the disk
         self._sound = False  # whether the last line is on the disk; one that is read need not be, if its sync failed
         if path is None or not disk.has(path):
             return
         lines = [line for line in _lines(path, disk) if line]
         steps = [step for line in lines if (step := _step(line)) is not None]
-        self.steps.update(steps)
+        for key, value, made in steps:
+            self.steps[key], self.made[key] = value, made
         if dropped := len(lines) - len(steps):  # they stay: another process may write to the file
             aloud(f"{path}: {dropped} lines are not what was written: not believed, their steps are run again")
 
@@ -62,7 +64,7 @@ class TuningLog:
             Where it cannot be written; what was kept before is whole.
         """
         if self.path is not None:
-            line = json.dumps({"key": key, "value": value, "sha256": _digest(key, value)}) + "\n"
+            line = json.dumps({"key": key, "value": value, "sha256": _digest(key, value), "made": made_by()}) + "\n"
             make_folders(self.path.parent, self.disk)
             there = self.disk.has(self.path)
             torn = there and not (self._sound and self.disk.last(self.path) == b"\n")
@@ -88,13 +90,15 @@ def _lines(path: Path, disk: Disk) -> list[str]:
     return content.decode("utf-8", "replace").split("\n")
 
 
-def _step(line: str) -> tuple[str, Any] | None:
-    """Step of a line, None where it is not what was written."""
+def _step(line: str) -> tuple[str, Any, dict[str, Any]] | None:
+    """Key, value and maker of a step, None where the line is not what was written; its checksum is of key and value."""
     try:
         step = parse_json("out", "a line", line, MEND, finite=False)
-        key, value = step["key"], step["value"]
-        return (key, value) if isinstance(key, str) and step["sha256"] == _digest(key, value) else None
-    except (InputError, KeyError, TypeError):
+        key, value, made = step["key"], step["value"], step.get("made")
+        if not isinstance(key, str) or step["sha256"] != _digest(key, value):
+            return None
+        return key, value, made if isinstance(made, dict) else {}
+    except (AttributeError, InputError, KeyError, TypeError):
         return None
 
 

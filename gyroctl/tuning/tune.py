@@ -30,6 +30,7 @@ from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.log import TuningLog
 from gyroctl.tuning.record import plant_hash, provenance, record
 from gyroctl.tuning.stages import Plan, Seen, Stages, search, shortlist, weighed
+from gyroctl.tuning.steps_kept import noted
 from gyroctl.tuning.task import Task, TuningSea
 from gyroctl.tuning.waters import Circumstances
 from gyroctl.tuning.yardstick import Search
@@ -119,6 +120,7 @@ def tune(
     with (
         Bench(on.plant, on.settings, example, workers) as bench,
         Progress(f"tune {task.stem} for {which}", round(total), quiet) as progress,
+        noted(folder, log, f"{task.stem} for {which}", plan),
     ):
         work = Stages(task, seas, on.settings.dt, bench, log, progress)
         means, archive = search(work, plan)
