@@ -57,10 +57,12 @@ def private_folder(place: Path) -> Path | None:
     """
     try:
         place.mkdir(parents=True, exist_ok=True, mode=0o700)
-        found = place.stat()
+        found, above = place.stat(), place.parent.stat().st_mode
         if USER is not None:
             if found.st_uid != USER():
                 return _nothing(f"{place} belongs to another user")
+            if above & stat.S_IWOTH and not above & stat.S_ISVTX:
+                return _nothing(f"everybody may put another folder in the place of {place}")
             if found.st_mode & 0o077:
                 place.chmod(0o700)
             if found.st_mode & OTHERS_WRITE:

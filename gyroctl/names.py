@@ -95,9 +95,13 @@ def in_markup(text: str) -> str:
     return html.escape(text).replace("%{", "%&#123;")
 
 
+FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
+"""What a cell begins with that a spreadsheet takes for a formula; the wide signs too, in East Asian settings."""
+
+
 def in_cell(value: Any) -> Any:
     """Value of a cell of CSV that no spreadsheet takes for a formula: such a text begins with an apostrophe."""
-    if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) and not _is_number(value):
+    if isinstance(value, str) and value.startswith(FORMULA) and not _is_number(value):
         return f"'{value}"
     return value
 

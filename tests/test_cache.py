@@ -59,6 +59,21 @@ def test_folder_is_closed_to_others_however_it_was(tmp_path: Path, monkeypatch: 
     assert mode(tmp_path / "gyroctl") == 0o700
 
 
+@pytest.mark.skipif(os.name == "nt", reason="rights of folders")
+def test_folder_that_everybody_may_put_another_one_in_the_place_of_is_not_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As in a folder where all may write and rename; where each may rename his own alone, as in /tmp, it is used."""
+    monkeypatch.delenv("GYROCTL_CACHE_SAID", raising=False)
+    monkeypatch.setenv("GYROCTL_CACHE", str(tmp_path))
+    tmp_path.chmod(0o1777)
+    assert cache_folder() == tmp_path / "gyroctl"
+    private_folder.cache_clear()
+    tmp_path.chmod(0o777)
+    assert cache_folder() is None
+    assert "everybody may put another folder" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("open_to", [0o770, 0o777, 0o702])
 def test_code_that_others_could_have_written_is_removed(
     open_to: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -163,6 +163,99 @@ def test_a_change_of_what_is_asked(change: str, folder: Path) -> None:
     assert {law for law in before if before[law] != after[law]} == touched
 
 
+ASKED = """
+[run]
+duration = 120.0
+blend = 40.0
+dt = 0.01
+seeds = [3]
+
+[plant]
+k3 = 2945.0
+hydrodynamics = "float.nc"
+
+[sensors.psi]
+noise = 0.001
+
+[actuators]
+cc_lag = 0.02
+
+[laws.mine]
+law = "mine.py:Mine"
+
+[laws.steady]
+law = "coupling"
+
+[laws.tuned]
+law = "mine.py:Mine"
+tuning = "all"
+"""
+
+SETS = '{"sets": {"all": {"parameters": {"cc": 0.06}}}}'
+
+EXPERIMENT_FILES = {"mine", "steady", "tuned"}
+WRITTEN: dict[str, tuple[str, str, str, set[str]]] = {
+    "a comment": ("mine.toml", "[run]", "# seen by nobody\n[run]", set()),
+    "another order of its tables": (
+        "mine.toml",
+        "duration = 120.0\nblend = 40.0",
+        "blend = 40.0\nduration = 120",
+        set(),
+    ),
+    "its name": ("mine.toml", "", "", set()),
+    "the limit of the verdict": ("mine.toml", "seeds = [3]", "seeds = [3]\nmotion_limit = 0.3", set()),
+    "the time that a run may take": ("mine.toml", "seeds = [3]", "seeds = [3]\ntime_limit = 99.0", set()),
+    "the step": ("mine.toml", "dt = 0.01", "dt = 0.005", EXPERIMENT_FILES),
+    "the noise of a sensor": ("mine.toml", "noise = 0.001", "noise = 0.0011", EXPERIMENT_FILES),
+    "the lag of an actuator": ("mine.toml", "cc_lag = 0.02", "cc_lag = 0.021", EXPERIMENT_FILES),
+    "a number of the plant": ("mine.toml", "k3 = 2945.0", "k3 = 2945.5", EXPERIMENT_FILES),
+    "the database of the float": ("float.nc", "", "", EXPERIMENT_FILES),
+    "a parameter of a law": ("mine.toml", 'law = "coupling"', 'law = "coupling"\nthrough1 = 2.3', {"steady"}),
+    "a tuned set": ("tuned/mine.json", "0.06", "0.061", {"tuned"}),
+    "another set of the same file": (
+        "tuned/mine.json",
+        '{"all"',
+        '{"other": {"parameters": {"cc": 0.1}}, "all"',
+        set(),
+    ),
+    "the module of a law": ("gains.py", "import deeper", "import deeper  # once more", {"mine", "tuned"}),
+}
+
+
+@pytest.mark.parametrize("change", sorted(WRITTEN))
+def test_a_change_of_a_file_that_a_study_is_written_in(change: str, folder: Path) -> None:
+    """From the experiment file to the keys: just what depends on a change is new."""
+    import dataclasses
+
+    from gyroctl.comparison.experiment import read_experiment
+    from gyroctl.hydrodynamics import save, shipped
+
+    def asked(file: str = "mine.toml") -> dict[str, str]:
+        setup = read_experiment(folder / file)
+        waves = Realisations(setup.sea, setup.run.seeds, setup.run.duration)
+        items = work_items(setup.plant, setup.laws, waves, setup.settings, setup.run.time_limit or 60.0)
+        return {item.name: item.key for item in items}
+
+    (folder / "mine.toml").write_text(ASKED)
+    (folder / "tuned").mkdir()
+    (folder / "tuned" / "mine.json").write_text(SETS)
+    save(shipped(), folder / "float.nc")
+    before = asked()
+    assert len(set(before.values())) == 3 and all(before.values())
+    name, old, new, touched = WRITTEN[change]
+    if change == "its name":
+        (folder / "mine.toml").rename(folder / "other.toml")
+    elif change == "the database of the float":
+        hydro = shipped()
+        save(dataclasses.replace(hydro, excitation=hydro.excitation * (1.0 + 1e-12)), folder / "float.nc")
+    else:
+        text = (folder / name).read_text()
+        assert text.count(old) == 1 or old == "[run]"
+        (folder / name).write_text(text.replace(old, new, 1))
+    after = asked("other.toml" if change == "its name" else "mine.toml")
+    assert {law for law in before if before[law] != after[law]} == touched
+
+
 @pytest.mark.parametrize("name", ["numpy", "scipy", "numba"])
 def test_another_version_of_a_library(name: str, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     before = keys(folder)

@@ -195,7 +195,9 @@ def test_comparison_of_a_name_that_is_markup_runs(tmp_path: Path, run: Run) -> N
     assert code == 0, err
 
 
-@pytest.mark.parametrize("text", ["=1+1", "+cmd", "-2+3", "@sum", "\tx", "\rx", "=cmd|' /C calc'!A0"])
+@pytest.mark.parametrize(
+    "text", ["=1+1", "+cmd", "-2+3", "@sum", "\tx", "\rx", "\nx", "\uff1d1+1", "=cmd|' /C calc'!A0"]
+)
 def test_cell_of_a_table_is_no_formula(text: str, tmp_path: Path) -> None:
     path = write_rows(tmp_path / "table.csv", [[text, "name"], [-1.5, "-1.5e-3"], ["a,b", '"q"']])
     with path.open(newline="", encoding="utf-8") as file:

@@ -67,7 +67,9 @@ def test_steps_are_withheld_and_compared_bit_by_bit(tmp_path: Path) -> None:
     log = TuningLog(tmp_path / "copy" / "law.all.jsonl")
     log.add("search 0", [[0.3, float("inf")]])
     log.add("search 1", [[1.0]])
-    differs = [each.differs for each in sorted(compared(sample.steps, tmp_path / "copy"), key=lambda e: e.about["step"])]
+    differs = [
+        each.differs for each in sorted(compared(sample.steps, tmp_path / "copy"), key=lambda e: e.about["step"])
+    ]
     assert differs[0][0].startswith("not made again") and differs[1] == ("its numbers",) and differs[2] == ()
     assert len(withhold(tmp_path / "out", tmp_path / "less", 0.01, None, 1).steps) == 1
     assert len(TuningLog(tmp_path / "less" / "law.all.jsonl").steps) == 2

@@ -73,7 +73,9 @@ def answer(content: Mapping[str, Any], lines: Iterable[str]) -> None:
 
 def failures(failed: Mapping[str, str]) -> None:
     """Name what failed, and end with exit code 1 where something did: the rest is written."""
+    from gyroctl.errors import visible
+
     for name, why in failed.items():
-        typer.echo(f"Failed: {name}: {why}", err=True)
+        typer.echo(visible(f"Failed: {name}: {why}"), err=True)
     if failed:
         raise typer.Exit(1)

@@ -10,6 +10,7 @@ import json
 import math
 import random
 import shutil
+import stat
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,8 +71,31 @@ def withhold(folder: Path, into: Path, share: float, count: int | None, seed: in
     many = count if count is not None else math.ceil(share * len(good))
     sample = random.Random(seed).sample(good, min(many, len(good)))
     held = {path.name for path in sample}
-    shutil.copytree(folder, into, ignore=lambda _, names: held & set(names))
+    copy_study(folder, into, held)
     return Sample(tuple(read(path) for path in sample), len(good), apart)
+
+
+def copy_study(folder: Path, into: Path, but: Collection[str] = ()) -> None:
+    """Copy a folder without some names, into one that may be written to.
+
+    What has no end stays, as a pipe or a device; so do links to folders but those at the top: they may lead in circles.
+    """
+
+    def left(place: str, names: list[str]) -> set[str]:
+        deeper = Path(place) != folder
+        return {name for name in names if name in but or _strange(Path(place, name), deeper)}
+
+    shutil.copytree(folder, into, ignore=left)
+    for place in (into, *into.rglob("*")):
+        place.chmod(place.stat().st_mode | (stat.S_IRWXU if place.is_dir() else stat.S_IWUSR))
+
+
+def _strange(path: Path, deeper: bool) -> bool:
+    try:
+        mode = path.stat().st_mode
+    except OSError:
+        return True
+    return not (stat.S_ISREG(mode) or (stat.S_ISDIR(mode) and not (deeper and path.is_symlink())))
 
 
 def compared(sample: Sample, folder: Path, clocks: Collection[str] = ()) -> list[Again]:

@@ -150,7 +150,7 @@ def _left(plan: Noted, finished: list[float]) -> float | None:
 
 def _alive(process: int) -> bool:
     """Whether a process runs on this machine, as far as that can be told without ending it."""
-    if os.name == "nt":
+    if os.name == "nt" or process < 1:
         return False
     try:
         os.kill(process, 0)
@@ -181,6 +181,8 @@ def litter(folder: Path) -> Litter:
     wanted = {item.key for plan in plans(folder) for item in plan.items}
     here = made_with()
     for path in sorted(path for path in folder.iterdir() if not path.name.startswith(".")):  # that is being written
+        if path.is_dir() and not path.is_symlink():
+            continue  # that nobody of us made
         if path.match(EARLIER) or (path.name.endswith(PLAN) and read_plan(path) is None):
             found.damaged.append(path)
         elif path.suffix == SUFFIX:

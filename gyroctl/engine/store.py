@@ -54,8 +54,8 @@ class Store:
         self.refused: Counter[str] = Counter()
         self._settled = False  # whether the folder's own name is on the disk
         if folder is not None:
-            with suppress(OSError):  # where it must not be written to, it stays
-                for path in left_over(folder, disk):
+            for path in left_over(folder, disk):
+                with suppress(OSError):  # where it must not be written to, it stays
                     disk.remove(path)
 
     def path(self, key: str) -> Path:

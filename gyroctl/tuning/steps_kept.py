@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import math
 import random
-import shutil
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gyroctl.engine.again import Again
+from gyroctl.engine.again import Again, copy_study
 from gyroctl.engine.plan import Plan, Wanted, plans
 from gyroctl.tuning.log import TuningLog
 from gyroctl.tuning.stages import Plan as Budget
@@ -74,7 +73,7 @@ def withhold(folder: Path, into: Path, share: float, count: int | None, seed: in
     many = count if count is not None else math.ceil(share * len(kept))
     sample = random.Random(seed).sample(kept, min(many, len(kept)))
     held = {(step.file, step.key) for step in sample}
-    shutil.copytree(folder, into, ignore=shutil.ignore_patterns(LOG))
+    copy_study(folder, into, {path.name for path in folder.glob(LOG)})
     for path in sorted(folder.glob(LOG)):
         log = TuningLog(into / path.name)
         for step in _steps(path):
