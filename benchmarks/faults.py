@@ -15,6 +15,7 @@ import sys
 import time
 import traceback
 from pathlib import Path
+from typing import Any
 
 KEPT = Path(__file__).with_name("faults_seeds.json")
 
@@ -35,6 +36,7 @@ def main() -> int:
     begin, clock = time.monotonic(), time.process_time()
     seen: collections.Counter[str] = collections.Counter()
     broken: dict[int, str] = {}
+    seed = asked.first
     for seed in range(asked.first, asked.first + asked.histories):
         try:
             seen.update(played(seed))
@@ -48,13 +50,32 @@ def main() -> int:
             keep(asked.kept, seed)
             if len(broken) >= 20:
                 break
-    figures = {"first": asked.first, "histories": asked.histories, "broken": len(broken)}
-    figures |= {"seconds": round(time.monotonic() - begin), "processor_s": round(time.process_time() - clock, 1)}
-    print(json.dumps(figures | {"events": dict(sorted(seen.items()))}, indent=1))
+        if asked.json and (seed + 1 - asked.first) % 1000 == 0:
+            write(asked.json, figures(asked.first, seed, broken, begin, clock, seen))
+    found = figures(asked.first, seed, broken, begin, clock, seen)
+    print(json.dumps(found, indent=1))
     if asked.json:
-        content = figures | {"events": dict(sorted(seen.items()))}
-        asked.json.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")
+        write(asked.json, found)
     return int(bool(broken))
+
+
+def figures(
+    first: int, last: int, broken: dict[int, str], begin: float, clock: float, seen: collections.Counter[str]
+) -> dict[str, Any]:
+    """What was played, what broke, what it took, and what happened in the histories."""
+    return {
+        "first": first,
+        "histories": last + 1 - first,
+        "broken": {str(seed): why for seed, why in broken.items()},
+        "seconds": round(time.monotonic() - begin),
+        "processor_s": round(time.process_time() - clock, 1),
+        "events": dict(sorted(seen.items())),
+    }
+
+
+def write(path: Path, found: dict[str, Any]) -> None:
+    """Keep the figures so far."""
+    path.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
 
 
 def keep(path: Path, seed: int) -> None:
