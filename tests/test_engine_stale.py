@@ -211,9 +211,9 @@ WRITTEN: dict[str, tuple[str, str, str, set[str]]] = {
     "a number of the plant": ("mine.toml", "k3 = 2945.0", "k3 = 2945.5", EXPERIMENT_FILES),
     "the database of the float": ("float.nc", "", "", EXPERIMENT_FILES),
     "a parameter of a law": ("mine.toml", 'law = "coupling"', 'law = "coupling"\nthrough1 = 2.3', {"steady"}),
-    "a tuned set": ("tuned/mine.json", "0.06", "0.061", {"tuned"}),
+    "a tuned set": ("tuned/Mine.json", "0.06", "0.061", {"tuned"}),
     "another set of the same file": (
-        "tuned/mine.json",
+        "tuned/Mine.json",
         '{"all"',
         '{"other": {"parameters": {"cc": 0.1}}, "all"',
         set(),
@@ -238,7 +238,7 @@ def test_a_change_of_a_file_that_a_study_is_written_in(change: str, folder: Path
 
     (folder / "mine.toml").write_text(ASKED)
     (folder / "tuned").mkdir()
-    (folder / "tuned" / "mine.json").write_text(SETS)
+    (folder / "tuned" / "Mine.json").write_text(SETS)
     save(shipped(), folder / "float.nc")
     before = asked()
     assert len(set(before.values())) == 3 and all(before.values())

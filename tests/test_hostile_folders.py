@@ -4,10 +4,15 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import stat
+import subprocess
+import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from command_line import Run
 
@@ -106,9 +111,6 @@ def test_new_folders_are_made_with_their_names_on_the_disk(tmp_path: Path, monke
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is full")
 def test_output_that_cannot_be_written_is_no_traceback(folder: Path) -> None:
-    import subprocess
-    import sys
-
     with Path("/dev/full").open("w") as full:
         line = [sys.executable, "-m", "gyroctl", "status", str(folder)]
         done = subprocess.run(line, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
@@ -118,3 +120,36 @@ def test_output_that_cannot_be_written_is_no_traceback(folder: Path) -> None:
 @pytest.mark.parametrize("process", [0, -1, -(10**30), 10**30])
 def test_number_of_no_process_is_none(process: int) -> None:
     assert not _alive(process)
+
+
+@pytest.fixture
+def small_disk(tmp_path: Path) -> Iterator[Path]:
+    """A disk of 256 kB, where this user may mount one."""
+    place = tmp_path / "small"
+    place.mkdir()
+    made = shutil.which("mount") and shutil.which("umount")
+    line = ["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(place)]
+    if not made or subprocess.run(line, capture_output=True, check=False).returncode:
+        pytest.skip("this user may mount nothing")
+    yield place
+    subprocess.run(["umount", "-l", str(place)], capture_output=True, check=False)
+
+
+def test_disk_that_fills_up_keeps_what_was_stored(small_disk: Path) -> None:
+    runs, said = small_disk / "out" / "runs", list[str]()
+    numbers, stored = np.random.default_rng(1).random(3000), list[str]()
+    store = Store(runs, said.append)
+    with pytest.raises(OSError, match="No space left"):
+        for number in range(100):
+            key = f"{number:064x}"
+            store.save(key, {"number": number}, {"time": numbers})
+            stored.append(key)
+    assert 2 < len(stored) < 20
+    assert {path.name for path in runs.iterdir()} == {f"{key}.run" for key in stored}
+    for key in stored:
+        record = Store(runs, said.append).load(key)
+        assert record is not None and record.arrays["time"].tobytes() == numbers.tobytes()
+    with pytest.raises(OSError, match="No space left"):
+        store.save(stored[0], {"number": -1}, {"time": numbers})
+    record = store.load(stored[0])
+    assert record is not None and record.content["number"] == 0 and not said
