@@ -28,8 +28,10 @@ def noted(folder: Path | None, log: TuningLog, case: str, budget: Budget) -> Pla
 
 def done(folder: Path) -> set[str]:
     """Keys of the steps that are done, as `noted` names them."""
-    found = {item.key for plan in plans(folder) if plan.ended for item in plan.items}  # of points the same is one
-    for path in sorted(folder.glob(LOG)):
+    logs = {path.name: path for path in sorted(folder.glob(LOG))}
+    ended = [item.key for plan in plans(folder) if plan.ended for item in plan.items]
+    found = {key for key in ended if key.rsplit(" ", 2)[0] in logs}  # of points that are the same one was confirmed
+    for path in logs.values():
         steps = TuningLog(path).steps
         confirmed = sum(key.startswith("confirm ") for key in steps)
         found |= {f"{path.name} {key}" for key in steps if not key.startswith("confirm ")}
