@@ -224,7 +224,7 @@ def test_log_of_a_tuning_is_found_again_only_where_nothing_has_changed(
 
     def logs(task: Task, given: Circumstances) -> set[str]:
         tune(task, "mild", given, 2000.0, tmp_path / "logs", quiet=True)
-        return {path.name for path in (tmp_path / "logs").iterdir()}
+        return {path.name for path in (tmp_path / "logs").glob("*.jsonl")}
 
     (tmp_path / "mine.py").write_text(EXAMPLE.read_text())
     tables = {**SMALL, "law": f"{tmp_path}/mine.py:MyLaw"}
