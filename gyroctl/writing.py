@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import asdict, is_dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,7 @@ def written_whole(path: Path, disk: Disk = DISK) -> Iterator[Path]:
     waits under the name is followed. What is written is on the disk before the name is, and the name before the return.
     """
     make_folders(path.parent, disk)
+    _clear_once(path.parent, disk)
     me = disk.owner()
     part = disk.new_file(path.parent, f".{path.stem}.{me.process}-{me.host}.{me.start}", f".part{path.suffix}")
     try:
@@ -75,6 +77,20 @@ def left_over(folder: Path, disk: Disk = DISK) -> list[Path]:
         for path in disk.names(folder)
         if (found := PART.fullmatch(path.name)) and _dead(disk, path, *found.groups())
     ]
+
+
+def clear(folder: Path, disk: Disk = DISK) -> None:
+    """Remove what killed processes left half-written; where that must not be, it stays."""
+    with suppress(OSError):  # a folder that may be written to and not be read
+        for path in left_over(folder, disk):
+            with suppress(OSError):
+                disk.remove(path)
+
+
+@lru_cache(maxsize=64)
+def _clear_once(folder: Path, disk: Disk) -> None:
+    """Clear a folder that this process first writes to."""
+    clear(folder, disk)
 
 
 def _dead(disk: Disk, path: Path, process: str, host: str, word: str, *_: str) -> bool:

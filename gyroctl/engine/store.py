@@ -7,7 +7,7 @@ import sys
 from collections import Counter, deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -21,7 +21,7 @@ from gyroctl.errors import visible
 from gyroctl.fingerprint import made_with
 from gyroctl.provenance import commit
 from gyroctl.version import VERSION
-from gyroctl.writing import left_over, settle, written_whole
+from gyroctl.writing import clear, settle, written_whole
 
 SUFFIX = ".run"
 EARLIER = "*.npz"
@@ -54,9 +54,7 @@ class Store:
         self.refused: Counter[str] = Counter()
         self._settled = False  # whether the folder's own name is on the disk
         if folder is not None:
-            for path in left_over(folder, disk):
-                with suppress(OSError):  # where it must not be written to, it stays
-                    disk.remove(path)
+            clear(folder, disk)
 
     def path(self, key: str) -> Path:
         """File of a result."""
