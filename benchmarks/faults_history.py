@@ -71,6 +71,7 @@ class History:
         self.stored: set[str] = set()  # keys that were told stored
         self.twice: set[str] = set()  # and those that one driver has stored once more
         self.seen: dict[str, int] = {}
+        self.cut_at_last = False
 
     def _items(self) -> list[Item]:
         laws, seeds = self.rng.randint(1, 2), self.rng.randint(1, 3)
@@ -103,7 +104,8 @@ class History:
                 self._damage()
         last = self._driver({}, sound=True)
         self._run(last)
-        if self.rng.random() < 0.5:
+        self.cut_at_last = self.rng.random() < 0.5
+        if self.cut_at_last:
             self.medium.cut()
         self._check_stored()
         self._check_rest()
@@ -338,8 +340,9 @@ class Tuning(History):
         return {key for key, *_ in steps}
 
     def _check_rest(self) -> None:
-        if self._whole() != set(STEPS):
-            raise Broken(f"steps are missing: {set(STEPS) - self._whole()}")
+        missing = set(STEPS) - self._whole()
+        if missing and not self.cut_at_last:  # a line whose sync failed is read until then, and was not told stored
+            raise Broken(f"steps are missing: {missing}")
 
     def _damage(self) -> None:
         if LOG not in self.medium.files:

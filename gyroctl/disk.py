@@ -34,6 +34,9 @@ class Owner(Protocol):
 class Disk(Protocol):
     """Operations on files; an `OSError` says what the system refused."""
 
+    def __hash__(self) -> int:
+        """As of any value that is known by itself."""
+
     def owner(self) -> Owner:
         """Who writes."""
 

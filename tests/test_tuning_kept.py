@@ -20,7 +20,7 @@ STEPS = {"search 0": [[0.1 + 0.2, float("inf")]], "search 1": [[1.0]], 'confirm 
 TASK = """
 law = "coupling"
 [knobs]
-cc = { start = 0.05, width = 0.2 }
+through1 = { start = 2.2, width = 0.2 }
 [seas.mild]
 hs = 0.25
 gamma = 5.0
