@@ -199,7 +199,11 @@ def with_token() -> list[int]:
 
 def disturbed(place: Path, asked: argparse.Namespace, scheduler: bool) -> dict[str, Any]:
     """Run a study and kill its processes."""
-    counts = {"worker": asked.workers, "driver": asked.drivers, **({"scheduler": asked.schedulers} if scheduler else {})}
+    counts = {
+        "worker": asked.workers,
+        "driver": asked.drivers,
+        **({"scheduler": asked.schedulers} if scheduler else {}),
+    }
     kills = planned(random.Random(f"{asked.seed} {scheduler}"), asked.items, counts)
     study = Study(place, scheduler)
     witness = Witness(study.folder / "runs")

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 import gyroctl as gy
-from gyroctl.comparison import cluster, items
+from gyroctl.comparison import items
 from gyroctl.comparison.compare import Realisations, compare
 from gyroctl.comparison.verification import CLOCKS
-from gyroctl.engine import Store
+from gyroctl.engine import Store, cluster
 from gyroctl.harness.run import Settings
 
 distributed = pytest.importorskip("distributed", reason="needs the extra cluster: dask.distributed")

@@ -1,7 +1,7 @@
 """Every process of Python that finds this folder first notes each run that it begins and ends, in a journal.
 
-The journal only grows, a line at a time: it is independent of the store, of the driver and of whatever dies. The hash of
-the code is that of the files, so that it is not changed.
+The journal only grows, a line at a time: it is independent of the store, of the driver and of whatever dies. What a
+result is known by is the hash of files, and not changed by this.
 """
 
 import os

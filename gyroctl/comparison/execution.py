@@ -12,6 +12,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
 from contextlib import closing, contextmanager
 from dataclasses import replace
+from faulthandler import cancel_dump_traceback_later, dump_traceback_later
 from functools import lru_cache
 from multiprocessing import get_context
 from pathlib import Path
@@ -25,8 +26,9 @@ from gyroctl.comparison.kept import kept
 from gyroctl.engine import Record, Store
 from gyroctl.engine.plan import Plan, Wanted
 from gyroctl.harness.law_entry import compile_law
-from gyroctl.harness.protocol import Law, Machined, Preparing, Wrapping, innermost
+from gyroctl.harness.protocol import Law, Machined, Preparing, innermost
 from gyroctl.harness.together import pieces
+from gyroctl.harness.travelling import is_ours
 from gyroctl.simulation.progress import Progress
 
 Result = TypeVar("Result")
@@ -36,6 +38,9 @@ Outcomes = dict[tuple[str, int], Outcome]
 
 GRACE = 30.0
 """What a process may take beside its run: start, compilation. [s]"""
+
+LONGEST = 1e6
+"""Any run. [s]"""
 
 
 Run = Callable[[Sequence[Item], int], Generator[tuple[Item, Outcome], None, None]]
@@ -180,13 +185,6 @@ def _pools(workers: int) -> Iterator[tuple[ThreadPoolExecutor, ProcessPool]]:
         processes.join()
 
 
-def is_ours(law: Law | None) -> bool:
-    """Whether the law, and every law within it, comes with this package: such a law keeps the protocol."""
-    while law is not None and type(law).__module__.startswith("gyroctl."):
-        law = law.law if isinstance(law, Wrapping) else None
-    return law is None
-
-
 def is_fast(law: Law) -> bool:
     """Whether a law is compiled at once."""
     return isinstance(innermost(law), tuple)
@@ -235,11 +233,27 @@ def _sent(item: Item, processes: ProcessPool, packed: dict[str, bytes]) -> Futur
 
 
 def perform_sent(item: Item, packed: bytes) -> list[Outcome]:
-    """Run an item in this process: with a law of its own, or the compiled one that holds no state."""
+    """Run an item in this process: with a law of its own, or the compiled one that holds no state.
+
+    Who waits for it ends it after its limit. Where nobody does any more, since that process was killed, it ends by
+    itself, whatever its law is in the middle of.
+    """
     try:
-        return no_way_out(perform_packed, item, packed)
+        with _ended_after(2.0 * (item.time_limit + GRACE)):
+            return no_way_out(perform_packed, item, packed)
     except BaseException as error:
         return [failed(item, f"law {item.name!r} failed in its process with {type(error).__name__}: {error}")]
+
+
+@contextmanager
+def _ended_after(limit: float) -> Iterator[None]:
+    """End this process after a while [s], even where machine code lets no other thread run."""
+    with open(os.devnull, "w") as nowhere:
+        dump_traceback_later(min(limit, LONGEST), exit=True, file=nowhere)
+        try:
+            yield
+        finally:
+            cancel_dump_traceback_later()
 
 
 def perform_packed(item: Item, packed: bytes) -> list[Outcome]:
