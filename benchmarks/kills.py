@@ -32,7 +32,7 @@ from clock import here
 from kills_witness import WRONG, Witness, found, journal
 
 ROOT = Path(__file__).resolve().parents[1]
-LAWS, WORKERS = 4, 4
+LAWS = 4
 TOKEN = f"kills-{os.getpid()}-{time.time_ns()}"
 """In the environment of every process that this one starts, and of theirs."""
 
@@ -93,8 +93,8 @@ def planned(rng: random.Random, items: int, counts: dict[str, int]) -> list[Kill
 class Study:
     """The processes of a study, and their deaths."""
 
-    def __init__(self, place: Path, scheduler: bool) -> None:
-        self.place, self.folder, self.scheduler = place, place / "out", scheduler
+    def __init__(self, place: Path, scheduler: bool, pool: int) -> None:
+        self.place, self.folder, self.scheduler, self.pool = place, place / "out", scheduler, pool
         self.driver: subprocess.Popen[bytes] | None = None
         self.cluster: dict[str, subprocess.Popen[bytes]] = {}
         self.port = free_port() if scheduler else 0
@@ -105,6 +105,7 @@ class Study:
         self.environment = {**os.environ, "KILLS_TOKEN": TOKEN, "KILLS_JOURNAL": str(place / "journal")}
         path = [str(Path(__file__).with_name("kills_journal")), str(ROOT)]
         self.environment["PYTHONPATH"] = os.pathsep.join(path)
+        self.environment |= {f"DASK_DISTRIBUTED__COMM__TIMEOUTS__{name}": "120s" for name in ("CONNECT", "TCP")}
 
     def start(self, *words: str, log: str) -> subprocess.Popen[bytes]:
         with (self.place / log).open("ab") as stream:
@@ -119,7 +120,7 @@ class Study:
             where = f"tcp://127.0.0.1:{self.port}"
             wanted = {"scheduler": ("scheduler", "--host", "127.0.0.1", "--port", str(self.port), "--no-dashboard")}
             own = ("--nthreads", "1", "--no-nanny", "--no-dashboard")
-            wanted |= {f"worker {i}": ("worker", where, *own) for i in range(WORKERS)}
+            wanted |= {f"worker {i}": ("worker", where, *own) for i in range(self.pool)}
             for name, words in wanted.items():
                 if name not in self.cluster or self.cluster[name].poll() is not None:
                     self.cluster[name] = self.start("dask", *words, log="cluster.log")
@@ -133,7 +134,7 @@ class Study:
             self.driver = None
         if self.driver is None:
             self.starts += 1
-            where_to = ("--scheduler", f"tcp://127.0.0.1:{self.port}") if self.scheduler else ("--workers", "2")
+            where_to = ("--scheduler", f"tcp://127.0.0.1:{self.port}") if self.scheduler else ("--workers", str(min(self.pool, 2)))
             words = ("gyroctl", "compare", "study.toml", "--out", "out", "--no-search", *where_to)
             self.driver = self.start(*words, log=f"driver {self.starts}.log")
         return False
@@ -205,7 +206,7 @@ def disturbed(place: Path, asked: argparse.Namespace, scheduler: bool) -> dict[s
         **({"scheduler": asked.schedulers} if scheduler else {}),
     }
     kills = planned(random.Random(f"{asked.seed} {scheduler}"), asked.items, counts)
-    study = Study(place, scheduler)
+    study = Study(place, scheduler, asked.pool)
     witness = Witness(study.folder / "runs")
     begin, due = time.monotonic(), list[tuple[float, Kill]]()
     try:
@@ -260,11 +261,12 @@ def main() -> None:
     parser.add_argument("--alone", action="store_true", help="without Dask alone")
     parser.add_argument("--items", type=int, default=500)
     parser.add_argument("--duration", type=float, default=1000.0, help="of a run [s]")
+    parser.add_argument("--pool", type=int, default=4, help="workers of Dask; alone two processes run laws")
     parser.add_argument("--workers", type=int, default=20, help="kills of workers")
     parser.add_argument("--drivers", type=int, default=3)
     parser.add_argument("--schedulers", type=int, default=1)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", type=Path, help="new folder for all that is written, kept")
+    parser.add_argument("--keep", type=Path, help="folder for all that is written, kept; the serial study is found there")
     parser.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".json"))
     asked = parser.parse_args()
     asked.items -= asked.items % LAWS
@@ -273,8 +275,9 @@ def main() -> None:
     content = {**{mode: known[mode] for mode in ("scheduler", "alone") if mode in known}, **here()}
     with tempfile.TemporaryDirectory(prefix="kills-") as home:
         place = asked.keep or Path(home) / "kept"
-        place.mkdir(parents=True)
-        serial(written(place / "serial", asked))
+        place.mkdir(parents=True, exist_ok=True)
+        if not (place / "serial").is_dir():
+            serial(written(place / "serial", asked))
         for mode in modes:
             table = disturbed(written(place / mode, asked), asked, mode == "scheduler")
             wrong = [name for name in (*WRONG, "processes_left", "tracebacks", "kills_not_made") if table[name]]
