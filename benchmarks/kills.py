@@ -134,7 +134,11 @@ class Study:
             self.driver = None
         if self.driver is None:
             self.starts += 1
-            where_to = ("--scheduler", f"tcp://127.0.0.1:{self.port}") if self.scheduler else ("--workers", str(min(self.pool, 2)))
+            where_to = (
+                ("--scheduler", f"tcp://127.0.0.1:{self.port}")
+                if self.scheduler
+                else ("--workers", str(min(self.pool, 2)))
+            )
             words = ("gyroctl", "compare", "study.toml", "--out", "out", "--no-search", *where_to)
             self.driver = self.start(*words, log=f"driver {self.starts}.log")
         return False
@@ -266,7 +270,9 @@ def main() -> None:
     parser.add_argument("--drivers", type=int, default=3)
     parser.add_argument("--schedulers", type=int, default=1)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--keep", type=Path, help="folder for all that is written, kept; the serial study is found there")
+    parser.add_argument(
+        "--keep", type=Path, help="folder for all that is written, kept; the serial study is found there"
+    )
     parser.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".json"))
     asked = parser.parse_args()
     asked.items -= asked.items % LAWS
