@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import os
 import sys
+from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from faulthandler import cancel_dump_traceback_later, dump_traceback_later
-from functools import lru_cache
+from functools import lru_cache, partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
@@ -35,6 +36,9 @@ Result = TypeVar("Result")
 
 Outcomes = dict[tuple[str, int], Outcome]
 """Results by law and seed."""
+
+AHEAD = 4
+"""Pieces of work for each worker that are begun or have not been taken yet, of threads and of processes each."""
 
 GRACE = 30.0
 """What a process may take beside its run: start, compilation. [s]"""
@@ -123,8 +127,8 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
     for item in items:
         of_law[item.name].append(item)
     packed: dict[str, bytes] = {}
-    futures: dict[Future[Any], list[Item]] = {}
     with _pools(workers) as (threads, processes):
+        under_way = _UnderWay(AHEAD * workers)
         several = workers > 1 and len(items) > 1
         parts = [processes.schedule(_prepare, args=(part,)) for part in _all_parts(laws)] if several else []
 
@@ -132,13 +136,12 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
             """By threads, side by side, what is machine code, and by processes the rest."""
             own, law = of_law[name], laws[name]
             machine = name in quick or (is_ours(law) and is_machine(law))
-            if machine:
-                shares = [own[part] for part in pieces(len(own), workers)]
-                futures.update({threads.submit(perform, share): share for share in shares})
-                return
-            for item in own:
-                by_thread = is_ours(item.law) and not several
-                futures[threads.submit(perform, [item]) if by_thread else _sent(item, processes, packed)] = [item]
+            shares = [own[part] for part in pieces(len(own), workers)] if machine else [[item] for item in own]
+            if machine or (is_ours(law) and not several):
+                under_way.add("threads", [(partial(threads.submit, perform, share), share) for share in shares])
+            else:
+                sent = [(partial(_sent, item, processes, packed), [item]) for item in own]
+                under_way.add("processes", sent)
 
         def begin_slow() -> None:
             while slow:
@@ -149,24 +152,49 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
                 begin_slow()
             compile_law(laws[name])
             begin(name)
-            while futures and next(iter(futures)).done():  # what has ended is not held until all have begun
-                future = next(iter(futures))
-                yield from _ended({future: futures.pop(future)}, ())
-        yield from _ended(futures, parts)
+            yield from under_way.done()  # what has ended is not held until all have begun
+        yield from under_way.ended(parts)
         if slow:
             begin_slow()
-            yield from _ended(futures, ())
+            yield from under_way.ended()
 
 
-def _ended(futures: dict[Future[Any], list[Item]], beside: Sequence[Future[Any]]) -> Iterator[tuple[Item, Outcome]]:
-    """Items with their outcomes as their futures end, and no sooner than what runs beside them."""
-    left = dict(futures)  # a future keeps its result as long as it is kept
-    futures.clear()
-    for future in as_completed([*left, *beside]):
-        if future in left:
-            items = left.pop(future)
+Begin = tuple[Callable[[], Future[Any]], list[Item]]
+"""What begins some items, and these."""
+
+
+class _UnderWay:
+    """Work that runs, no more of each kind at a time than `most`: what has ended and is not taken yet is in memory."""
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self.waiting: dict[str, deque[Begin]] = {}
+        self.running: dict[Future[Any], tuple[str, list[Item]]] = {}
+
+    def add(self, kind: str, work: Sequence[Begin]) -> None:
+        """Let work wait for its turn among its kind, or begin."""
+        self.waiting.setdefault(kind, deque()).extend(work)
+        self._begin()
+
+    def _begin(self) -> None:
+        for kind, waiting in self.waiting.items():
+            free = self.most - sum(one == kind for one, _ in self.running.values())
+            for _ in range(min(free, len(waiting))):
+                begin, items = waiting.popleft()
+                self.running[begin()] = kind, items
+
+    def done(self) -> Iterator[tuple[Item, Outcome]]:
+        """Items with their outcomes of the work that has ended by now."""
+        for future in [future for future in self.running if future.done()]:
+            _, items = self.running.pop(future)
+            self._begin()
             yield from zip(items, _outcomes_of(future, items), strict=True)
-        del future
+
+    def ended(self, beside: Sequence[Future[Any]] = ()) -> Iterator[tuple[Item, Outcome]]:
+        """Items with their outcomes as they end, and no sooner the end than that of what runs beside them."""
+        while self.running or not all(one.done() for one in beside):
+            wait([*self.running, *(one for one in beside if not one.done())], return_when=FIRST_COMPLETED)
+            yield from self.done()
 
 
 @contextmanager
