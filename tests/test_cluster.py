@@ -113,6 +113,25 @@ def test_worker_whose_bits_may_be_others_is_left_out(
     assert capsys.readouterr().err.count("is left out") == 1
 
 
+def test_worker_without_memory_fails_one_run_and_says_so(
+    device: gy.Plant, local: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The piece is taken apart, and only the run that asks for too much fails."""
+    perform = items.perform
+
+    def short(some: Any) -> Any:
+        if any(item.seed == 1 and item.name == "law 2" for item in some):
+            raise MemoryError
+        return perform(some)
+
+    monkeypatch.setattr(items, "perform", short)
+    monkeypatch.setattr("gyroctl.comparison.cluster.pieces", lambda count, threads: [slice(0, count)])
+    laws = {f"law {i}": gy.law("constant", cg=1e-4 * (i + 1)) for i in range(3)}
+    ds = run(device, laws=laws, scheduler=local.scheduler_address)
+    assert ds.failed.values.sum() == 1
+    assert "too little memory on its worker" in str(ds.failure.sel(law="law 2", realisation=1).values)
+
+
 @pytest.mark.parametrize("address", ["127.0.0.1:8786", "tcp://host", "file:///etc/passwd", "tcp://a b:1", 3])
 def test_what_is_no_address_is_refused(device: gy.Plant, address: Any) -> None:
     with pytest.raises(gy.InputError, match="no address") as error:
