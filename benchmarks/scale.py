@@ -73,7 +73,21 @@ def parts() -> dict[str, float]:
     found |= stored_and_found(items, outcomes[0])
     found |= driven(items, outcomes[0])
     found |= told(outcomes[0])
+    found["libraries_mb"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+    found["piece_mb"] = most_mb(2000.0, LANES)
+    found["long_run_mb"] = most_mb(1e5, 1)
     return found
+
+
+def most_mb(duration: float, many: int) -> float:
+    """Most memory that runs of one piece take at a time."""
+    waves = Realisations(gy.SeaState(), tuple(range(1, many + 1)), duration)
+    items = work_items(DEVICE, {LAWS[0]: gy.law(LAWS[0])}, waves, SETTINGS, 600.0)
+    tracemalloc.start()
+    perform(items)
+    most = tracemalloc.get_traced_memory()[1] / 1e6
+    tracemalloc.stop()
+    return most
 
 
 def stored_and_found(items: Sequence[Item], outcome: Outcome) -> dict[str, float]:
