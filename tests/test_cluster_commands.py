@@ -34,11 +34,16 @@ def test_tuning_finds_the_same_points_there_and_goes_on_here(
 ) -> None:
     task, on = build_task(SMALL), Circumstances(device)
     here = tune(task, "mild", on, BUDGET, tmp_path / "here", quiet=True)
+    runner_on, ran = bench._runner_on, list[bytes]()
+
+    def noted(packed: bytes) -> bench.Runner:
+        ran.append(packed)
+        return runner_on(packed)
+
     with monkeypatch.context() as there:
-        there.setattr(bench, "FEWEST", 2)
-        there.setattr(bench.Bench, "call", forbidden, raising=False)
+        there.setattr(bench, "_runner_on", noted)
         found = tune(task, "mild", on, BUDGET, tmp_path / "there", quiet=True, scheduler=local.scheduler_address)
-    assert found.archive == here.archive
+    assert found.archive == here.archive and ran
     logs = [next((tmp_path / place).glob("*.jsonl")) for place in ("here", "there")]
     assert logs[0].name == logs[1].name and logs[0].read_bytes() == logs[1].read_bytes()
     monkeypatch.setattr(bench.Bench, "perform", forbidden)
@@ -52,7 +57,7 @@ def test_runs_of_an_evaluation_are_made_there_and_found_here(
 ) -> None:
     ask = asked(tmp_path, "load_angle")
     monkeypatch.setattr("gyroctl.studies.evaluation.report.TABLES", {"seas": lambda a: seas.seas_table(a, (5.0,))})
-    monkeypatch.setattr(execution, "run_items", lambda items, workers: forbidden(items))
+    monkeypatch.setattr(execution, "perform", forbidden)  # by this process alone
     there = evaluate_tables(["seas"], replace(ask, scheduler=local.scheduler_address))["seas"]
     rows = json.loads((tmp_path / "seas.json").read_text())["seas"]
     assert not there["failed"] and {row["law"] for row in rows["gamma5"]} >= {"best_constant", "load_angle"}

@@ -123,12 +123,12 @@ def main() -> None:
     with open(os.devnull, "rb") as nothing:
         os.dup2(nothing.fileno(), 0)
     os.dup2(2, 1)
-    while True:
-        try:
+    try:
+        while True:
             item, law = _receive(asked)
-        except EOFError:
-            return
-        _send(told, perform_sent(item, law))
+            _send(told, perform_sent(item, law))
+    except (EOFError, OSError):  # its worker has ended
+        os._exit(0)
 
 
 if __name__ == "__main__":

@@ -180,11 +180,13 @@ class Bench(AbstractContextManager["Bench"]):
     ) -> list[tuple[float, ...]]:
         """Perform batches on other machines, where a law is known by its content: its file is here."""
         on, code = cloudpickle.dumps((self.runner.plant, self.runner.settings)), code_of(*self.modules)
+        points = {(job.law, job.parameters) for job in jobs}
+        laws = {point: by_value(build(point[0], dict[str, Any](point[1]))) for point in points}
         tasks = []
         for numbers in batches:
             some = [jobs[number] for number in numbers]
-            laws = [by_value(build(job.law, dict[str, Any](job.parameters))) for job in some]
-            tasks.append(Task((on, some, laws), numbers, self.modules, code))
+            packed = [laws[job.law, job.parameters] for job in some]
+            tasks.append(Task((on, some, packed), numbers, self.modules, code))
         found: dict[int, tuple[float, ...]] = {}
         with closing(hand_out(self.client, perform_there, tasks, _apart)) as ended:
             for task, rows in ended:
