@@ -36,8 +36,8 @@ LAWS = 4
 TOKEN = f"kills-{os.getpid()}-{time.time_ns()}"
 """In the environment of every process that this one starts, and of theirs."""
 
-PATIENCE = 1500.0
-"""For a study to end. [s]"""
+APART = 0.6
+"""Mean time between two kills where several are due: a crowd of them would meet processes that are not up yet. [s]"""
 
 EXPERIMENT = """
 [run]
@@ -54,14 +54,15 @@ law = "own.py:Own"
 """
 
 OWN = '''
-"""A law from a file: each of its runs is in a process of its own."""
+"""A law from a file, in plain Python: each of its runs takes a while in a process of its own."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 
-class Own(NamedTuple):
+@dataclass(frozen=True)
+class Own:
     period: float = 0.1
-    information = "sensors"
+    information: str = "sensors"
 
     def init(self):
         return ()
@@ -100,6 +101,7 @@ class Study:
         self.port = free_port() if scheduler else 0
         self.codes: Counter[int] = Counter()
         self.killed: Counter[str] = Counter()
+        self.dead = set[int]()
         self.said, self.tracebacks, self.starts = set[str](), 0, 0
         (self.folder / "runs").mkdir(parents=True)
         self.environment = {**os.environ, "KILLS_TOKEN": TOKEN, "KILLS_JOURNAL": str(place / "journal")}
@@ -152,9 +154,12 @@ class Study:
             targets = [p.pid for name, p in self.cluster.items() if name.startswith(one.who) and p.poll() is None]
         elif one.who == "worker" and self.driver is not None:
             targets = workers_of(self.driver.pid)
+        targets = [target for target in targets if target not in self.dead]
         if not targets:
             return False
-        os.kill(random.Random(f"{one.after} {one.wait}").choice(targets), one.signal)
+        target = random.Random(f"{one.after} {one.wait}").choice(sorted(targets))
+        self.dead.add(target)
+        os.kill(target, one.signal)
         self.killed[f"{one.who} {one.signal.name}"] += 1
         return True
 
@@ -209,20 +214,23 @@ def disturbed(place: Path, asked: argparse.Namespace, scheduler: bool) -> dict[s
         "driver": asked.drivers,
         **({"scheduler": asked.schedulers} if scheduler else {}),
     }
-    kills = planned(random.Random(f"{asked.seed} {scheduler}"), asked.items, counts)
+    rng = random.Random(f"{asked.seed} {scheduler}")
+    kills, free = planned(rng, asked.items, counts), 0.0
     study = Study(place, scheduler, asked.pool)
     witness = Witness(study.folder / "runs")
     begin, due = time.monotonic(), list[tuple[float, Kill]]()
     try:
         while not study.keep_up():
             now = time.monotonic()
-            if now - begin > PATIENCE:
+            if now - begin > asked.patience:
                 raise TimeoutError(f"the study has not ended: {study.codes}, {study.said}, {witness.count} stored")
             while kills and witness.count >= kills[0].after:
                 due.append((now + kills[0].wait, kills.pop(0)))
-            for one in [one for one in due if one[0] <= now]:
+            for one in [one for one in due if max(one[0], free) <= now]:
                 if study.kill(one[1]):
                     due.remove(one)
+                    free = now + rng.expovariate(1.0 / APART)
+                    break
             time.sleep(0.02)
         time.sleep(0.5)
     finally:
@@ -264,7 +272,8 @@ def main() -> None:
     parser.add_argument("--scheduler", action="store_true", help="on workers of Dask alone")
     parser.add_argument("--alone", action="store_true", help="without Dask alone")
     parser.add_argument("--items", type=int, default=500)
-    parser.add_argument("--duration", type=float, default=1000.0, help="of a run [s]")
+    parser.add_argument("--duration", type=float, default=300.0, help="of a run [s]")
+    parser.add_argument("--patience", type=float, default=3600.0, help="for a study to end [s]")
     parser.add_argument("--pool", type=int, default=4, help="workers of Dask; alone two processes run laws")
     parser.add_argument("--workers", type=int, default=20, help="kills of workers")
     parser.add_argument("--drivers", type=int, default=3)
