@@ -185,10 +185,16 @@ class _UnderWay:
 
     def done(self) -> Iterator[tuple[Item, Outcome]]:
         """Items with their outcomes of the work that has ended by now."""
-        for future in [future for future in self.running if future.done()]:
-            _, items = self.running.pop(future)
-            self._begin()
-            yield from zip(items, _outcomes_of(future, items), strict=True)
+        ready = deque(future for future in self.running if future.done())
+        while ready:
+            yield from self._taken(ready.popleft())
+
+    def _taken(self, future: Future[Any]) -> Iterator[tuple[Item, Outcome]]:
+        _, items = self.running.pop(future)
+        self._begin()
+        outcomes = _outcomes_of(future, items)
+        del future  # it keeps its result as long as it is kept
+        yield from zip(items, outcomes, strict=True)
 
     def ended(self, beside: Sequence[Future[Any]] = ()) -> Iterator[tuple[Item, Outcome]]:
         """Items with their outcomes as they end, and no sooner the end than that of what runs beside them."""

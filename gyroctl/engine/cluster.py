@@ -109,7 +109,8 @@ def _without_words() -> Iterator[None]:
 
 def threads_of(client: Any) -> int:
     """Threads of all workers of a scheduler, one at least."""
-    return max(1, sum(client.nthreads().values()))
+    found: dict[str, int] = client.nthreads()
+    return max(1, sum(found.values()))
 
 
 def hand_out(
