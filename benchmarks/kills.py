@@ -72,6 +72,10 @@ class Own:
 '''
 
 
+YOUNG = 2.0
+"""Before which Python itself answers signals, with a traceback: no program of it can do otherwise. [s]"""
+
+
 class Kill(NamedTuple):
     """Who is killed, and when."""
 
@@ -101,7 +105,7 @@ class Study:
         self.port = free_port() if scheduler else 0
         self.codes: Counter[int] = Counter()
         self.killed: Counter[str] = Counter()
-        self.dead = set[int]()
+        self.dead, self.started = set[int](), 0.0
         self.said, self.tracebacks, self.starts = set[str](), 0, 0
         (self.folder / "runs").mkdir(parents=True)
         self.environment = {**os.environ, "KILLS_TOKEN": TOKEN, "KILLS_JOURNAL": str(place / "journal")}
@@ -142,14 +146,15 @@ class Study:
                 else ("--workers", str(min(self.pool, 2)))
             )
             words = ("gyroctl", "compare", "study.toml", "--out", "out", "--no-search", *where_to)
-            self.driver = self.start(*words, log=f"driver {self.starts}.log")
+            self.driver, self.started = self.start(*words, log=f"driver {self.starts}.log"), time.monotonic()
         return False
 
     def kill(self, one: Kill) -> bool:
         """Kill a process if one of that kind is there."""
         targets: list[int] = []
         if one.who == "driver" and self.driver is not None and self.driver.poll() is None:
-            targets = [self.driver.pid]
+            young = time.monotonic() - self.started < YOUNG
+            targets = [] if young else [self.driver.pid]
         elif one.who != "driver" and self.scheduler:
             targets = [p.pid for name, p in self.cluster.items() if name.startswith(one.who) and p.poll() is None]
         elif one.who == "worker" and self.driver is not None:

@@ -34,6 +34,7 @@ def written_whole(path: Path) -> Iterator[Path]:
     waits under the name is followed. What is written is on the disk before the name is, and the name before the return.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
+    _clear_once(path.parent)
     owner = f"{os.getpid()}-{_host()}"
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.stem}.{owner}.", suffix=f".part{path.suffix}")
     os.close(handle)
@@ -61,6 +62,13 @@ def sync_folder(folder: Path) -> None:
             raise
     finally:
         os.close(handle)
+
+
+@cache
+def _clear_once(folder: Path) -> None:
+    """Remove what killed processes left half-written, when this one first writes to a folder."""
+    for path in left_over(folder):
+        path.unlink(missing_ok=True)
 
 
 PART = re.compile(r"\..+\.(\d+)-([0-9a-f]{8})\.[^.]+\.part(\..*)?")

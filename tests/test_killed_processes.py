@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import os
 import subprocess
 import sys
 import time
@@ -15,6 +16,7 @@ import pytest
 import xarray as xr
 
 import gyroctl as gy
+from gyroctl import writing
 from gyroctl.engine import Store
 
 ROOT = Path(gy.__file__).resolve().parents[1]
@@ -46,6 +48,17 @@ def test_nothing_is_lost_stored_twice_or_computed_again(mode: str, tmp_path: Pat
     found = json.loads((tmp_path / "kills.json").read_text())[mode.removeprefix("--")]
     assert found["wrong"] == 0 and found["stored"] == found["items"] == 60
     assert sum(found["killed"].values()) == (6 if mode == "--scheduler" else 5)
+
+
+def test_what_a_killed_process_left_goes_when_its_folder_is_written_to(tmp_path: Path) -> None:
+    """Also beside the results, where a report or results.nc was half-written."""
+    ended = subprocess.run([sys.executable, "-c", "import os; print(os.getpid())"], capture_output=True, check=True)
+    dead, living = int(ended.stdout), os.getpid()
+    left, under_way = (tmp_path / f".results.{process}-{writing._host()}.x1y2.part.nc" for process in (dead, living))
+    left.touch()
+    under_way.touch()
+    writing.write_text(tmp_path / "summary.json", "")
+    assert not left.exists() and under_way.exists()
 
 
 def test_witnesses_see_what_is_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -34,6 +34,9 @@ FEWEST = 8
 AHEAD = 2
 """Pieces of work for each thread of a worker that are handed out: no more are in the scheduler's memory."""
 
+TALKING = ("distributed", "tornado", "asyncio")
+"""Those who log what happens to a connection."""
+
 SAME = "Install the same versions everywhere; for processors that differ see docs/cluster.md"
 
 
@@ -96,7 +99,7 @@ def connected(scheduler: Any) -> Iterator[Any]:
 @contextmanager
 def _without_words() -> Iterator[None]:
     """Keep Dask from logging: what ends is told here, in one line."""
-    known = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] == "distributed"]
+    known = [name for name in logging.root.manager.loggerDict if name.partition(".")[0] in TALKING]
     before = {name: logging.getLogger(name).level for name in known}
     for name in known:
         logging.getLogger(name).setLevel(logging.CRITICAL)
