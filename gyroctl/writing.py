@@ -14,7 +14,7 @@ import tempfile
 import time
 import uuid
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import asdict, is_dataclass
 from functools import cache
 from pathlib import Path
@@ -67,8 +67,9 @@ def sync_folder(folder: Path) -> None:
 @cache
 def _clear_once(folder: Path) -> None:
     """Remove what killed processes left half-written, when this one first writes to a folder."""
-    for path in left_over(folder):
-        path.unlink(missing_ok=True)
+    with suppress(OSError):  # of another user, or a folder that may be written to and not be read
+        for path in left_over(folder):
+            path.unlink(missing_ok=True)
 
 
 PART = re.compile(r"\..+\.(\d+)-([0-9a-f]{8})\.[^.]+\.part(\..*)?")
