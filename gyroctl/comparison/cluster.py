@@ -56,16 +56,18 @@ def _handed_out(items: Sequence[Item], threads: int) -> Iterator[Task]:
     of_law: dict[str, list[Item]] = {}
     for item in items:
         of_law.setdefault(item.name, []).append(item)
-    for own in of_law.values():
-        law = own[0].law
-        ours = is_ours(law)
-        machine = ours and is_machine(law)
-        modules = tuple(sorted({work.__name__, *modules_of(law)}))
-        packed, code = by_value(law), code_of(*modules)
-        for part in pieces(len(own), threads) if machine else [slice(i, i + 1) for i in range(len(own))]:
+    kinds = [_kind(own[0].law) for own in of_law.values()]  # what cannot be sent is refused before anything is
+    for own, (piece, modules, code) in zip(of_law.values(), kinds, strict=True):
+        alone = [slice(i, i + 1) for i in range(len(own))]
+        for part in pieces(len(own), threads) if piece.machine else alone:
             some = own[part]
-            piece = Piece(tuple(replace(item, law=None) for item in some), packed, ours, machine)
-            yield Task(piece, some, modules, code)
+            yield Task(piece._replace(items=tuple(replace(item, law=None) for item in some)), some, modules, code)
+
+
+def _kind(law: Any) -> tuple[Piece, tuple[str, ...], str]:
+    """Piece of work of a law, without its items, and the modules of this package that do it with their hash."""
+    ours, modules = is_ours(law), tuple(sorted({work.__name__, *modules_of(law)}))
+    return Piece((), by_value(law), ours, ours and is_machine(law)), modules, code_of(*modules)
 
 
 def _apart(task: Task) -> list[Task]:

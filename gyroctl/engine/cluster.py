@@ -143,19 +143,25 @@ def hand_out(
     dask: Any = import_module("distributed")
     with told_if_lost(client):
         hands = _Hands(client, perform, dask.as_completed(loop=client.loop))
-        waiting = deque(tasks)
+        fresh, again = iter(tasks), deque[Task]()
+
+        def following() -> Task | None:
+            return again.popleft() if again else next(fresh, None)
+
         if not client.nthreads():
             aloud("The scheduler has no worker yet: waiting for one")
         try:
-            while waiting or hands.full:
-                while waiting and len(hands.full) < max(4, AHEAD * hands.threads()):
-                    hands.take(waiting.popleft())
+            coming = following()
+            while coming is not None or hands.full:
+                while coming is not None and len(hands.full) < max(4, AHEAD * hands.threads()):
+                    hands.take(coming)
+                    coming = following()
                 future, task = hands.next()
                 try:
                     found = future.result()
                 except (dask.KilledWorker, MemoryError) as error:
                     parts = apart(task)
-                    waiting.extend(parts if len(parts) > 1 else ())
+                    again.extend(parts if len(parts) > 1 else ())
                     if len(parts) < 2:
                         yield task, Lost.MEMORY if isinstance(error, MemoryError) else Lost.WORKER
                 except ImportError as error:
@@ -163,10 +169,11 @@ def hand_out(
                 else:
                     if isinstance(found, Elsewhere):
                         hands.leave_out(found)
-                        waiting.appendleft(task)
+                        again.append(task)
                     else:
                         yield task, found
                 del future  # the scheduler keeps a result as long as it is held here
+                coming = coming or following()
         finally:
             if client.status == "running":
                 client.cancel(list(hands.full))
