@@ -1,4 +1,4 @@
-"""Laws from elsewhere on a worker of a cluster: one process serves for many runs, and a run that breaks it fails alone."""
+"""Laws from elsewhere on a worker of a cluster: a process serves for many runs, and what breaks it fails alone."""
 
 from __future__ import annotations
 
