@@ -10,7 +10,7 @@ import os
 import sys
 from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from faulthandler import cancel_dump_traceback_later, dump_traceback_later
@@ -203,20 +203,42 @@ class _UnderWay:
             yield from self.done()
 
 
+class _Processes:
+    """Processes, begun anew where some were killed before any of them had work: pebble gives all of them up then."""
+
+    def __init__(self, workers: int) -> None:
+        self.workers = workers
+        self.pool = self._begun()
+
+    def _begun(self) -> Any:
+        return ProcessPool(self.workers, context=get_context("spawn"))
+
+    def schedule(self, function: Callable[..., Any], args: Sequence[Any], timeout: float | None = None) -> Future[Any]:
+        """Let one of them call a function, no longer than `timeout` [s]."""
+        try:
+            future: Future[Any] = self.pool.schedule(function, args=args, timeout=timeout)
+        except RuntimeError:
+            self.pool.stop()
+            self.pool.join()
+            self.pool = self._begun()
+            future = self.pool.schedule(function, args=args, timeout=timeout)
+        return future
+
+
 @contextmanager
-def _pools(workers: int) -> Iterator[tuple[ThreadPoolExecutor, ProcessPool]]:
+def _pools(workers: int) -> Iterator[tuple[ThreadPoolExecutor, _Processes]]:
     """Threads and processes; whatever stops the work stops both at once."""
     threads = ThreadPoolExecutor(workers)
-    processes = ProcessPool(workers, context=get_context("spawn"))
+    processes = _Processes(workers)
     try:
         yield threads, processes
-        processes.close()
+        processes.pool.close()
     except BaseException:
-        processes.stop()
+        processes.pool.stop()
         raise
     finally:
         threads.shutdown(wait=False, cancel_futures=True)
-        processes.join()
+        processes.pool.join()
 
 
 def is_fast(law: Law) -> bool:
@@ -244,7 +266,7 @@ def _prepare(part: Callable[[], Any]) -> None:
     part()
 
 
-def _sent(item: Item, processes: ProcessPool, packed: dict[str, bytes]) -> Future[Any]:
+def _sent(item: Item, processes: _Processes, packed: dict[str, bytes]) -> Future[Any]:
     """Send an item to a process; the law goes by its content, with the module that it is from, packed once for all."""
     module = sys.modules.get(type(innermost(item.law)).__module__)
     by_content = module is not None and not is_ours(item.law) and module.__name__ != "__main__"
@@ -262,8 +284,7 @@ def _sent(item: Item, processes: ProcessPool, packed: dict[str, bytes]) -> Futur
         if by_content:
             cloudpickle.unregister_pickle_by_value(module)
     limit, sent = item.time_limit + GRACE, (replace(item, law=None), packed[item.name])
-    future: Future[Any] = processes.schedule(perform_sent, args=sent, timeout=limit)
-    return future
+    return processes.schedule(perform_sent, sent, limit)
 
 
 def perform_sent(item: Item, packed: bytes) -> list[Outcome]:
@@ -309,6 +330,8 @@ def _outcomes_of(future: Future[Any], items: Sequence[Item]) -> list[Outcome]:
         what = "took longer than {0:g} s: compute less in step, or allow more with run.time_limit"
     except ProcessExpired as error:
         what = how_it_ended(error.exitcode)
+    except BrokenExecutor:
+        what = how_it_ended(-9)
     else:
         return outcomes
     return [failed(item, f"law {item.name!r} {what.format(item.time_limit)}") for item in items]
