@@ -1,6 +1,6 @@
 """All figures of speed, one part after the other, and how they stand against what is asked for.
 
-Run ``python benchmarks/all.py --against OLDER_TREE`` on an idle machine: twenty minutes on two cores. Each part is a
+Run ``python benchmarks/all.py --against OLDER_TREE`` on an idle machine: an hour on two cores. Each part is a
 script beside this one and runs in a process of its own, the older tree with the same script where it is compared;
 each writes its JSON, and ``all.json`` holds the figures in one list. ``--only NAME`` runs some parts alone, ``--list``
 runs none and lists what the parts have written. The pictures are drawn by ``python docs/write_results.py``.
@@ -37,6 +37,9 @@ PARTS = {
     "nmpc_cores": Part(against=True),
     "nmpc_qp": Part(against=False, more=("--seeds", "2", "--duration", "200")),
     "commands": Part(against=True),
+    "engine_overhead": Part(against=False),
+    "kills": Part(against=False),
+    "scale": Part(against=False, more=("--whole",)),
 }
 
 
@@ -58,6 +61,19 @@ def command(name: str) -> Callable[[Mapping[str, Any]], float]:
     """Wall time of a command. [s]"""
     return lambda found: found["commands"][name]["wall_s"]
 
+
+def times(kind: str) -> Callable[[Mapping[str, Any]], float]:
+    """Rate of two workers over that of one."""
+    return lambda found: found[kind]["times"]
+
+
+def large(name: str) -> Callable[[Mapping[str, Any]], float]:
+    """A figure of the whole study, where that is the one that is asked for."""
+    return lambda found: {20_000: found["whole"]}[found["whole"]["realisations"]][name]
+
+
+WORTH, OVER = (1.8, True), (5.0, False, "ms")
+"""What a second worker is to be worth; what the engine may take."""
 
 FIGURES = (
     Figure(
@@ -96,6 +112,35 @@ FIGURES = (
     Figure("gyroctl lockmap", "commands", command("lockmap"), 15.0, unit="s"),
     Figure("gyroctl reproduce all", "commands", command("reproduce"), 100.0, unit="s"),
     Figure("gyroctl bound --seeds 1", "commands", command("bound"), 45.0, unit="s"),
+    Figure(
+        "2 processes, times the rate of 1, items that compute", "engine_overhead", times("computing, processes"), *WORTH
+    ),
+    Figure(
+        "2 processes, times the rate of 1, items that sleep", "engine_overhead", times("sleeping, processes"), *WORTH
+    ),
+    Figure(
+        "2 workers of Dask, times the rate of 1, items that compute",
+        "engine_overhead",
+        times("computing, dask"),
+        *WORTH,
+    ),
+    Figure(
+        "2 workers of Dask, times the rate of 1, items that sleep", "engine_overhead", times("sleeping, dask"), *WORTH
+    ),
+    Figure(
+        "key and store of an item",
+        "engine_overhead",
+        lambda f: f["nothing"]["key_ms"] + f["nothing"]["stored_ms"],
+        *OVER,
+    ),
+    Figure("engine beside an item of 1 s", "engine_overhead", lambda f: f["sleeping, processes"]["overhead_ms"], *OVER),
+    Figure(
+        "engine beside an item of 1 s, Dask", "engine_overhead", lambda f: f["sleeping, dask"]["overhead_ms"], *OVER
+    ),
+    Figure("lost, twice or otherwise after kills, cluster", "kills", lambda f: f["scheduler"]["wrong"], 0.0),
+    Figure("lost, twice or otherwise after kills, alone", "kills", lambda f: f["alone"]["wrong"], 0.0),
+    Figure("20 000 realisations, 3 laws, 600 s", "scale", large("wall_s"), 1200.0, unit="s"),
+    Figure("memory of its driver", "scale", large("driver_mb"), 1000.0, unit="MB"),
 )
 
 

@@ -16,7 +16,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from result_blocks import benchmarks, bounds, evaluations, margins, physics, pictures, real, seas, speed, studies
+from result_blocks import benchmarks, bounds, evaluations, margins, physics, pictures, real, scale, seas, speed, studies
 from result_blocks.source import HERE, ROOT, Missing, result, table
 from run_results import RUNS
 
@@ -30,6 +30,7 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
     **studies.BLOCKS,
     **benchmarks.BLOCKS,
     **speed.BLOCKS,
+    **scale.BLOCKS,
 }
 """What the pages may show, by name."""
 

@@ -85,6 +85,8 @@ def visible(text: str) -> str:
 
 SAFE = "What is finished is stored whole and will not be computed again"
 
+MEND = "mend that, and give the same command again"
+
 MENDS = {
     errno.ENOSPC: "make room, and give the same command again",
     errno.EDQUOT: "make room, and give the same command again",
@@ -104,7 +106,8 @@ def went_wrong(error: BaseException) -> str:
         what = (error.strerror or str(error) or type(error).__name__) + (
             f": {error.filename}" if error.filename else ""
         )
-        mend = MENDS.get(error.errno or 0, "mend that, and give the same command again")
+        other = "give the same command again where a scheduler runs" if isinstance(error, ConnectionError) else MEND
+        mend = MENDS.get(error.errno or 0, other)
     elif isinstance(error, MemoryError):
         what = "there is not memory enough" + (f" ({error})" if str(error) else "")
     else:

@@ -12,10 +12,10 @@ from typing import Any
 import pytest
 
 import gyroctl as gy
-from gyroctl.comparison import cluster, items
+from gyroctl.comparison import items
 from gyroctl.comparison.compare import Realisations, compare
 from gyroctl.comparison.verification import CLOCKS
-from gyroctl.engine import Store
+from gyroctl.engine import Store, cluster
 from gyroctl.harness.run import Settings
 
 distributed = pytest.importorskip("distributed", reason="needs the extra cluster: dask.distributed")
@@ -111,6 +111,25 @@ def test_worker_whose_bits_may_be_others_is_left_out(
         run(device, scheduler=local.scheduler_address)
     assert error.value.field == "scheduler" and "numpy 99.0 (here" in str(error.value)
     assert capsys.readouterr().err.count("is left out") == 1
+
+
+def test_worker_without_memory_fails_one_run_and_says_so(
+    device: gy.Plant, local: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The piece is taken apart, and only the run that asks for too much fails."""
+    perform = items.perform
+
+    def short(some: Any) -> Any:
+        if any(item.seed == 1 and item.name == "law 2" for item in some):
+            raise MemoryError
+        return perform(some)
+
+    monkeypatch.setattr(items, "perform", short)
+    monkeypatch.setattr("gyroctl.comparison.cluster.pieces", lambda count, threads: [slice(0, count)])
+    laws = {f"law {i}": gy.law("constant", cg=1e-4 * (i + 1)) for i in range(3)}
+    ds = run(device, laws=laws, scheduler=local.scheduler_address)
+    assert ds.failed.values.sum() == 1
+    assert "too little memory on its worker" in str(ds.failure.sel(law="law 2", realisation=1).values)
 
 
 @pytest.mark.parametrize("address", ["127.0.0.1:8786", "tcp://host", "file:///etc/passwd", "tcp://a b:1", 3])

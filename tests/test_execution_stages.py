@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import pickle
-from concurrent.futures import Future
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from functools import partial
 from typing import Any
 
 import pytest
@@ -62,3 +64,46 @@ def test_planner_as_machine_code_runs_on_threads(device: gy.Plant, sent: list[tu
 def test_planner_with_a_deadline_goes_to_processes(device: gy.Plant, sent: list[tuple[str, int]]) -> None:
     assert run(device, plans=gy.law("nmpc", deadline=10.0)) == set()
     assert sent == [("plans", 1), ("plans", 2)]
+
+
+def test_no_more_has_ended_than_a_few_until_it_is_taken() -> None:
+    """A slow disk fills no memory with results that wait for it, and all of them come in the end."""
+    begun = list[int]()
+
+    def work(number: int) -> list[int]:
+        begun.append(number)
+        return [number]
+
+    under_way: Any = execution._UnderWay(2)
+    with ThreadPoolExecutor(4) as threads:
+        under_way.add("threads", [(partial(threads.submit, work, number), [number]) for number in range(10)])
+        ended = under_way.ended()
+        for taken in range(1, 5):
+            wait(list(under_way.running))
+            assert len(begun) == 1 + taken
+            assert next(ended)[0] in range(10)
+        assert len(list(ended)) == 6 and sorted(begun) == list(range(10))
+
+
+def test_processes_that_were_given_up_are_begun_anew() -> None:
+    """Killed before any of them had work, none would ever take any again."""
+    processes = execution._Processes(1)
+    try:
+        first = processes.pool
+        assert processes.schedule(abs, (-1,)).result(timeout=60.0) == 1
+        first._pool_manager.handle_broken_pool(RuntimeError())
+        assert processes.schedule(abs, (-2,)).result(timeout=60.0) == 2
+        assert processes.pool is not first
+    finally:
+        processes.pool.stop()
+        processes.pool.join()
+
+
+def test_run_whose_processes_were_given_up_has_failed_alone(device: gy.Plant) -> None:
+    item = work_items(
+        device, {"law": gy.law("constant")}, Realisations(gy.SeaState(), (1,), 60.0), Settings(blend=20.0), 60.0
+    )[0]
+    future: Future[Any] = Future()
+    future.set_exception(BrokenProcessPool("All workers expired"))
+    (outcome,) = execution._outcomes_of(future, [item])
+    assert "lost its process" in outcome.failure and "run again" in outcome.failure

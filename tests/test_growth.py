@@ -21,7 +21,7 @@ from gyroctl.comparison.items import Outcome, work_items
 from gyroctl.harness import together
 from gyroctl.harness.run import Settings
 from gyroctl.plant.kernel import rows
-from gyroctl.reports import layout
+from gyroctl.reports import layout, report
 from gyroctl.reports.evaluation import evaluate
 from gyroctl.reports.report import _series_json
 from gyroctl.reports.timeseries import POINTS, time_series
@@ -190,6 +190,23 @@ def test_lines_of_the_report_are_short_and_keep_every_peak() -> None:
     time = np.frombuffer(base64.b64decode(shared["bdata"]), np.dtype(shared["dtype"]))
     np.testing.assert_array_equal(time, few_points(ds.time.values, POINTS).time)  # type: ignore[union-attr]
     assert len(content["data"]) == 1 + 7 * len(names) and all("x" not in trace for trace in content["data"])
+
+
+def test_page_of_many_realisations_draws_some_and_those_that_stand_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    ds = synthetic(realisations=60, examples=False)
+    assert report._few_runs(ds, evaluate(ds))[0] is ds
+    monkeypatch.setattr(report, "RUNS", 10)
+    found = evaluate(ds)
+    few_ds, few = report._few_runs(ds, found)
+    assert 10 <= len(few.seeds) <= 10 + 3 * 2 * ds.sizes["law"] and few.laws is found.laws
+    assert few.seeds == tuple(few_ds.realisation.values) and few.seeds[0] == ds.realisation.values[0]
+    assert few.seeds[-1] == ds.realisation.values[-1]
+    for variable in ("mean_power", "phi1_p98", "phi3_p98"):
+        for extreme in (np.min, np.max):
+            whole, some = (extreme(table[variable].values, axis=1) for table in (ds, few_ds))
+            np.testing.assert_array_equal(some, whole)
+    page = report.render(ds)
+    assert f"Of 60 realisations {len(few.seeds)} are drawn" in page and "The first 10 of 60" in page
 
 
 def test_metrics_are_of_the_whole_record_however_few_points_are_kept(

@@ -49,11 +49,12 @@ app.main()
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs a signal to one process")
-def test_stop_is_heard_even_where_a_library_swallows_it(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("number", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_stop_is_heard_even_where_a_library_swallows_it(tmp_path: Path, number: str, code: int) -> None:
     pipe = subprocess.PIPE
     running = subprocess.Popen([sys.executable, "-c", STUBBORN], cwd=tmp_path, stderr=pipe, stdout=pipe, text=True)
     assert running.stdout is not None and running.stdout.readline() == "ready\n"
-    running.send_signal(signal.SIGINT)
+    running.send_signal(signal.Signals[number])
     _, said = running.communicate(timeout=15.0)
-    assert running.returncode == 130
+    assert running.returncode == code
     assert said.strip() == "Stopped. Finished runs are kept and will not be computed again."

@@ -1,4 +1,4 @@
-"""Ctrl-C ends a command within seconds, whatever its threads and libraries make of the exception.
+"""Ctrl-C, or the end that a queue or an operator asks for, ends a command within seconds, whatever it is in.
 
 Python raises KeyboardInterrupt wherever the main thread is: inside a callback of a library it is lost, and a thread
 that compiles is waited for. What is finished is stored whole, so that the process may end at any time.
@@ -16,22 +16,35 @@ from typing import NoReturn
 
 STOPPED = "Stopped. Finished runs are kept and will not be computed again."
 CODE = 130
+"""Exit code after Ctrl-C; typer's too."""
+
+ASKED = 143
+"""Exit code after an end that was asked for (SIGTERM)."""
+
 GRACE = 3.0
 """Time to end in good order. [s]"""
 
-said = threading.Event()
+said, asked = threading.Event(), threading.Event()
 
 
 def end_soon_at_interrupt() -> None:
-    """Let the first Ctrl-C raise KeyboardInterrupt, and end the process where that has not ended it after `GRACE`."""
+    """Let the first such signal raise KeyboardInterrupt, and end the process where it is still there after `GRACE`."""
     if threading.current_thread() is threading.main_thread():
-        signal.signal(signal.SIGINT, _interrupt)
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, _interrupt)
 
 
 def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if number == signal.SIGTERM:
+        asked.set()
+    for each in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(each, _once)  # where it were ignored, a process that is started now would ignore it too
     threading.Thread(target=_end, daemon=True).start()
     raise KeyboardInterrupt
+
+
+def _once(number: int, frame: FrameType | None) -> None:
+    """Hear no further signal."""
 
 
 def _end() -> NoReturn:
@@ -41,13 +54,17 @@ def _end() -> NoReturn:
     for child in active_children():
         child.kill()
     _say_once()
-    os._exit(CODE)
+    os._exit(_code())
+
+
+def _code() -> int:
+    return ASKED if asked.is_set() else CODE
 
 
 def stopped() -> NoReturn:
     """End in good order, and say what became of the work."""
     _say_once()
-    sys.exit(CODE)
+    sys.exit(_code())
 
 
 def _say_once() -> None:

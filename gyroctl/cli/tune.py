@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gyroctl.cli.options import AllowCode, Workers, failures
+from gyroctl.cli.options import AllowCode, Scheduler, Workers, failures
 
 if TYPE_CHECKING:
     from gyroctl.tuning.task import Task
@@ -24,6 +24,7 @@ def tune(
     budget: Annotated[float, typer.Option(help="Simulated time for each set of each law [s].")] = 4e6,
     out: Annotated[Path, typer.Option(help="Folder for steps, tables and figures.")] = Path("results/tuning"),
     workers: Workers = 0,
+    scheduler: Scheduler = "",
     begin: Annotated[
         str, typer.Option("--from", help="Begin at a set that is tuned already, instead of the task's start.")
     ] = "",
@@ -58,7 +59,8 @@ def tune(
         for which in wanted:
             with kept.stage(f"{task.stem} for {which}"):  # a law that fails does not stop the tuning of the others
                 start = _start(tuned_sets(task.law, allowed), begin)
-                found = run(task, which, on, budget, out, workers_wanted(workers), start=start)
+                many = workers_wanted(workers)
+                found = run(task, which, on, budget, out, many, start=start, scheduler=scheduler or None)
                 write_sets(file_in(out, task.stem, ending=".json"), task.law, found.sets)
                 if ship:
                     folder, stem = home(task.law)

@@ -1,43 +1,134 @@
-"""One run in a process that is started for it: python -m gyroctl.comparison.alone ASKED TOLD, both of them files.
+"""Runs in a process beside a worker of a cluster: python -m gyroctl.comparison.alone, asked and told by its pipes.
 
-A worker of a cluster may have no child of its own that shares its memory; a program of its own it may start.
+A worker of a cluster may have no child of its own that shares its memory; a program of its own it may start. One serves
+for many runs, as starting it takes seconds, and ends with its worker, after a while without work, or with the run that
+brings it down.
 """
 
 from __future__ import annotations
 
+import os
+import struct
 import subprocess
 import sys
-import tempfile
-from pathlib import Path
+import threading
+from typing import IO, Any
 
 import cloudpickle
 
 from gyroctl.comparison.execution import GRACE, how_it_ended, perform_sent
 from gyroctl.comparison.items import Item, Outcome, failed
 
+IDLE = 60.0
+"""After which a process without work is ended. [s]"""
+
+SIZE = struct.Struct("<Q")
+
+_lock = threading.Lock()
+_idle: list[_Process] = []
+
 
 def in_a_process(item: Item, law: bytes) -> list[Outcome]:
     """Run an item whose law is packed; one that takes too long is ended, and whatever it does its run fails alone."""
-    with tempfile.TemporaryDirectory(prefix="gyroctl-run-") as place:
-        asked, told = Path(place) / "asked", Path(place) / "told"
-        asked.write_bytes(cloudpickle.dumps((item, law)))
-        command = [sys.executable, "-m", __name__, str(asked), str(told)]
+    with _lock:
+        process = _idle.pop() if _idle else None
+    process = process or _Process()
+    outcomes = process.run(item, law)
+    if process.lives():
+        with _lock:
+            _idle.append(process)
+        process.end_if_idle()
+    return outcomes
+
+
+class _Process:
+    """A process that runs items one after the other."""
+
+    def __init__(self) -> None:
+        command, pipe = [sys.executable, "-m", __name__], subprocess.PIPE
+        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe)
+        self.late, self.clock = False, threading.Timer(0.0, self.end)
+
+    def run(self, item: Item, law: bytes) -> list[Outcome]:
+        """Run an item, and end the process where that takes too long."""
+        self.clock.cancel()
+        self.late, self.clock = False, threading.Timer(item.time_limit + GRACE, self._too_late)
+        self.clock.daemon = True
+        self.clock.start()
+        assert self.process.stdin is not None and self.process.stdout is not None
         try:
-            done = subprocess.run(command, stdin=subprocess.DEVNULL, timeout=item.time_limit + GRACE, check=False)
-        except subprocess.TimeoutExpired:
+            _send(self.process.stdin, (item, law))
+            found: list[Outcome] = _receive(self.process.stdout)
+        except (EOFError, OSError):
+            code = self.process.wait()
             what = f"took longer than {item.time_limit:g} s: compute less in step, or allow more with run.time_limit"
-            return [failed(item, f"law {item.name!r} {what}")]
-        if done.returncode != 0 or not told.is_file():
-            return [failed(item, f"law {item.name!r} {how_it_ended(done.returncode)}")]
-        found: list[Outcome] = cloudpickle.loads(told.read_bytes())
+            return [failed(item, f"law {item.name!r} {what if self.late else how_it_ended(code)}")]
+        finally:
+            self.clock.cancel()
         return found
+
+    def _too_late(self) -> None:
+        self.late = True
+        self.process.kill()
+
+    def lives(self) -> bool:
+        """Whether it can be given more work."""
+        return self.process.poll() is None
+
+    def end_if_idle(self) -> None:
+        """End it after a while, unless it is given work before."""
+        self.clock = threading.Timer(IDLE, self._end_idle)
+        self.clock.daemon = True
+        self.clock.start()
+
+    def _end_idle(self) -> None:
+        with _lock:
+            if self not in _idle:
+                return
+            _idle.remove(self)
+        self.end()
+
+    def end(self) -> None:
+        """End it."""
+        self.process.kill()
+        self.process.wait()
+
+
+def _send(stream: IO[bytes], what: Any) -> None:
+    packed = cloudpickle.dumps(what)
+    stream.write(SIZE.pack(len(packed)) + packed)
+    stream.flush()
+
+
+def _receive(stream: IO[bytes]) -> Any:
+    """What comes next.
+
+    Raises
+    ------
+    EOFError
+        Where the other side has ended.
+    """
+    size = stream.read(SIZE.size)
+    if len(size) < SIZE.size:
+        raise EOFError
+    packed = stream.read(SIZE.unpack(size)[0])
+    if len(packed) < SIZE.unpack(size)[0]:
+        raise EOFError
+    return cloudpickle.loads(packed)
 
 
 def main() -> None:
-    """Run what is asked in a file, and tell it in another one."""
-    asked, told = (Path(word) for word in sys.argv[1:])
-    item, law = cloudpickle.loads(asked.read_bytes())
-    told.write_bytes(cloudpickle.dumps(perform_sent(item, law)))
+    """Run what is asked by the first pipe, and tell it by the second one, which no law gets to see."""
+    asked, told = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
+    with open(os.devnull, "rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
+    os.dup2(2, 1)
+    try:
+        while True:
+            item, law = _receive(asked)
+            _send(told, perform_sent(item, law))
+    except (EOFError, OSError):  # its worker has ended
+        os._exit(0)
 
 
 if __name__ == "__main__":

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import os
 import sys
+from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
 from contextlib import closing, contextmanager
 from dataclasses import replace
-from functools import lru_cache
+from faulthandler import cancel_dump_traceback_later, dump_traceback_later
+from functools import lru_cache, partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
@@ -26,8 +28,9 @@ from gyroctl.disk import DISK, Disk
 from gyroctl.engine import Record, Store
 from gyroctl.engine.plan import Plan, Wanted
 from gyroctl.harness.law_entry import compile_law
-from gyroctl.harness.protocol import Law, Machined, Preparing, Wrapping, innermost
+from gyroctl.harness.protocol import Law, Machined, Preparing, innermost
 from gyroctl.harness.together import pieces
+from gyroctl.harness.travelling import is_ours
 from gyroctl.simulation.progress import Progress
 
 Result = TypeVar("Result")
@@ -35,8 +38,14 @@ Result = TypeVar("Result")
 Outcomes = dict[tuple[str, int], Outcome]
 """Results by law and seed."""
 
+AHEAD = 4
+"""Pieces of work for each worker that are begun or have not been taken yet, of threads and of processes each."""
+
 GRACE = 30.0
 """What a process may take beside its run: start, compilation. [s]"""
+
+LONGEST = 1e6
+"""Any run. [s]"""
 
 
 Run = Callable[[Sequence[Item], int], Generator[tuple[Item, Outcome], None, None]]
@@ -129,8 +138,8 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
     for item in items:
         of_law[item.name].append(item)
     packed: dict[str, bytes] = {}
-    futures: dict[Future[Any], list[Item]] = {}
     with _pools(workers) as (threads, processes):
+        under_way = _UnderWay(AHEAD * workers)
         several = workers > 1 and len(items) > 1
         parts = [processes.schedule(_prepare, args=(part,)) for part in _all_parts(laws)] if several else []
 
@@ -138,13 +147,12 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
             """By threads, side by side, what is machine code, and by processes the rest."""
             own, law = of_law[name], laws[name]
             machine = name in quick or (is_ours(law) and is_machine(law))
-            if machine:
-                shares = [own[part] for part in pieces(len(own), workers)]
-                futures.update({threads.submit(perform, share): share for share in shares})
-                return
-            for item in own:
-                by_thread = is_ours(item.law) and not several
-                futures[threads.submit(perform, [item]) if by_thread else _sent(item, processes, packed)] = [item]
+            shares = [own[part] for part in pieces(len(own), workers)] if machine else [[item] for item in own]
+            if machine or (is_ours(law) and not several):
+                under_way.add("threads", [(partial(threads.submit, perform, share), share) for share in shares])
+            else:
+                sent = [(partial(_sent, item, processes, packed), [item]) for item in own]
+                under_way.add("processes", sent)
 
         def begin_slow() -> None:
             while slow:
@@ -155,47 +163,93 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
                 begin_slow()
             compile_law(laws[name])
             begin(name)
-            while futures and next(iter(futures)).done():  # what has ended is not held until all have begun
-                future = next(iter(futures))
-                yield from _ended({future: futures.pop(future)}, ())
-        yield from _ended(futures, parts)
+            yield from under_way.done()  # what has ended is not held until all have begun
+        yield from under_way.ended(parts)
         if slow:
             begin_slow()
-            yield from _ended(futures, ())
+            yield from under_way.ended()
 
 
-def _ended(futures: dict[Future[Any], list[Item]], beside: Sequence[Future[Any]]) -> Iterator[tuple[Item, Outcome]]:
-    """Items with their outcomes as their futures end, and no sooner than what runs beside them."""
-    left = dict(futures)  # a future keeps its result as long as it is kept
-    futures.clear()
-    for future in as_completed([*left, *beside]):
-        if future in left:
-            items = left.pop(future)
-            yield from zip(items, _outcomes_of(future, items), strict=True)
-        del future
+Begin = tuple[Callable[[], Future[Any]], list[Item]]
+"""What begins some items, and these."""
+
+
+class _UnderWay:
+    """Work that runs, no more of each kind at a time than `most`: what has ended and is not taken yet is in memory."""
+
+    def __init__(self, most: int) -> None:
+        self.most = most
+        self.waiting: dict[str, deque[Begin]] = {}
+        self.running: dict[Future[Any], tuple[str, list[Item]]] = {}
+
+    def add(self, kind: str, work: Sequence[Begin]) -> None:
+        """Let work wait for its turn among its kind, or begin."""
+        self.waiting.setdefault(kind, deque()).extend(work)
+        self._begin()
+
+    def _begin(self) -> None:
+        for kind, waiting in self.waiting.items():
+            free = self.most - sum(one == kind for one, _ in self.running.values())
+            for _ in range(min(free, len(waiting))):
+                begin, items = waiting.popleft()
+                self.running[begin()] = kind, items
+
+    def done(self) -> Iterator[tuple[Item, Outcome]]:
+        """Items with their outcomes of the work that has ended by now."""
+        ready = deque(future for future in self.running if future.done())
+        while ready:
+            yield from self._taken(ready.popleft())
+
+    def _taken(self, future: Future[Any]) -> Iterator[tuple[Item, Outcome]]:
+        _, items = self.running.pop(future)
+        self._begin()
+        outcomes = _outcomes_of(future, items)
+        del future  # it keeps its result as long as it is kept
+        yield from zip(items, outcomes, strict=True)
+
+    def ended(self, beside: Sequence[Future[Any]] = ()) -> Iterator[tuple[Item, Outcome]]:
+        """Items with their outcomes as they end, and no sooner the end than that of what runs beside them."""
+        while self.running or not all(one.done() for one in beside):
+            wait([*self.running, *(one for one in beside if not one.done())], return_when=FIRST_COMPLETED)
+            yield from self.done()
+
+
+class _Processes:
+    """Processes, begun anew where some were killed before any of them had work: pebble gives all of them up then."""
+
+    def __init__(self, workers: int) -> None:
+        self.workers = workers
+        self.pool = self._begun()
+
+    def _begun(self) -> Any:
+        return ProcessPool(self.workers, context=get_context("spawn"))
+
+    def schedule(self, function: Callable[..., Any], args: Sequence[Any], timeout: float | None = None) -> Future[Any]:
+        """Let one of them call a function, no longer than `timeout` [s]."""
+        try:
+            future: Future[Any] = self.pool.schedule(function, args=args, timeout=timeout)
+        except RuntimeError:
+            self.pool.stop()
+            self.pool.join()
+            self.pool = self._begun()
+            future = self.pool.schedule(function, args=args, timeout=timeout)
+        return future
 
 
 @contextmanager
-def _pools(workers: int) -> Iterator[tuple[ThreadPoolExecutor, ProcessPool]]:
+def _pools(workers: int) -> Iterator[tuple[ThreadPoolExecutor, _Processes]]:
     """Threads and processes; whatever stops the work stops both at once."""
     threads = ThreadPoolExecutor(workers)
-    processes = ProcessPool(workers, context=get_context("spawn"))
+    processes = _Processes(workers)
     try:
         yield threads, processes
-        processes.close()
+        processes.pool.close()
     except BaseException:
-        processes.stop()
+        processes.pool.stop()
         raise
     finally:
         threads.shutdown(wait=False, cancel_futures=True)
-        processes.join()
-
-
-def is_ours(law: Law | None) -> bool:
-    """Whether the law, and every law within it, comes with this package: such a law keeps the protocol."""
-    while law is not None and type(law).__module__.startswith("gyroctl."):
-        law = law.law if isinstance(law, Wrapping) else None
-    return law is None
+        processes.pool.join()
 
 
 def is_fast(law: Law) -> bool:
@@ -223,7 +277,7 @@ def _prepare(part: Callable[[], Any]) -> None:
     part()
 
 
-def _sent(item: Item, processes: ProcessPool, packed: dict[str, bytes]) -> Future[Any]:
+def _sent(item: Item, processes: _Processes, packed: dict[str, bytes]) -> Future[Any]:
     """Send an item to a process; the law goes by its content, with the module that it is from, packed once for all."""
     module = sys.modules.get(type(innermost(item.law)).__module__)
     by_content = module is not None and not is_ours(item.law) and module.__name__ != "__main__"
@@ -241,16 +295,31 @@ def _sent(item: Item, processes: ProcessPool, packed: dict[str, bytes]) -> Futur
         if by_content:
             cloudpickle.unregister_pickle_by_value(module)
     limit, sent = item.time_limit + GRACE, (replace(item, law=None), packed[item.name])
-    future: Future[Any] = processes.schedule(perform_sent, args=sent, timeout=limit)
-    return future
+    return processes.schedule(perform_sent, sent, limit)
 
 
 def perform_sent(item: Item, packed: bytes) -> list[Outcome]:
-    """Run an item in this process: with a law of its own, or the compiled one that holds no state."""
+    """Run an item in this process: with a law of its own, or the compiled one that holds no state.
+
+    Who waits for it ends it after its limit. Where nobody does any more, since that process was killed, it ends by
+    itself, whatever its law is in the middle of.
+    """
     try:
-        return no_way_out(perform_packed, item, packed)
+        with _ended_after(2.0 * (item.time_limit + GRACE)):
+            return no_way_out(perform_packed, item, packed)
     except BaseException as error:
         return [failed(item, f"law {item.name!r} failed in its process with {type(error).__name__}: {error}")]
+
+
+@contextmanager
+def _ended_after(limit: float) -> Iterator[None]:
+    """End this process after a while [s], even where machine code lets no other thread run."""
+    with open(os.devnull, "w") as nowhere:
+        dump_traceback_later(min(limit, LONGEST), exit=True, file=nowhere)
+        try:
+            yield
+        finally:
+            cancel_dump_traceback_later()
 
 
 def perform_packed(item: Item, packed: bytes) -> list[Outcome]:
@@ -272,6 +341,8 @@ def _outcomes_of(future: Future[Any], items: Sequence[Item]) -> list[Outcome]:
         what = "took longer than {0:g} s: compute less in step, or allow more with run.time_limit"
     except ProcessExpired as error:
         what = how_it_ended(error.exitcode)
+    except BrokenExecutor:
+        what = how_it_ended(-9)
     else:
         return outcomes
     return [failed(item, f"law {item.name!r} {what.format(item.time_limit)}") for item in items]

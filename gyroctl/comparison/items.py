@@ -66,7 +66,7 @@ class Realisations:
         return lead_in(realise(plant, self.sea, seed, self.duration, self.dt), settings)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Item:
     """One law on one realisation."""
 

@@ -9,6 +9,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gyroctl.names import in_markup
 from gyroctl.reports import figures, layout, wording
 from gyroctl.reports.evaluation import Evaluation, evaluate
@@ -33,6 +35,12 @@ DRAW: dict[str, Callable[[xr.Dataset, Evaluation], go.Figure]] = {
     "energy": figures.energy,
 }
 """Figures by their anchor in the page, which holds their headings and captions."""
+
+BY_RUN = ("power", "motion")
+"""Those with a point for each run."""
+
+RUNS = 2000
+"""Realisations of which each run is drawn and each hash is listed: of more, so many of them."""
 
 
 def write_report(source: xr.Dataset | str | Path, out_path: str | Path, evaluation: Evaluation | None = None) -> Path:
@@ -97,6 +105,7 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
     few_ds = ds if few is found else ds.sel(law=[law.name for law in drawn])
     styles = law_styles(layout.names(ds), found.reference) | law_styles(layout.names(few_ds), found.reference)
     marked = _in_markup(few_ds, few)
+    by_run = _few_runs(*marked)
     return environment.get_template("report.html.j2").render(
         evaluation=found,
         verdict=verdict,
@@ -108,7 +117,7 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
         styles=styles,
         sea=sea_line(ds),
         figures={
-            name: _figure_json(draw(*marked))
+            name: _figure_json(draw(*(by_run if name in BY_RUN else marked)))
             for name, draw in DRAW.items()
             if name != "differences" or found.power_differences
         },
@@ -120,10 +129,25 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
         },
         plotly_js=get_plotlyjs(),
         provenance=_provenance(ds),
-        realisations=[(seed, str(digest)) for seed, digest in zip(found.seeds, ds["sha256"].values, strict=True)],
+        realisations=list(zip(found.seeds[:RUNS], map(str, ds["sha256"].values[:RUNS]), strict=True)),
+        drawn_runs=len(by_run[1].seeds),
         experiment=_experiment_text(ds),
         parameters=_parameters(ds),
     )
+
+
+def _few_runs(ds: xr.Dataset, found: Evaluation) -> tuple[xr.Dataset, Evaluation]:
+    """Comparison with no more than about `RUNS` realisations: every so many-th, and those that stand out."""
+    count = ds.sizes["realisation"]
+    if count <= RUNS:
+        return ds, found
+    chosen = set(np.linspace(0, count - 1, RUNS).round().astype(int).tolist())
+    for variable in ("mean_power", "phi1_p98", "phi3_p98"):
+        for row in layout.values(ds, variable):
+            if (known := np.flatnonzero(np.isfinite(row))).size:
+                chosen |= {int(known[row[known].argmin()]), int(known[row[known].argmax()])}
+    at = sorted(chosen)
+    return ds.isel(realisation=at), replace(found, seeds=tuple(found.seeds[k] for k in at))
 
 
 def _in_markup(ds: xr.Dataset, found: Evaluation) -> tuple[xr.Dataset, Evaluation]:

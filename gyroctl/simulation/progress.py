@@ -75,7 +75,8 @@ class Progress(AbstractContextManager["Progress"]):
             self.done += items
             now = time.monotonic()
             self.first = self.first if self.seen else now
-            self.seen.append((now, self.done))
+            if not self.quiet or not self.seen:
+                self.seen.append((now, self.done))
             if not self.quiet and now - self.begin >= PATIENCE:
                 self._show(now)
 

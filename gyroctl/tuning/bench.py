@@ -1,27 +1,32 @@
-"""The runs of a tuning, on threads (compiled laws) or processes (others): their number changes no bit of any result."""
+"""The runs of a tuning, on threads (compiled laws), processes (others) or other machines: none changes a bit."""
 
 from __future__ import annotations
 
 import os
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
-from contextlib import AbstractContextManager
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from contextlib import AbstractContextManager, closing
 from dataclasses import replace
+from functools import lru_cache
 from multiprocessing import get_context
 from types import TracebackType
 from typing import Any, NamedTuple
 
+import cloudpickle
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.engine.cluster import FEWEST, Lost, Task, hand_out, threads_of
 from gyroctl.errors import InputError
+from gyroctl.fingerprint import code_of
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, LawError
 from gyroctl.harness.registry import build
 from gyroctl.harness.run import Settings, lead_in
 from gyroctl.harness.together import Loop, Outcome, pieces, run_together
+from gyroctl.harness.travelling import by_value, modules_of
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import PSI, PSI_RATE
 from gyroctl.plant.kernel import slip_rate
@@ -55,15 +60,14 @@ class Runner:
         self.plant, self.settings = plant, settings
         self.waves: OrderedDict[tuple[Sea, int, float], WaveRealisation] = OrderedDict()
 
-    def __call__(self, jobs: Sequence[Job]) -> list[tuple[float, ...]]:
-        """Run jobs, side by side where that is possible, and return the `METRICS` of each."""
-        loops = [self._loop(job) for job in jobs]
+    def __call__(self, jobs: Sequence[Job], laws: Sequence[Law] | None = None) -> list[tuple[float, ...]]:
+        """Run jobs, of these laws where they have been built, side by side where possible; `METRICS` of each."""
+        built = laws or [build(job.law, dict[str, Any](job.parameters)) for job in jobs]
+        loops = [self._loop(job, law) for job, law in zip(jobs, built, strict=True)]
         outcomes = run_together(self.plant, loops)
         return [self._metrics(loop.waves, outcome) for loop, outcome in zip(loops, outcomes, strict=True)]
 
-    def _loop(self, job: Job) -> Loop:
-        parameters: dict[str, Any] = dict(job.parameters)
-        built = build(job.law, parameters)
+    def _loop(self, job: Job, built: Law) -> Loop:
         acting = self.acting(job.sea, job.seed, job.duration)
         return Loop(built, acting, scanning(self.plant, built, self.settings, job.dt), job.law)
 
@@ -123,15 +127,20 @@ class Bench(AbstractContextManager["Bench"]):
         The law that is tuned: threads where it can be compiled, processes otherwise.
     workers : int
         How many.
+    client : dask.distributed.Client, optional
+        Of other machines that perform them instead.
     """
 
-    def __init__(self, plant: Plant, settings: Settings, example: Law, workers: int) -> None:
-        self.runner = Runner(plant, settings)
+    def __init__(self, plant: Plant, settings: Settings, example: Law, workers: int, client: Any = None) -> None:
+        self.runner, self.client = Runner(plant, settings), client
+        self.modules = tuple(sorted({__name__, *modules_of(example)}))
         self.workers = max(1, workers)
         self.compiled = compile_law(example) is not None
         self.pool: Executor | None = None
         self.call: Callable[[Sequence[Job]], list[tuple[float, ...]]] = self.runner
-        if self.workers > 1 and self.compiled:
+        if client is not None:
+            self.workers = max(threads_of(client), FEWEST)
+        elif self.workers > 1 and self.compiled:
             self.pool = ThreadPoolExecutor(self.workers)
         elif self.workers > 1:
             self.pool = ProcessPoolExecutor(
@@ -147,8 +156,16 @@ class Bench(AbstractContextManager["Bench"]):
             self.pool.shutdown(wait=kind is None, cancel_futures=True)
 
     def perform(self, jobs: Sequence[Job], done: Callable[[Job], None]) -> list[tuple[float, ...]]:
-        """Metrics of each job in the order of the jobs; `done` is told of each one that has ended."""
+        """Metrics of each job in the order of the jobs; `done` is told of each one that has ended.
+
+        Raises
+        ------
+        BrokenExecutor, MemoryError
+            Where workers are lost again and again.
+        """
         batches = self._batches(jobs)
+        if self.client is not None:
+            return self._far(jobs, batches, done)
         work = [[jobs[number] for number in batch] for batch in batches]
         rows = map(self.call, work) if self.pool is None else self.pool.map(self.call, work)
         found: dict[int, tuple[float, ...]] = {}
@@ -158,12 +175,51 @@ class Bench(AbstractContextManager["Bench"]):
                 done(jobs[number])
         return [found[number] for number in range(len(jobs))]
 
+    def _far(
+        self, jobs: Sequence[Job], batches: Sequence[list[int]], done: Callable[[Job], None]
+    ) -> list[tuple[float, ...]]:
+        """Perform batches on other machines, where a law is known by its content: its file is here."""
+        on, code = cloudpickle.dumps((self.runner.plant, self.runner.settings)), code_of(*self.modules)
+        points = {(job.law, job.parameters) for job in jobs}
+        laws = {point: by_value(build(point[0], dict[str, Any](point[1]))) for point in points}
+        tasks = []
+        for numbers in batches:
+            some = [jobs[number] for number in numbers]
+            packed = [laws[job.law, job.parameters] for job in some]
+            tasks.append(Task((on, some, packed), numbers, self.modules, code))
+        found: dict[int, tuple[float, ...]] = {}
+        with closing(hand_out(self.client, perform_there, tasks, _apart)) as ended:
+            for task, rows in ended:
+                if isinstance(rows, Lost):
+                    raise MemoryError(rows.value) if rows is Lost.MEMORY else BrokenExecutor(rows.value)
+                for number, row in zip(task.own, rows, strict=True):
+                    found[number] = row
+                    done(jobs[number])
+        return [found[number] for number in range(len(jobs))]
+
     def _batches(self, jobs: Sequence[Job]) -> list[list[int]]:
         """Numbers of the jobs that are run side by side: evenly for the workers, and few enough for the lanes."""
         if not self.compiled:
             return [[number] for number in range(len(jobs))]
         numbers = list(range(len(jobs)))
         return [numbers[part] for part in pieces(len(jobs), self.workers)]
+
+
+def _apart(task: Task) -> list[Task]:
+    on, jobs, laws = task.what
+    parts = zip(jobs, laws, task.own, strict=True)
+    return [task._replace(what=(on, [job], [law]), own=[number]) for job, law, number in parts]
+
+
+def perform_there(what: tuple[bytes, Sequence[Job], Sequence[bytes]]) -> list[tuple[float, ...]]:
+    """Perform jobs on a worker: on a plant with settings, of laws that are packed."""
+    on, jobs, laws = what
+    return _runner_on(on)(jobs, [cloudpickle.loads(law) for law in laws])
+
+
+@lru_cache(maxsize=2)
+def _runner_on(packed: bytes) -> Runner:
+    return Runner(*cloudpickle.loads(packed))
 
 
 def workers_wanted(workers: int) -> int:

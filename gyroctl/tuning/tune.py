@@ -11,12 +11,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import nullcontext
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from gyroctl.engine.cluster import connected
 from gyroctl.errors import InputError
 from gyroctl.fingerprint import code_of
 from gyroctl.harness.law_fingerprint import law_source, value_fingerprint
@@ -75,6 +77,7 @@ def tune(
     workers: int = 1,
     quiet: bool = False,
     start: Start | None = None,
+    scheduler: Any = None,
 ) -> Tuned:
     """Tune a law for all seas of its task, or for one of them.
 
@@ -96,11 +99,17 @@ def tune(
         Show no progress.
     start : Start, optional
         Where the search begins instead of at the task's start.
+    scheduler : str or dask.distributed.Client, optional
+        Of other machines that run it, "tcp://HOST:PORT"; it changes no bit of the result. Constant pairs are searched
+        on this machine in any case.
 
     Raises
     ------
     InputError
-        For seeds that judge laws, a budget too small for two points, or what the law refuses.
+        For seeds that judge laws, a budget too small for two points, what the law refuses, or a scheduler that does not
+        answer.
+    ConnectionError
+        Where the scheduler is lost.
     """
     check_seeds(task, on)
     if not (np.isfinite(budget) and 0.0 < budget <= BUDGET_MAX):
@@ -118,7 +127,8 @@ def tune(
     log = TuningLog(file_in(folder, *parts, ending=".jsonl") if folder is not None else None)
     total = plan.generations * plan.generation + plan.points * plan.confirmation
     with (
-        Bench(on.plant, on.settings, example, workers) as bench,
+        connected(scheduler) if scheduler is not None else nullcontext() as client,
+        Bench(on.plant, on.settings, example, workers, client) as bench,
         Progress(f"tune {task.stem} for {which}", round(total), quiet) as progress,
         noted(folder, log, f"{task.stem} for {which}", plan),
     ):

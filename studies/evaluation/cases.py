@@ -185,6 +185,8 @@ def _run_group(
             scheduler=ask.scheduler,
         )
     except (InputError, LawError, BrokenProcessPool) as error:
+        if isinstance(error, InputError) and error.field == "scheduler":  # no law is at fault
+            raise
         if len(laws) == 1:
             return {}, {**failed, next(iter(laws)): str(error)}
         runs: dict[str, Runs] = {}

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from gyroctl.engine.cluster import connected
 from gyroctl.errors import InputError, in_words
 from gyroctl.provenance import made
 from gyroctl.reports.wording import seed_ranges
@@ -84,21 +87,27 @@ def evaluate_tables(names: Sequence[str], ask: Request) -> dict[str, dict[str, A
     Raises
     ------
     InputError
-        For an unknown table, or where every table failed, the last reason. A table that fails among others is written
-        as such, and the others are made.
+        For an unknown table, a scheduler that does not answer, or where every table failed, the last reason. A table
+        that fails among others is written as such, and the others are made.
+    ConnectionError
+        Where the scheduler is lost.
     """
     for name in names:
         if name not in TABLES:
             raise InputError("table", name, "there is no such table", f"Choose of {', '.join(TABLES)}")
     wanted, found, broken = list(dict.fromkeys(names or TABLES)), {}, 0
-    for name in wanted:
-        try:
-            found[name] = _one(name, ask)
-        except Exception as error:  # the other tables do not depend on it
-            broken += 1
-            found[name] = _not_made(name, ask, in_words(error))
-            if broken == len(wanted):
+    with connected(ask.scheduler) if ask.scheduler is not None else nullcontext() as client:
+        ask = replace(ask, scheduler=client)
+        for name in wanted:
+            try:
+                found[name] = _one(name, ask)
+            except ConnectionError:  # every other table would meet it
                 raise
+            except Exception as error:  # the other tables do not depend on it
+                broken += 1
+                found[name] = _not_made(name, ask, in_words(error))
+                if broken == len(wanted):
+                    raise
     return found
 
 

@@ -47,7 +47,7 @@ class Request:
     planner: str = "nmpc"  # the law whose information is varied
     quiet: bool = False  # no progress
     say: Callable[[str], None] = lambda _: None  # told what is being done
-    scheduler: str | None = None  # of other machines that make the runs; they change no result
+    scheduler: Any = None  # address or client of other machines that make the runs; they change no result
 
     def usually(self, laws: str, seeds: Sequence[str], duration: float) -> Request:
         """Request of a table with these for what was not asked for; seeds of a law that takes no part are left out."""
