@@ -200,8 +200,8 @@ def kept_frequencies(
     order = np.argsort(omega)
     order = order[np.isfinite(omega[order]) & (omega[order] > 0.0)]
     own = np.arange(2)
-    sound = np.isfinite(added[:, own, own]).all(axis=1) & np.isfinite(damping[:, own, own]).all(axis=1)
-    sound &= np.isfinite(excitation).all(axis=(0, 1))
+    holes = ~(np.isfinite(added[:, own, own]) & np.isfinite(damping[:, own, own]))
+    sound = np.asarray(~holes.any(axis=1) & np.isfinite(excitation).all(axis=(0, 1)))
     lost = order[~sound[order]]
     if not len(lost):
         return order

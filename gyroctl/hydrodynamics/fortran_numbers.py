@@ -16,8 +16,8 @@ RESULTS_MAX = 16 << 20
 """Largest file of results: a hundred thousand rows. [bytes]"""
 
 _MANTISSA = r"[+-]?(?:\d+\.?\d*|\.\d+)"
-_PLAIN = re.compile(rf"({_MANTISSA})(?:[eEdDqQ]([+-]?\d{{1,4}}))?")
-_BARE = re.compile(rf"({_MANTISSA})([+-]\d{{3}})")
+_PLAIN = re.compile(rf"({_MANTISSA})(?:[eEdDqQ]([+-]?\d{{1,4}}))?", re.ASCII)
+_BARE = re.compile(rf"({_MANTISSA})([+-]\d{{3}})", re.ASCII)
 _NONE = re.compile(r"\*+|[+-]?(?:nan(?:\(\w*\))?|inf(?:inity)?)", re.IGNORECASE)
 
 

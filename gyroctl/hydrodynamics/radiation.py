@@ -159,7 +159,7 @@ def fit_radiation(
     size = float(np.max(np.abs(target)))
     unit = _FREQUENCY_SCALE * ratio
     if makes_none(hydro, direction):
-        return assess(hydro, direction, np.zeros(n), np.poly(np.full(n, -unit))[1:])
+        return assess(hydro, direction, np.zeros(n), np.asarray(np.poly(np.full(n, -unit))[1:], dtype=np.float64))
     best = descend(omega / unit, target / size, weight, n)
     scale = unit ** np.arange(1, n + 1)
     for lift in _LIFTS:
