@@ -97,7 +97,7 @@ def test_wamit_about_a_point_is_moved_to_the_hinge(tmp_path: Path) -> None:
     check(read_wamit(path, Site(depth=2.0, **MINE)), 2.0)
     with pytest.raises(InputError, match=r"body\.cfg: point.*--hinge"):
         read_wamit(path, Site(depth=2.0, frequency="period"))
-    with pytest.raises(InputError, match="hydro.about"):
+    with pytest.raises(InputError, match=r"hydro.about"):
         read_wamit(path, Site(about=(0.0, 0.0, 0.0), **MINE))
     (tmp_path / "body.cfg").unlink()
     (tmp_path / "body.pot").write_text(f"a run\n{X} {Y} {Z} 30.0 XBODY(1-4)\n")
@@ -115,6 +115,17 @@ def test_water_of_wamit_is_that_of_its_printed_file(tmp_path: Path) -> None:
     assert (read.rho, read.g, read.depth) == (1025.0, 9.80665, np.inf)
     with pytest.raises(InputError, match=r"hydro\.rho = 1000.*float\.out"):
         read_wamit(path, Site(rho=1000.0))
+
+
+def test_the_input_files_of_wamit_tell_depth_and_column(tmp_path: Path) -> None:
+    path = write_wamit(tmp_path, "rad/s")
+    (tmp_path / "float.pot").write_text("a run\n0.7             HBOT\n 0.0 0.0 0.0 0.0 \t\tXBODY(1-4)\n")
+    (tmp_path / "float.cfg").write_text("IPERIN=2\nIPEROUT=2 ! rad/s\n")
+    read = read_wamit(path)
+    assert is_ours(read) and read.depth == 0.7
+    (tmp_path / "float.cfg").write_text("IPEROUT=3\n")
+    with pytest.raises(InputError, match=r"float\.cfg: IPEROUT"):
+        read_wamit(path)
 
 
 def test_capytaine_about_a_point_is_moved_to_the_hinge(tmp_path: Path) -> None:
@@ -142,7 +153,7 @@ def test_capytaine_about_a_point_is_moved_to_the_hinge(tmp_path: Path) -> None:
     read = load(path, Site(hinge=(HINGE[1], HINGE[2])))
     check(read, 2.0)
     assert read.stiffness == pytest.approx(about_the_hinge(RESTORING)[1, 1])
-    with pytest.raises(InputError, match="rotation|point"):
+    with pytest.raises(InputError, match=r"rotation|point"):
         load(path)
     lone = data.sel(influenced_dof=["Roll", "Yaw"], radiating_dof=["Roll", "Yaw"])
     with pytest.raises(InputError, match=r"lacks 1 \(surge\), 2 \(sway\), 3 \(heave\)"):
@@ -270,7 +281,7 @@ def test_modes_that_a_file_lacks_or_has_of_two_bodies_are_refused(tmp_path: Path
     with pytest.raises(InputError, match="several bodies"):
         load(stored(data, tmp_path / "b.nc"))
     for modes in (("yaw", "bounce"), ("yaw", "-yaw"), (0, 4)):
-        with pytest.raises(InputError, match="hydro.modes"):
+        with pytest.raises(InputError, match=r"hydro.modes"):
             Site(modes=modes)
 
 

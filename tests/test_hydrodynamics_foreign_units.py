@@ -196,7 +196,7 @@ def test_a_row_that_stands_twice_with_other_values_is_refused(tmp_path: Path) ->
     path.write_text("\n".join([*lines, lines[4]]) + "\n")
     assert is_ours(read_wamit(path))
     path.write_text("\n".join([*lines, lines[4].replace("E-02", "E-01", 1)]) + "\n")
-    with pytest.raises(InputError, match=f"line {len(lines) + 1}.*once more"):
+    with pytest.raises(InputError, match=rf"line {len(lines) + 1}.*once more"):
         read_wamit(path)
 
 
@@ -225,7 +225,7 @@ def test_motions_of_nemoh_are_known_by_their_titles_and_must_be_whole(tmp_path: 
     path = folder / "Results" / "RadiationCoefficients.tec"
     lines = path.read_text().splitlines()
     path.write_text("\n".join(lines[:20] + lines[21:]) + "\n")
-    with pytest.raises(InputError, match=f"says {len(omega())} rows and has {len(omega()) - 1}"):
+    with pytest.raises(InputError, match=rf"says {len(omega())} rows and has {len(omega()) - 1}"):
         read_nemoh(folder)
     damaged(path, 12, 3, "12..5")
     with pytest.raises(InputError, match=r"RadiationCoefficients\.tec, line 12"):
@@ -241,7 +241,7 @@ def test_frequencies_at_which_capytaine_has_nan_are_left_out_and_named(tmp_path:
     (note,) = read.provenance["import"]["notes"]
     assert "0.35, 0.8 rad/s" in note and "begins at 1.25 rad/s" in note
     values[7:] = np.nan
-    with pytest.raises(InputError, match="not finite, at 0.35, 0.8"):
+    with pytest.raises(InputError, match=r"not finite, at 0.35, 0.8"):
         load(stored(data.assign(added_mass=(data["added_mass"].dims, values)), tmp_path / "more.nc"))
 
 
@@ -261,10 +261,10 @@ def test_headings_of_capytaine_go_by_their_unit(tmp_path: Path) -> None:
     read = load(stored(turned, tmp_path / "deg.nc"))
     assert read.headings == pytest.approx([0.0, 90.0]) and is_ours(read, (0, 6))
     bare = capytaine((0, 6)).assign_coords(wave_direction=[0.0, 90.0])
-    with pytest.raises(InputError, match="beyond 2 pi rad.*--headings"):
+    with pytest.raises(InputError, match=r"beyond 2 pi rad.*--headings"):
         load(stored(bare, tmp_path / "bare.nc"))
     assert is_ours(load(tmp_path / "bare.nc", Site(headings="deg")), (0, 6))
-    with pytest.raises(InputError, match="hydro.headings"):
+    with pytest.raises(InputError, match=r"hydro.headings"):
         load(tmp_path / "deg.nc", Site(headings="rad"))
 
 
@@ -289,14 +289,14 @@ def test_headings_that_repeat_a_direction_must_hold_the_same(tmp_path: Path) -> 
     read = read_wamit(path)
     assert len(read.headings) == 3 and np.ptp(read.headings) < 360.0
     third.write_text(text + "\n".join(row.replace("-1.80000E+02", "-9.00000E+01") for row in again) + "\n")
-    with pytest.raises(InputError, match="is the direction of .* with other moments"):
+    with pytest.raises(InputError, match=r"is the direction of .* with other moments"):
         read_wamit(path)
 
 
 def test_an_option_that_the_file_contradicts_or_cannot_use_is_refused(tmp_path: Path) -> None:
     path = stored(capytaine(), tmp_path / "base.nc")
     for name, value in (("rho", 1025.0), ("depth", 5.0), ("g", 9.0), ("length", 9.0), ("phases", "deg")):
-        with pytest.raises(InputError, match=f"hydro.{name}"):
+        with pytest.raises(InputError, match=rf"hydro.{name}"):
             read_capytaine(path, Site(**{name: value}))
     for place in ({"about": (0.0, 0.0, 1.0)}, {"centre": (1.0, 0.0)}, {"modes": (3, 5)}):
         with pytest.raises(InputError):
@@ -304,7 +304,7 @@ def test_an_option_that_the_file_contradicts_or_cannot_use_is_refused(tmp_path: 
     assert read_capytaine(path, Site(rho=1000.0, depth=0.7, stiffness=2945.0)).stiffness == 2945.0
     folder = write_nemoh(tmp_path / "n", cal=CAL)
     for name, value in (("rho", 1025.0), ("depth", 5.0), ("length", 2.0)):
-        with pytest.raises(InputError, match=f"hydro.{name}"):
+        with pytest.raises(InputError, match=rf"hydro.{name}"):
             read_nemoh(folder, Site(**{name: value}))
     for name in ("frequency", "headings", "phases"):
         with pytest.raises(InputError, match="is not one of"):

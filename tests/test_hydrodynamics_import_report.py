@@ -74,7 +74,7 @@ def test_capytaine_reads_what_is_written_for_it(tmp_path: Path) -> None:
 
 def test_an_export_that_cannot_be_written_is_refused_first(tmp_path: Path) -> None:
     for format, out in (("aqwa", tmp_path / "a"), ("wamit", tmp_path), ("capytaine", tmp_path / "gone" / "a.nc")):
-        with pytest.raises(InputError, match="hydro.format|out"):
+        with pytest.raises(InputError, match=r"hydro.format|out"):
             export_results(shipped(), format, out)
     with pytest.raises(InputError, match="is a folder"):
         import_results(tmp_path / "nothing", "wamit", tmp_path)

@@ -53,7 +53,7 @@ def read_wamit(path: Path | str, site: Site | None = None) -> Hydrodynamics:
     reading.rho, reading.g, reading.depth = (site.settled(name, said.numbers.get(name), said.where) for name in WATER)
     length = site.settled("length", said.numbers.get("length"), said.where)
     with np.errstate(all="ignore"):  # what overflows is refused as what it gives
-        unit = _radiation(reading, first, length)
+        unit = _radiation(reading, first, length, said.frequency)
         reading.forces = _forces(reading, third, length, unit)
         apart = base.with_name(base.name + ".3fk")
         if apart.is_file():
@@ -70,7 +70,7 @@ def _power(mode: int) -> int:
     return int(mode > 3)
 
 
-def _radiation(reading: Reading, path: Path, length: float) -> str:
+def _radiation(reading: Reading, path: Path, length: float, told: dict[str, str]) -> str:
     """Read NAME.1 and return the unit of its first column."""
     wanted = reading.frame.wanted
     rows = []
@@ -82,7 +82,7 @@ def _radiation(reading: Reading, path: Path, length: float) -> str:
             if value > 0.0 and len(row.values) == 4:
                 _refused(path, row, "has no damping")
             rows.append((row, value, wanted.index(i), wanted.index(j)))
-    unit = _unit(reading, path, rows)
+    unit = _unit(reading, path, rows, told)
     scale = reading.rho * np.array([[length ** (3 + _power(i) + _power(j)) for j in wanted] for i in wanted])
     limits: dict[float, Floats] = {}
     for row, value, i, j in rows:
@@ -108,10 +108,10 @@ def _radiation(reading: Reading, path: Path, length: float) -> str:
     return unit
 
 
-def _unit(reading: Reading, path: Path, rows: list[tuple[Row, float, int, int]]) -> str:
-    """Unit of the first column: the option, or periods where the numbers agree with that alone."""
-    told: dict[str, str] = {}
-    if reading.site.frequency is None:
+def _unit(reading: Reading, path: Path, rows: list[tuple[Row, float, int, int]], told: dict[str, str]) -> str:
+    """Unit of the first column: the option, IPEROUT, or periods where the numbers agree with that alone."""
+    told = dict(told)
+    if reading.site.frequency is None and not told:
         axis = sorted({value for _, value, _, _ in rows if value > 0.0})
         at = {value: n for n, value in enumerate(axis)}
         tables = np.full((len(reading.frame.wanted), 2, len(axis)), np.nan)

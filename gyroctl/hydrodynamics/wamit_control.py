@@ -1,4 +1,4 @@
-"""What the input files of a WAMIT run tell, where they lie beside its results: XBODY, and from NAME.out the water."""
+"""What the files of a WAMIT run tell beside its results: XBODY, IPEROUT, HBOT, and the water in NAME.out."""
 
 from __future__ import annotations
 
@@ -28,8 +28,10 @@ class Control(NamedTuple):
 
     places: Told
     numbers: dict[str, float]
-    """g, length, depth and rho, where NAME.out tells them."""
+    """g, length, depth and rho, where NAME.out or NAME.pot tells them."""
     where: str
+    frequency: dict[str, str]
+    """Unit of the first columns by the file that tells it."""
 
 
 def control(base: Path) -> Control:
@@ -46,9 +48,16 @@ def control(base: Path) -> Control:
         Where XBODY cannot be read, or the body is turned against the axes of the run.
     """
     found: dict[str, list[float]] = {}
+    units: dict[str, str] = {}
+    depth: dict[str, float] = {}
     for path in (base.with_name(base.name + suffix) for suffix in SUFFIXES):
         if path.is_file():
             for line in lines_of(path):
+                units.update(_unit(path, line))
+                bottom = re.match(r"\s*(\S+)\s+HBOT\b", line, re.IGNORECASE)
+                if bottom and number(bottom.group(1)) is not None:
+                    told = float(number(bottom.group(1)) or 0.0)
+                    depth = {"depth": told if told > 0.0 else float("inf")}
                 values = _body(line)
                 if values is not None:
                     if len(values) < 3 or (len(values) > 3 and values[3] % 360.0 != 0.0):
@@ -59,8 +68,21 @@ def control(base: Path) -> Control:
     if len(places) > 1:
         raise InputError("XBODY", sorted(places), f"differs between {' and '.join(found)}", "Keep one of them")
     points = {mode: (p[0], p[1], p[2]) for p in places for mode in (4, 5, 6)}
-    numbers = _printed(base.with_name(base.name + ".out"))
-    return Control(Told(points, where=", ".join(found) or "the file"), numbers, f"{base.name}.out")
+    numbers = depth | _printed(base.with_name(base.name + ".out"))
+    where = f"{base.name}.{'pot' if numbers == depth else 'out'}"
+    return Control(Told(points, where=", ".join(found) or "the file"), numbers, where, units)
+
+
+def _unit(path: Path, line: str) -> dict[str, str]:
+    """Unit of the first columns, as IPEROUT of NAME.cfg has it."""
+    found = re.match(r"\s*IPEROUT\s*=\s*(\S+)", line, re.IGNORECASE)
+    if found is None:
+        return {}
+    kinds = {"1": "period", "2": "rad/s"}
+    if found.group(1) not in kinds:
+        problem = "writes neither periods nor frequencies in rad/s"
+        raise InputError(f"{path.name}: IPEROUT", found.group(1)[:20], problem, "Run it with IPEROUT 1 or 2")
+    return {f"IPEROUT of {path.name}": kinds[found.group(1)]}
 
 
 def _body(line: str) -> list[float] | None:
