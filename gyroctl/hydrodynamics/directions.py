@@ -56,10 +56,10 @@ def degrees(values: Floats, given: str | None, told: str | None, usual: str | No
 
 def repeated(headings: Floats) -> list[tuple[int, int]]:
     """Return pairs (kept, repeated) of positions of headings that are the same direction, (n,) [deg]."""
+    first: dict[int, int] = {}
     pairs = []
-    for k in range(len(headings)):
-        for earlier in range(k):
-            if abs((headings[k] - headings[earlier] + 180.0) % 360.0 - 180.0) < 1e-6:
-                pairs.append((earlier, k))
-                break
+    for k, micro in enumerate(np.round(np.asarray(headings) * 1e6).astype(np.int64) % 360_000_000):
+        kept = first.setdefault(int(micro), k)
+        if kept != k:
+            pairs.append((kept, k))
     return pairs

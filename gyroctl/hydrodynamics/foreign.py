@@ -24,6 +24,9 @@ TABLE_MAX = 1_000_000
 SHOWN = 6
 """Frequencies or places that a note lists."""
 
+NOTES = 20
+"""Notes on single rows that are kept."""
+
 SHARE = 0.5
 """Part of the frequencies that may be left out as unreadable."""
 
@@ -86,6 +89,11 @@ class Reading:
         """Nothing is known of the limits yet."""
         n = len(self.frame.wanted)
         self.infinite, self.zero = np.full((2, n, n), np.nan)
+
+    def note(self, text: str) -> None:
+        """Keep a note, of many alike the first ones."""
+        if len(self.notes) < NOTES:
+            self.notes.append(text)
 
 
 def assembled(reading: Reading) -> Hydrodynamics:
@@ -207,7 +215,7 @@ def stiffness_of(site: Site, frame: Frame, restoring: Floats | None, told: dict[
 def _without_spoiled(reading: Reading, every: Floats) -> Floats:
     """Frequencies whose values can all be read; the others are noted."""
     bad = {w: places for w, places in reading.spoiled.items() if places}
-    gone = np.array([any(abs(w - b) <= SAME * w for b in bad) for w in every], dtype=bool)
+    gone = _near(every, np.array(sorted(bad)))
     if not gone.any():
         return every
     where = list(dict.fromkeys(place for places in bad.values() for place in places))
@@ -220,10 +228,17 @@ def _without_spoiled(reading: Reading, every: Floats) -> Floats:
     return np.asarray(every[~gone], dtype=np.float64)
 
 
+def _near(values: Floats, others: Floats) -> np.ndarray:
+    """Whether each of rising values is among other rising ones, (n,) bool."""
+    low, high = (others.searchsorted(values * (1.0 + sign * SAME)) for sign in (-1.0, 1.0))
+    return np.asarray(low < high)
+
+
 def _unmatched(reading: Reading, every: Floats) -> None:
     """Note frequencies of the excitation that the radiation lacks."""
-    rest = sorted({w for w, _ in reading.forces if not np.any(np.abs(every - w) <= SAME * w)})
-    if rest:
+    own = np.array(sorted({w for w, _ in reading.forces}))
+    rest = own[~_near(own, every)]
+    if len(rest):
         named_ = ", ".join(f"{w:.4g}" for w in rest[:SHOWN]) + (", .." if len(rest) > SHOWN else "")
         reading.notes.append(f"excitation at {named_} rad/s is not used: no radiation there")
 

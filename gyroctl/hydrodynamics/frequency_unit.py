@@ -13,6 +13,9 @@ from gyroctl.hydrodynamics.table import Floats
 CLEAR = 1.3
 """Factor between the departures from Kramers-Kronig that decides between periods and frequencies."""
 
+MANY = 300
+"""Frequencies that decide; more are thinned out."""
+
 MEND = "Say what it holds: --frequency rad/s, Hz or period"
 
 
@@ -60,7 +63,9 @@ def runs_as_period(values: Floats, tables: Iterable[tuple[Floats, Floats]]) -> b
         tell, since damping over frequency knows no unit of time.
     """
     score = 0.0
-    for added, ratio in tables:
+    thin = slice(None, None, len(values) // MANY + 1)
+    values = values[thin]
+    for added, ratio in ((one[thin], other[thin]) for one, other in tables):
         sound = np.isfinite(added) & np.isfinite(ratio)
         if np.count_nonzero(sound) < 4:
             continue

@@ -72,7 +72,7 @@ def read_nemoh(path: Path | str, site: Site | None = None) -> Hydrodynamics:
     for j, column in enumerate(columns):
         if column not in by_motion:
             problem = f"needs mode {column}, the file has {len(by_motion)}"
-            raise InputError(str(results), site.modes, problem, "Set the two modes")
+            raise InputError(str(results), site.chosen, problem, "Set the two modes")
         _motion(reading, results, by_motion[column], columns, j, unit)
     phase = _phase(reading, whole)
     with np.errstate(all="ignore"):  # what overflows is refused as what it gives
@@ -121,7 +121,7 @@ def _columns_of(reading: Reading, cal: Cal, radiation: list[Zone], results: Path
     lacking = [mode for mode in reading.frame.wanted if mode not in cal.columns]
     if lacking:
         problem = f"needs mode {lacking[0]}, {cal.name} describes {', '.join(map(str, sorted(cal.columns)))}"
-        raise InputError(str(results), reading.site.modes, problem, "Set the two modes")
+        raise InputError(str(results), reading.site.chosen, problem, "Set the two modes")
     return [cal.columns[mode] for mode in reading.frame.wanted]
 
 
@@ -153,7 +153,7 @@ def _motion(reading: Reading, results: Path, zone: Zone, columns: list[int], j: 
                 target[i, j] = pair[0]
                 continue
             if i != j and not reading.frame.moved and not np.isfinite(pair).all():
-                reading.notes.append(f"{place}: coupling that cannot be read, dropped like all of it")
+                reading.note(f"{place}: coupling that cannot be read, dropped like all of it")
                 continue
             if not np.isfinite(pair).all():
                 reading.spoiled.setdefault(omega, []).append(place)

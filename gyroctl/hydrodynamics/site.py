@@ -19,6 +19,15 @@ NAMES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 FREQUENCIES = ("rad/s", "Hz", "period")
 ANGLES = ("deg", "rad")
+ALSO = {
+    **dict.fromkeys(("rad/s", "omega", "rad s-1"), "rad/s"),
+    **dict.fromkeys(("hz", "freq"), "Hz"),
+    **dict.fromkeys(("period", "periods", "s"), "period"),
+    **dict.fromkeys(("degree", "degrees"), "deg"),
+    **dict.fromkeys(("radian", "radians"), "rad"),
+}
+"""Other words for units."""
+
 FARTHEST = 1e4
 """Farthest point that results can be about. [m]"""
 
@@ -82,6 +91,8 @@ class Site:
                 raise InputError(f"hydro.{name}", value, problem, "Give it in SI units, as in the run of the results")
         for name, known in (("frequency", FREQUENCIES), ("headings", ANGLES), ("phases", ANGLES)):
             value = getattr(self, name)
+            value = ALSO.get(str(value).strip().lower(), value)
+            object.__setattr__(self, name, value)
             if value is not None and value not in known:
                 raise InputError(f"hydro.{name}", value, f"is not one of {', '.join(known)}", "Choose one of these")
         for name, size in (("about", 3), ("centre", 2), ("hinge", 2)):

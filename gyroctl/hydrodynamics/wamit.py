@@ -11,7 +11,7 @@ from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.directions import degrees
 from gyroctl.hydrodynamics.foreign import Forces, Reading, Site, assembled, existing, mode_of, unlike
 from gyroctl.hydrodynamics.fortran_numbers import Row, rows_of
-from gyroctl.hydrodynamics.frequency_unit import omega_of, runs_as_period, settled
+from gyroctl.hydrodynamics.frequency_unit import MANY, omega_of, runs_as_period, settled
 from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf
 from gyroctl.hydrodynamics.moving import framed
 from gyroctl.hydrodynamics.table import Floats, Hydrodynamics
@@ -100,7 +100,7 @@ def _radiation(reading: Reading, path: Path, length: float, told: dict[str, str]
                 np.nan_to_num(entry[:, i, j], copy=False)
                 continue
         elif not all(map(math.isfinite, row.values[3:])):
-            reading.notes.append(f"{path.name}, line {row.line}: coupling that cannot be read, dropped like all of it")
+            reading.note(f"{path.name}, line {row.line}: coupling that cannot be read, dropped like all of it")
             continue
         _place(path, row, entry[0], (i, j), scale[i, j] * row.values[3])
         _place(path, row, entry[1], (i, j), scale[i, j] * row.values[4] * omega)
@@ -163,6 +163,7 @@ def _limits(reading: Reading, limits: dict[float, Floats], unit: str) -> None:
 def _nearer_infinite(reading: Reading, values: Floats) -> bool | None:
     """Whether a limit is nearer to the added mass at infinite frequency than to that at the lowest one; None: open."""
     omega = np.array(sorted(reading.matrices))
+    omega = omega[:: len(omega) // MANY + 1]
     table = np.array([reading.matrices[w] for w in omega])
     gaps = np.zeros(2)
     for i in range(len(values)):
