@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -161,11 +161,16 @@ def dofs_of(labels: Mapping[str, list[str]], source: str, site: Site) -> tuple[d
 
 
 def told_point(variables: Variables, source: str) -> Told:
-    """The centre of rotation, where the file tells one."""
+    """The centre of rotation, where the file tells one; of several bodies they must be the same."""
     if "rotation_center" not in variables:
         return Told({}, where=source)
     values = np.asarray(variables["rotation_center"].values)
-    if values.size != 3 or values.dtype.kind not in "biuf" or not np.all(np.isfinite(values)):
+    if values.size % 3 or values.dtype.kind not in "biuf":
         raise InputError(f"{source}: rotation_center", values.shape, "must be three numbers", LAYOUT)
-    point: Any = tuple(map(float, values.ravel()))
-    return Told({mode: point for mode in (4, 5, 6)}, where=source)
+    rows = np.unique(values.reshape(-1, 3).astype(np.float64), axis=0)
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    if len(rows) > 1:
+        raise InputError(
+            f"{source}: rotation_center", rows.tolist(), "is that of several bodies", "Give one body alone"
+        )
+    return Told({mode: (float(r[0]), float(r[1]), float(r[2])) for r in rows for mode in (4, 5, 6)}, where=source)
