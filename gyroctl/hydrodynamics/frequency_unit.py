@@ -39,9 +39,18 @@ def departure(omega: Floats, added: Floats, damping: Floats) -> float:
     carried = (omega >= 0.05 * omega[-1]) & (omega <= 0.75 * omega[-1])
     carried = carried if np.count_nonzero(carried) > 2 else np.ones(len(omega), dtype=bool)
     spread = float(np.std(added[carried]))
-    if len(omega) < 4 or not spread > 0.0 or not np.any(damping) or np.any(np.diff(omega) <= 0.0):
+    if (
+        len(omega) < 4
+        or not np.isfinite(omega).all()
+        or not spread > 0.0
+        or not np.any(damping)
+        or np.any(np.diff(omega) <= 0.0)
+    ):
         return float("nan")
-    estimates = (added - dispersion(omega, damping))[carried]
+    try:
+        estimates = (added - dispersion(omega, damping))[carried]
+    except np.linalg.LinAlgError:
+        return float("nan")
     return float(np.sqrt(np.mean((estimates - np.median(estimates)) ** 2)) / spread)
 
 

@@ -48,7 +48,7 @@ def read_cal(candidates: list[Path]) -> Cal:
     if len(rows) < 3:
         raise InputError("path", str(path), "lacks density, gravity and depth", "Use Nemoh.cal as NEMOH reads it")
     rho, g, depth = (values[0] for values in rows[:3])
-    numbers = {"rho": rho, "g": g, "depth": depth if depth > 0.0 else float("inf")}
+    numbers = {"rho": rho, "g": g, "depth": float("inf") if depth <= 0.0 else depth}  # 0 is deep water
     for name in ("rho", "g", "depth"):
         if not numbers[name] > 0.0:
             raise InputError(f"{path}: {name}", numbers[name], "must be positive", "Use Nemoh.cal as NEMOH reads it")

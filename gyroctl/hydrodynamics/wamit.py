@@ -42,6 +42,9 @@ def read_wamit(path: Path | str, site: Site | None = None) -> Hydrodynamics:
         When a file is missing or of another layout, and where its first column can be read in two ways.
     """
     site = site or Site()
+    if site.phases is not None:
+        problem = "does not matter: real and imaginary parts are taken"
+        raise InputError("hydro.phases", site.phases, problem, "Leave it out")
     base = Path(path)
     base = base.with_suffix("") if base.suffix in (".1", ".2", ".3", ".3fk", ".hst") else base
     first = existing(base.with_name(base.name + ".1"))
