@@ -95,9 +95,8 @@ def from_capytaine(
 
     def settled(name: str, variable: str) -> float:
         told = scalar(variable, math.nan) if variable in variables else None
-        if told is not None and told > 0.0:
-            return told if math.isinf(told) and site.depth is None else site.settled(name, told, source)
-        return site.settled(name)
+        usual = told is None or told > 0.0
+        return site.settled(name, told, source) if usual else cast(float, told)  # refused as what it is
 
     labels = {name: [str(v) for v in get(name, name)] for name in ("influenced_dof", "radiating_dof")}
     names, modes = dofs_of(labels, source, site)

@@ -67,11 +67,12 @@ def runs_as_period(values: Floats, tables: Iterable[tuple[Floats, Floats]]) -> b
     Returns
     -------
     bool or None
-        None where the numbers do not tell. Causality decides: added mass follows from the damping by Kramers-Kronig on
-        the right axis, and has the opposite sign on the reversed one. Whether frequencies are rad/s or Hz, it cannot
-        tell, since damping over frequency knows no unit of time.
+        None where the numbers contradict each other; true where they cannot tell, as the format has it. Causality
+        decides: added mass follows from the damping by Kramers-Kronig on the right axis, and has the opposite sign on
+        the reversed one. Whether frequencies are rad/s or Hz, it cannot tell, since damping over frequency knows no
+        unit of time.
     """
-    score = 0.0
+    score, known = 0.0, False
     thin = slice(None, None, len(values) // MANY + 1)
     values = values[thin]
     for added, ratio in ((one[thin], other[thin]) for one, other in tables):
@@ -84,7 +85,10 @@ def runs_as_period(values: Floats, tables: Iterable[tuple[Floats, Floats]]) -> b
                 omega = omega_of(values[sound], unit)
                 ends.append(departure(omega, added[sound], ratio[sound] * omega))
         if all(np.isfinite(end) for end in ends):
+            known = True
             score += float(np.log(max(ends[0], 1e-6) / max(ends[1], 1e-6)))
+    if not known:
+        return True
     if abs(score) < np.log(CLEAR):
         return None
     return score < 0.0

@@ -122,14 +122,12 @@ def _unit(reading: Reading, path: Path, rows: list[tuple[Row, float, int, int]],
             if i == j and value > 0.0:
                 tables[i, :, at[value]] = row.values[3:5]
         period = runs_as_period(np.array(axis), [(one[0], one[1]) for one in tables])
-        if len(axis) < 4:
-            period = True  # refused as too few, whatever they are
         if period is None:
             raise InputError(f"{path.name}: frequency", "column 1", "can be read as periods or frequencies", ASK)
         if not period:
             problem = "holds no periods, by added mass and damping (Kramers-Kronig)"
             raise InputError(f"{path.name}: frequency", "column 1", problem, ASK)
-        told["the format, which added mass and damping agree with"] = "period"
+        told["the format, with which added mass and damping agree"] = "period"
     unit, source = settled(reading.site.frequency, told, path.name)
     reading.told["frequency"] = f"{unit}, by {source}"
     return unit
