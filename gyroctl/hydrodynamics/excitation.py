@@ -100,7 +100,9 @@ class ExcitationTable:
             turns = np.arange(start, end + 1)
             knots = knots[turns % len(knots)] + 360.0 * (turns // len(knots))
             values = values[:, turns % values.shape[1]]
-        turn = knots[0] + (heading - knots[0] + 1e-6) % 360.0 - 1e-6  # the same direction, at or above the first knot
+        turn = knots[0] + (heading - knots[0]) % 360.0  # the same direction, at or above the first knot
+        if turn > knots[-1] + 1e-5:  # a rounding below the first knot
+            turn -= 360.0
         at = np.array([min(max(turn, float(knots[0])), float(knots[-1]))])
         return np.asarray(spline(knots, np.swapaxes(values, 1, 2), at)[..., 0], dtype=np.complex128)
 
