@@ -60,7 +60,8 @@ def zhang2017(
         radiation fit that is right at the frequency of the horizontal mode. "paper": everything as printed.
         "realistic": corrected, and what the linear model leaves out, with plausible values.
     hydrodynamics : Hydrodynamics or path, optional
-        A database of one's own, see ``gyroctl hydro import``; k3, Jh1 and Jh3 are then taken from it.
+        A database of one's own, see ``gyroctl hydro import``; k3, Jh1 and Jh3 are then taken from it. One without k3
+        needs it among the changes.
     **changes
         Any single choice: a field of `Parameters`, ``radiation`` ("accurate", "paper", "fine", or a pair of
         `Radiation`) or ``excitation_phase`` ("complex", "magnitude").
@@ -83,6 +84,9 @@ def zhang2017(
         own = {"Jh1": float(table.added_mass_inf[0]), "Jh3": float(table.added_mass_inf[1])}
         if table.stiffness > 0.0:
             own["k3"] = float(table.stiffness)
+        elif "k3" not in changes:
+            problem = "is unknown to this hydrodynamic database, and that of Table 1 belongs to another float"
+            raise InputError("plant.k3", 0.0, problem, "Import it with --stiffness, or give k3 of the device")
     choices = {**VARIANTS[variant], **own, **changes}
     radiation = choices.pop("radiation")
     phase = choices.pop("excitation_phase")

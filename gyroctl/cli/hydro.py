@@ -1,4 +1,4 @@
-"""`gyroctl hydro`: build, check and import hydrodynamic databases."""
+"""`gyroctl hydro`: build, check, import, report on and export hydrodynamic databases."""
 
 from __future__ import annotations
 
@@ -8,8 +8,11 @@ from typing import Annotated
 import typer
 
 from gyroctl.cli.options import MARKUP, check_file
+from gyroctl.errors import visible
 
-app = typer.Typer(help="Hydrodynamic databases: build, check, import.", no_args_is_help=True, rich_markup_mode=MARKUP)
+app = typer.Typer(
+    help="Hydrodynamic databases: build, check, import, report, export.", no_args_is_help=True, rich_markup_mode=MARKUP
+)
 
 
 @app.command()
@@ -84,21 +87,79 @@ def import_(
     source: Annotated[Path, typer.Argument(help="Results: a NetCDF file, the stem of .1 and .3, or a NEMOH folder.")],
     out: Annotated[Path, typer.Argument(help="NetCDF file to write.")],
     format: Annotated[str, typer.Option(help="capytaine, wamit or nemoh.")] = "capytaine",
-    rho: Annotated[float, typer.Option(help="Density of the water [kg/m^3].")] = 1000.0,
-    g: Annotated[float, typer.Option(help="Gravity [m/s^2].")] = 9.81,
-    depth: Annotated[float, typer.Option(help="Water depth [m]; inf for deep water.")] = float("inf"),
-    length: Annotated[float, typer.Option(help="WAMIT's ULEN [m].")] = 1.0,
-    stiffness: Annotated[float, typer.Option(help="Buoyancy stiffness k3 [Nm/rad].")] = 0.0,
-    modes: Annotated[tuple[int, int], typer.Option(help="Mode numbers of phi1 and phi3; negative: turned.")] = (-6, 4),
+    rho: Annotated[float | None, typer.Option(help="Density of the water [kg/m^3]; usual: 1000.")] = None,
+    g: Annotated[float | None, typer.Option(help="Gravity [m/s^2]; usual: 9.81.")] = None,
+    depth: Annotated[float | None, typer.Option(help="Water depth [m]; inf for deep water, which is usual.")] = None,
+    length: Annotated[float | None, typer.Option(help="WAMIT's ULEN [m]; usual: 1.")] = None,
+    stiffness: Annotated[float | None, typer.Option(help="Buoyancy stiffness k3 [Nm/rad], for the file's.")] = None,
+    modes: Annotated[
+        tuple[str, str] | None,
+        typer.Option(help="Modes of phi1 and phi3, by number or name, -yaw roll if not given; minus: turned."),
+    ] = None,
+    frequency: Annotated[str | None, typer.Option(help="What frequencies are given as: rad/s, Hz or period.")] = None,
+    headings: Annotated[str | None, typer.Option(help="Unit of the headings: deg or rad.")] = None,
+    phases: Annotated[str | None, typer.Option(help="Unit of NEMOH's phases: deg or rad.")] = None,
+    about: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(help="Point that moments are about [m], where the file does not tell it."),
+    ] = None,
+    centre: Annotated[
+        tuple[float, float] | None, typer.Option(help="x and y of the float's centre in the run [m]; usual: 0 0.")
+    ] = None,
     mesh: Annotated[Path | None, typer.Option(help="Mesh of the whole float at rest, as Capytaine reads it.")] = None,
-    hinge: Annotated[tuple[float, float], typer.Option(help="y (negative) and z of the hinge [m].")] = (0.0, 0.0),
+    hinge: Annotated[
+        tuple[float, float] | None, typer.Option(help="y (negative) and z of the hinge from the float's centre [m].")
+    ] = None,
     inclination: Annotated[float, typer.Option(help="Lever below the horizontal [deg].")] = 0.0,
 ) -> None:
-    """Read results of another solver, fit the radiation passively and write a database."""
+    """Read results of another solver, fit the radiation passively, write a database and report what was read."""
+    from gyroctl.hydrodynamics.import_report import import_report
     from gyroctl.hydrodynamics.importers import Site, import_results
     from gyroctl.hydrodynamics.panels import read_hull
 
     check_file(out)
-    hull = None if mesh is None else read_hull(mesh, hinge, inclination)
-    path = import_results(source, format, out, Site(rho, g, depth, length, stiffness, modes), hull)
+    site = Site(
+        rho, g, depth, length, stiffness, modes, frequency, headings, phases, about=about, centre=centre, hinge=hinge
+    )
+    hull = None if mesh is None else read_hull(mesh, hinge or (0.0, 0.0), inclination)
+    path = import_results(source, format, out, site, hull)
+    typer.echo(visible(str(import_report(path))))
     typer.echo(f"Database: {path}")
+
+
+@app.command()
+def report(
+    database: Annotated[Path | None, typer.Argument(help="NetCDF file; without it the shipped one.")] = None,
+    out: Annotated[Path | None, typer.Option(help="JSON file for the report.", show_default=False)] = None,
+) -> None:
+    """Say what a database holds, where it comes from, how good its fits are, and whether it can be used."""
+    from gyroctl.hydrodynamics.import_report import import_report
+    from gyroctl.provenance import made
+    from gyroctl.writing import write_json
+
+    if out is not None:
+        check_file(out)
+    found = import_report(database)
+    if out is not None:
+        write_json(out, {**made(), "ok": found.ok, "verdict": found.verdict, "report": found})
+    typer.echo(visible(str(found)))
+    if not found.ok:
+        raise typer.Exit(1)
+
+
+@app.command()
+def export(
+    out: Annotated[Path, typer.Option(help="NAME of WAMIT's files, or the NetCDF file.")],
+    database: Annotated[Path | None, typer.Argument(help="NetCDF file; without it the shipped one.")] = None,
+    format: Annotated[str, typer.Option(help="wamit or capytaine.")] = "wamit",
+) -> None:
+    """Write a database as WAMIT's .1, .3 and .hst, or as Capytaine's NetCDF with the modes Roll and Yaw."""
+    from gyroctl.hydrodynamics import load, shipped
+    from gyroctl.hydrodynamics.export import export_results
+
+    hydro = shipped() if database is None else load(database)
+    for path in export_results(hydro, format, out):
+        typer.echo(f"Written: {path}")
+    if format == "wamit":
+        water = f"--rho {hydro.rho:g} --g {hydro.g:g} --depth {hydro.depth:g}"
+        typer.echo(f"Read it with ULEN 1 and the water that its files do not tell: {water}")

@@ -25,7 +25,7 @@ from gyroctl.errors import InputError
 from gyroctl.hydrodynamics import mesh
 from gyroctl.hydrodynamics.database import load, save
 from gyroctl.hydrodynamics.geometry import VARIANTS, Geometry, Statics, statics
-from gyroctl.hydrodynamics.joining import JOINT, SHALLOWEST, Table, joined
+from gyroctl.hydrodynamics.joining import JOINT, SHALLOWEST, Table, frequency_ratio, joined
 from gyroctl.hydrodynamics.keeping import with_bits_of
 from gyroctl.hydrodynamics.panels import capsule
 from gyroctl.hydrodynamics.radiation import PAPER_FIT, fit_all
@@ -33,7 +33,7 @@ from gyroctl.hydrodynamics.table import DOFS, Complexes, Floats, Hydrodynamics, 
 
 Progress = Callable[[int, int], None]
 
-#: 74 frequencies, closest where the device works. [rad/s]
+#: 74 frequencies, closest where the device works. [rad/s], shipped float; others turn as `joining.frequency_ratio`.
 OMEGA: Floats = np.round(
     np.concatenate([np.arange(0.20, 6.0, 0.15), np.arange(6.0, 12.0, 0.25), np.arange(12.0, 16.01, 0.40)]), 2
 )
@@ -109,14 +109,16 @@ def solve(
     """Compute the hydrodynamics of a float on a lever; parameters as in `build`."""
     cpt = _capytaine()
     rest = statics(geometry)
-    omega = np.asarray(omega, dtype=np.float64)
+    ratio = frequency_ratio(geometry)
+    joint = JOINT * ratio
+    omega = np.asarray(OMEGA * ratio if omega is OMEGA else omega, dtype=np.float64)
     if np.any(omega <= 0.0) or np.any(np.diff(omega) <= 0.0):
         raise InputError("omega", len(omega), "must be increasing positive frequencies", "Sort them, in rad/s")
     shallow = np.isfinite(geometry.depth)
-    finite = omega[omega <= JOINT] if shallow else np.empty(0)
-    if len(finite) and finite[-1] < omega[-1] and finite[-1] < JOINT:
-        raise InputError("omega", omega[-1], f"the table must contain the joint at {JOINT:g} rad/s", "Add it")
-    infinite = omega[omega >= JOINT] if shallow else omega
+    finite = omega[omega <= joint * (1.0 + 1e-9)] if shallow else np.empty(0)
+    if len(finite) and finite[-1] < omega[-1] and finite[-1] < joint * (1.0 - 1e-9):
+        raise InputError("omega", omega[-1], f"the table must contain the joint at {joint:g} rad/s", "Add it")
+    infinite = omega[omega >= joint * (1.0 - 1e-9)] if shallow else omega
     total, done = len(finite) + len(infinite), count(1)
 
     def advance() -> None:
@@ -224,7 +226,8 @@ def _infinite_frequency(cpt: Any, body: Any, geometry: Geometry) -> Floats:
 
 def _provenance(geometry: Geometry, rest: Statics, panels: list[int], deep_inf: Floats | None) -> dict[str, Any]:
     """Return what was computed, with what, when."""
-    joined_at = f"infinite depth above {JOINT:g} rad/s, joined continuously; added mass from Kramers-Kronig "
+    beyond = JOINT * frequency_ratio(geometry)
+    joined_at = f"infinite depth above {beyond:g} rad/s, joined continuously; added mass from Kramers-Kronig "
     finite = np.isfinite(geometry.depth)
     return {
         "title": "Hydrodynamics of the float of Zhang et al. (2017), Ocean Eng. 143, rebuilt from its geometry",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
@@ -10,11 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
-from gyroctl.hydrodynamics.kramers_kronig import both_added_mass_inf
+from gyroctl.hydrodynamics.capytaine_axes import Axis, axis_of, dofs_of, headings_of, told_point
+from gyroctl.hydrodynamics.directions import repeated
+from gyroctl.hydrodynamics.foreign import SHOWN, dropped, infinite_of, stiffness_of
+from gyroctl.hydrodynamics.moving import Frame, framed, named
 from gyroctl.hydrodynamics.panels import Hull
 from gyroctl.hydrodynamics.reduced import ReducedSurface, checked
+from gyroctl.hydrodynamics.site import Site
 from gyroctl.hydrodynamics.table import DOFS, FEWEST, LAYOUT, Complexes, Fits, Floats, Hydrodynamics, coupling, diagonal
-from gyroctl.netcdf import Variables
+from gyroctl.netcdf import Variable, Variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +33,9 @@ NUMBERS = ReducedSurface._fields[2:]
 WAVES = ("omega", "wave_direction", "influenced_dof")
 
 
-def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: str) -> Hydrodynamics:
+def from_capytaine(
+    variables: Variables, attributes: Mapping[str, Any], source: str, site: Site | None = None
+) -> Hydrodynamics:
     """Build the dataclass from variables named and shaped as in Capytaine's files.
 
     Parameters
@@ -39,6 +46,8 @@ def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: 
         Global attributes, kept as provenance.
     source : str
         Name of the file, for error messages.
+    site : Site, optional
+        What the file leaves out, and which modes are phi1 and phi3.
 
     Returns
     -------
@@ -47,8 +56,9 @@ def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: 
     Raises
     ------
     InputError
-        When a variable or a degree of freedom is missing.
+        When a variable or a degree of freedom is missing, or what is given differs from what the file tells.
     """
+    asked, site = site is not None, site or Site()
 
     def get(name: str, *dims: str) -> NDArray[Any]:
         if name not in variables:
@@ -83,76 +93,168 @@ def from_capytaine(variables: Variables, attributes: Mapping[str, Any], source: 
             raise InputError(f"{source}: {dimension}", labels, f"lacks {' and '.join(missing)}", LAYOUT)
         return [labels.index(label) for label in wanted]
 
-    every = np.asarray(numbers("omega", "omega"), dtype=np.float64)
-    order = np.argsort(every)
-    order = order[np.isfinite(every[order]) & (every[order] > 0.0)]
-    rows, columns = pick("influenced_dof"), pick("radiating_dof")
+    def settled(name: str, variable: str) -> float:
+        told = scalar(variable, math.nan) if variable in variables else None
+        usual = told is None or told > 0.0
+        return site.settled(name, told, source) if usual else cast(float, told)  # refused as what it is
+
+    labels = {name: [str(v) for v in get(name, name)] for name in ("influenced_dof", "radiating_dof")}
+    names, modes = dofs_of(labels, source, site)
+    told: dict[str, str] = {}
+    notes: list[str] = []
+    if modes is None:
+        wanted: Sequence[str] = DOFS
+        frame = Frame((1, 2), np.eye(2), (0.0, 0.0), "phi1 and phi3 of the file")
+        if asked and (site.about or site.centre):
+            field = "about" if site.about else "centre"
+            problem = f"cannot be used: {source} has phi1 and phi3, which are about the hinge"
+            raise InputError(f"hydro.{field}", getattr(site, field), problem, "Leave it out")
+    else:
+        frame = framed(site, told_point(variables, source))
+        lacking = [mode for mode in frame.wanted if mode not in names]
+        if lacking:
+            problem = f"lacks {named(tuple(lacking))}, which moving to the hinge needs"
+            raise InputError(f"{source}: influenced_dof", labels["influenced_dof"], problem, LAYOUT)
+        wanted = [names[mode] for mode in frame.wanted]
+    rows, columns = pick("influenced_dof", wanted), pick("radiating_dof", wanted)
+    axis = axis_of(variables, source, site)
+    told["frequency"], told["point"] = axis.words, frame.words
 
     def matrix(name: str) -> Floats:
-        full = np.asarray(numbers(name, "omega", "influenced_dof", "radiating_dof"), dtype=np.float64)
-        return full[order][:, rows, :][:, :, columns]
+        full = np.asarray(numbers(name, axis.dimension, "influenced_dof", "radiating_dof"), dtype=np.float64)
+        return frame.matrix(full[:, rows, :][:, :, columns]) if modes else full[:, rows, :][:, :, columns]
 
-    added, damping, omega = matrix("added_mass"), matrix("radiation_damping"), every[order]
-    if len(omega) < FEWEST or np.any(np.diff(omega) <= 0.0):
-        raise InputError(
-            f"{source}: omega", len(omega), f"must be at least {FEWEST} different positive numbers", LAYOUT
-        )
-    if "added_mass_inf" in variables:
-        infinite = np.asarray(numbers("added_mass_inf", "influenced_dof"), dtype=np.float64)[rows]
-    else:
-        infinite = both_added_mass_inf(omega, added, damping)
-    direction = np.asarray(numbers("wave_direction", "wave_direction"), dtype=np.float64)
-    headings = np.asarray(np.round(np.rad2deg(direction), 9), dtype=np.float64)
-    turn = np.argsort(headings)[
-        : len(headings) - int(headings.size > 1 and np.isclose(np.ptp(headings), 360.0))
-    ]  # 360 repeats 0
+    added, damping = matrix("added_mass"), matrix("radiation_damping")
+    depth, rho, g = settled("depth", "water_depth"), settled("rho", "rho"), settled("g", "g")
+    headings, told["headings"] = headings_of(
+        Variable(("",), numbers("wave_direction", "wave_direction"), variables["wave_direction"].attributes),
+        source,
+        site,
+    )
+    turn = np.argsort(headings)
+    again = {int(k) for _, k in repeated(headings[turn])}
+    turn = turn[[k for k in range(len(turn)) if k not in again]]  # 360 repeats 0
 
-    def moments(*names: str) -> Complexes | None:
-        force = _moments(variables, numbers, pick, names)
+    def moments(*parts: str) -> Complexes | None:
+        force = _moments(variables, numbers, pick, parts, axis.dimension)
         # Capytaine writes exp(-i w t); everything here is exp(+i w t)
-        return force if force is None else np.conj(np.transpose(force[order][:, turn][:, :, rows], (2, 1, 0))).copy()
+        if force is None:
+            return None
+        ours = np.conj(np.transpose(force[:, turn][:, :, rows], (2, 1, 0))).copy()
+        with np.errstate(invalid="ignore"):
+            return (
+                frame.moments(ours, np.nan_to_num(axis.omega, posinf=0.0), headings[turn], depth, g) if modes else ours
+            )
 
     parts = [moments(name) for name in PARTS]
     excitation = moments("excitation_force")
     if excitation is None:
         excitation = moments(*PARTS)
     if excitation is None:
-        get("excitation_force", *WAVES)  # refuses
-    stiffness = 0.0
-    if "hydrostatic_stiffness" in variables:
-        stiffness = float(numbers("hydrostatic_stiffness", "influenced_dof", "radiating_dof")[rows[1], columns[1]].real)
+        get("excitation_force", "wave_direction", "influenced_dof")  # refuses
+    kept = kept_frequencies(axis, added, damping, cast(Complexes, excitation), notes, source)
+    limits = {name: _limit(axis.omega, added, value, notes) for name, value in (("infinite", math.inf), ("zero", 0.0))}
+    omega, added, damping = axis.omega[kept], added[kept], damping[kept]
+    if len(omega) < FEWEST or np.any(np.diff(omega) <= 0.0):
+        raise InputError(
+            f"{source}: omega", len(omega), f"must be at least {FEWEST} different positive numbers", LAYOUT
+        )
+    if "added_mass_inf" in variables and modes is None:
+        infinite = np.asarray(numbers("added_mass_inf", "influenced_dof"), dtype=np.float64)[rows]
+        told.update({f"added_mass_inf of {name}": "kept with the database" for name in DOFS})
+    else:
+        infinite = infinite_of(limits["infinite"], omega, added, damping, told)
+    if "added_mass_zero" in variables and modes is None:
+        limits["zero"] = np.asarray(numbers("added_mass_zero", "influenced_dof"), dtype=np.float64)[rows]
+    told["coupling"] = dropped(added, damping)
+    stiffness = _stiffness(variables, numbers, (rows, columns), frame, site, told)
+    import_ = {"import": {**told, "notes": notes}} if (asked or notes) and "import" not in attributes else {}
     return Hydrodynamics(
         omega=omega,
         added_mass=diagonal(added),
         damping=diagonal(damping),
         added_mass_inf=infinite,
-        excitation=cast(Complexes, excitation),
+        excitation=cast(Complexes, excitation)[:, :, kept],
         headings=headings[turn],
         stiffness=stiffness,
-        depth=scalar("water_depth", float("inf")),
-        rho=scalar("rho", 1000.0),
-        g=scalar("g", 9.81),
+        depth=depth,
+        rho=rho,
+        g=g,
         coupling=max(scalar("coupling", 0.0), coupling(added, damping)),
-        fits=_fits(variables, numbers, rows),
-        provenance=dict(attributes),
-        froude_krylov=parts[0],
-        diffraction=parts[1],
+        fits=_fits(variables, numbers, rows) if modes is None else {},
+        provenance={**attributes, **import_},
+        froude_krylov=None if parts[0] is None else parts[0][:, :, kept],
+        diffraction=None if parts[1] is None else parts[1][:, :, kept],
         hull=_hull(variables, numbers, scalar),
         wetted=_wetted(variables, numbers),
+        added_mass_zero=None if np.isnan(limits["zero"]).all() else limits["zero"],
     )
 
 
-def _moments(variables: Variables, get: Any, pick: Any, names: Sequence[str]) -> Complexes | None:
+def kept_frequencies(
+    axis: Axis, added: Floats, damping: Floats, excitation: Complexes, notes: list[str], source: str
+) -> NDArray[np.int64]:
+    """Positions of the frequencies that can be used, in rising order; what holds no numbers is left out and noted."""
+    omega = axis.omega
+    order = np.argsort(omega)
+    order = order[np.isfinite(omega[order]) & (omega[order] > 0.0)]
+    own = np.arange(2)
+    holes = ~(np.isfinite(added[:, own, own]) & np.isfinite(damping[:, own, own]))
+    sound = np.asarray(~holes.any(axis=1) & np.isfinite(excitation).all(axis=(0, 1)))
+    lost = order[~sound[order]]
+    if not len(lost):
+        return order
+    words = ", ".join(f"{w:.4g}" for w in omega[lost][:SHOWN]) + (", .." if len(lost) > SHOWN else "")
+    left = order[sound[order]]
+    if len(left) < FEWEST:
+        problem = f"holds values that are not finite, at {words} rad/s, and {len(left)} frequencies without"
+        raise InputError(f"{source}: added_mass", "nan", problem, "Compute those frequencies again")
+    notes.append(f"left out {words} rad/s: nan there; the table begins at {omega[left[0]]:.4g} rad/s")
+    return left
+
+
+def _limit(omega: Floats, added: Floats, value: float, notes: list[str]) -> Floats:
+    """Added mass (2,) in a limit of the frequency, nan for what the file lacks."""
+    at = np.flatnonzero(omega == value)
+    if not len(at):
+        return np.full(2, np.nan)
+    notes.append(f"row of {'infinite' if value else 'zero'} frequency read")
+    return np.asarray(np.diagonal(added[at[0]]), dtype=np.float64)
+
+
+def _stiffness(
+    variables: Variables, get: Any, at: tuple[list[int], list[int]], frame: Frame, site: Site, told: dict[str, str]
+) -> float:
+    """k3 of phi3, as the file or the option has it; 0 stands for unknown."""
+    if "hydrostatic_stiffness" not in variables:
+        return stiffness_of(site, frame, None, told)
+    own = np.asarray(get("hydrostatic_stiffness", "influenced_dof", "radiating_dof").real, dtype=np.float64)
+    own = own[np.ix_(*at)]
+    value = float(frame.turn[1] @ np.nan_to_num(own) @ frame.turn[1])
+    if site.stiffness is not None:
+        told["stiffness"] = f"--stiffness, in place of {value:.4g} of the file"
+        return site.stiffness
+    if value == 0.0:
+        return stiffness_of(site, frame, None, told)
+    if value < 0.0:
+        problem = "is negative: it must be that of buoyancy alone, without the weight"
+        raise InputError("hydrostatic_stiffness of phi3", value, problem, "Correct it, or import with --stiffness")
+    told["stiffness"] = "hydrostatic_stiffness" + (", moved as of a body in balance" if frame.moved else "")
+    return value
+
+
+def _moments(variables: Variables, get: Any, pick: Any, names: Sequence[str], main: str) -> Complexes | None:
     """Sum of moments (omega, wave_direction, influenced_dof), complex or as real and imaginary parts; None without."""
     if any(name not in variables for name in names):
         return None
     total: Any = 0.0
+    dims = (main, *WAVES[1:])
     for name in names:
         if "complex" in variables[name].dimensions:
-            real, imaginary = get(name, "complex", *WAVES)[pick("complex", ("re", "im"))]
+            real, imaginary = get(name, "complex", *dims)[pick("complex", ("re", "im"))]
             total = total + real + 1j * imaginary
         else:
-            total = total + get(name, *WAVES)
+            total = total + get(name, *dims)
     return np.asarray(total, dtype=np.complex128)
 
 
@@ -209,6 +311,8 @@ def to_dataset(hydro: Hydrodynamics) -> xr.Dataset:
         "hydrostatic_stiffness": (pair, stiffness, buoyancy),
         "coupling": ((), hydro.coupling, {"units": "1"}),
     }
+    if hydro.added_mass_zero is not None:
+        data["added_mass_zero"] = ("influenced_dof", hydro.added_mass_zero, {"units": "kg m^2"})
     for name, part in zip(PARTS, (hydro.froude_krylov, hydro.diffraction), strict=True):
         if part is not None:
             data[name] = _split(part, moment)

@@ -12,13 +12,14 @@ from gyroctl.hydrodynamics.database import load, shipped
 from gyroctl.hydrodynamics.haskind import haskind_error
 from gyroctl.hydrodynamics.kramers_kronig import added_mass_inf
 from gyroctl.hydrodynamics.radiation import assess
+from gyroctl.hydrodynamics.scale import damping_ratio, frequency_ratio
 from gyroctl.hydrodynamics.table import DOFS, Hydrodynamics
 from gyroctl.hydrodynamics.undisturbed import froude_krylov, panel_stiffness
 
 #: k3, Jh1 and Jh3 of Table 1 of the paper. [Nm/rad], [kg m^2], [kg m^2]
 TABLE_1 = {"k3": 2945.0, "Jh1": 14.39, "Jh3": 32.16}
 
-#: The hull's panels are compared up to here. [rad/s]
+#: The hull's panels are compared up to here. [rad/s], shipped float
 FOLLOWED = 8.0
 
 
@@ -136,12 +137,13 @@ def _parts(hydro: Hydrodynamics) -> Iterator[Row]:
         yield Row(f"FK + diffraction {name}", float(value), 0.0, 1e-6, "1", note)
     if hydro.hull is None:
         return
-    followed = hydro.omega <= FOLLOWED
+    end = FOLLOWED * frequency_ratio(hydro)
+    followed = hydro.omega <= end * (1.0 + 1e-9)
     panels = froude_krylov(hydro.hull, hydro.omega[followed], hydro.headings, hydro.depth, hydro.rho, hydro.g)
     apart = hydro.excitation[..., followed] - hydro.diffraction[..., followed]
     off = np.max(np.abs(panels - apart), axis=(1, 2)) / np.max(np.abs(apart), axis=(1, 2))
     for name, value in zip(DOFS, off, strict=True):
-        note = f"panels of the hull against excitation - diffraction, to {FOLLOWED:g} rad/s"
+        note = f"panels of the hull against excitation - diffraction, to {end:.4g} rad/s"
         yield Row(f"Froude-Krylov {name}", float(value), 0.0, 0.02, "1", note)
     if hydro.stiffness > 0.0:
         note = "waterplane and buoyancy of the hull's panels"
@@ -160,5 +162,6 @@ def _fits(hydro: Hydrodynamics) -> Iterator[Row]:
             yield Row(f"fit {name} {rotation} passive", faults, 0.0, 0.0, "1", note)
             if name == "accurate":
                 value, table = fit.damping_low, fit.damping_low_table
-                title, limit = f"fit {name} {rotation} at 1.2 rad/s", max(0.1 * table, 0.05)
+                title = f"fit {name} {rotation} at {fit.low_frequency:.4g} rad/s"
+                limit = max(0.1 * table, 0.05 * damping_ratio(hydro))
                 yield Row(title, value, table, limit, "Nms/rad", "damping against the table")

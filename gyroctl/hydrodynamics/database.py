@@ -10,6 +10,7 @@ import numpy as np
 
 from gyroctl.errors import InputError, check_kind
 from gyroctl.hydrodynamics.capytaine_layout import from_capytaine, to_dataset
+from gyroctl.hydrodynamics.site import Site
 from gyroctl.hydrodynamics.table import LAYOUT, Hydrodynamics
 from gyroctl.netcdf import read_netcdf
 from gyroctl.writing import written_whole
@@ -23,18 +24,21 @@ def shipped() -> Hydrodynamics:
     return load(SHIPPED)
 
 
-def load(path: Path | str) -> Hydrodynamics:
+def load(path: Path | str, site: Site | None = None) -> Hydrodynamics:
     """Read a database from a NetCDF file in the layout that Capytaine writes.
 
     Parameters
     ----------
     path : Path or str
-        NetCDF classic or NetCDF 4.
+        NetCDF classic or NetCDF 4, along omega, freq, period, wavenumber or wavelength.
+    site : Site, optional
+        What the file leaves out: density, gravity and depth, k3, the modes of phi1 and phi3, units, the hinge.
 
     Returns
     -------
     Hydrodynamics
-        Conjugated from Capytaine's exp(-i w t) to exp(+i w t). What the file lacks is derived: the added mass at
+        Conjugated from Capytaine's exp(-i w t) to exp(+i w t). Frequencies at which the file holds nan are left out,
+        rows at infinite and at zero frequency are kept as such. What the file lacks is derived: the added mass at
         infinite frequency from Kramers-Kronig.
 
     Raises
@@ -45,7 +49,7 @@ def load(path: Path | str) -> Hydrodynamics:
     check_kind("path", path, (str, Path), "a path", "Give the path of a hydrodynamic database")
     contents = read_netcdf("path", path, LAYOUT)
     with np.errstate(all="ignore"):  # what overflows is refused as what it gives
-        return of_file(str(path), lambda: from_capytaine(*contents, str(path)))
+        return of_file(str(path), lambda: from_capytaine(*contents, str(path), site))
 
 
 def of_file(name: str, read: Callable[[], Hydrodynamics]) -> Hydrodynamics:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -11,10 +12,16 @@ from gyroctl.hydrodynamics.geometry import Geometry
 from gyroctl.hydrodynamics.kramers_kronig import both_added_mass_inf, dispersion
 from gyroctl.hydrodynamics.table import Complexes, Floats
 
-#: Finite depth up to here, infinite depth beyond. [rad/s]
+#: Finite depth up to here, infinite depth beyond. [rad/s], shipped float
 JOINT = 12.0
 #: Value of kh below which the added mass comes from Kramers-Kronig.
 SHALLOWEST = 0.17
+
+
+def frequency_ratio(geometry: Geometry) -> float:
+    """Return how frequencies chosen for the shipped float turn for another size, as sqrt(g / diameter). [-]"""
+    usual = Geometry()
+    return math.sqrt(geometry.g / usual.g * (usual.diameter / geometry.diameter))
 
 
 class Table(NamedTuple):

@@ -75,10 +75,12 @@ def added_mass_inf(omega: Floats, added_mass: Floats, damping: Floats) -> tuple[
         from it, relative.
     """
     estimates = added_mass - dispersion(omega, damping)
-    carried = (omega >= 0.05 * omega[-1]) & (omega <= 0.75 * omega[-1])  # away from both continuations
+    low, high = 0.05 * omega[-1] * (1.0 - 1e-6), 0.75 * omega[-1] * (1.0 + 1e-6)  # whatever the digits of a file
+    carried = (omega >= low) & (omega <= high)  # away from both continuations
     chosen = estimates[carried] if np.any(carried) else estimates
     value = float(np.median(chosen))
-    return value, float(np.max(np.abs(chosen - value)) / abs(value))
+    departure = float(np.max(np.abs(chosen - value)))
+    return value, departure / abs(value) if departure > 0.0 else 0.0
 
 
 def both_added_mass_inf(omega: Floats, added_mass: Floats, damping: Floats) -> Floats:

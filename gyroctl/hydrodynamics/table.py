@@ -83,6 +83,8 @@ class Hydrodynamics:
         Surface of the float and its hinge, for what acts at the float's true position.
     wetted : ReducedSurface, optional
         Polynomials of what the wetted surface adds, fitted to the panels of the hull.
+    added_mass_zero : ndarray (2,), optional
+        Added moments of inertia at zero frequency, nan for a rotation that lacks it; kept, and used nowhere. [kg m^2]
     """
 
     omega: Floats
@@ -102,6 +104,7 @@ class Hydrodynamics:
     diffraction: Complexes | None = None
     hull: Hull | None = None
     wetted: ReducedSurface | None = None
+    added_mass_zero: Floats | None = None
 
     def __post_init__(self) -> None:
         """Refuse a table that no calculation could have produced."""
