@@ -300,7 +300,7 @@ def elevation(path: Path) -> Path:
 def spectrum(path: Path) -> Path:
     sea = gy.SeaState()
     rows = [f"{w:.3f};{float(sea.spectrum(w)):.6g}" for w in np.arange(0.5, 12.0, 0.1)]
-    return write_text(path, "# omega; S\n" + "\n".join(rows) + "\n")
+    return write_text(path, "omega [rad/s]; S [m2 s]\n" + "\n".join(rows) + "\n")
 
 
 def waves(path: Path) -> object:

@@ -71,6 +71,14 @@ def answer(content: Mapping[str, Any], lines: Iterable[str]) -> None:
         typer.echo(visible(line))
 
 
+def say_notes(sea: object) -> None:
+    """Say on stderr what was done to the numbers of a sea from a file."""
+    from gyroctl.errors import visible
+
+    for note in getattr(sea, "notes", ()):
+        typer.echo(visible(f"sea: {note}"), err=True)
+
+
 def failures(failed: Mapping[str, str]) -> None:
     """Name what failed, and end with exit code 1 where something did: the rest is written."""
     for name, why in failed.items():

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from gyroctl.comparison.compare import check_length, check_motion_limit
 from gyroctl.comparison.items import check_different
+from gyroctl.comparison.sea_table import build_sea
 from gyroctl.devices import VARIANTS, zhang2017
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
@@ -27,33 +27,10 @@ from gyroctl.names import name_of
 from gyroctl.plant import Parameters, Plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
-from gyroctl.waves import (
-    Bichromatic,
-    DriftingSea,
-    ElevationRecord,
-    Regular,
-    Sea,
-    SeaState,
-    TurningSea,
-    TwoPeaks,
-    read_record,
-    read_spectrum,
-)
+from gyroctl.waves import Bichromatic, ElevationRecord, Regular, Sea, SeaState
 from gyroctl.waves.checks import DURATION_MAX, positive, seed_number, within
 
 TABLES = ("sea", "run", "plant", "laws", "sensors", "actuators")
-
-SEAS: dict[str, Callable[..., Sea]] = {
-    "jonswap": SeaState,
-    "regular": Regular,
-    "bichromatic": Bichromatic,
-    "drifting": DriftingSea,
-    "turning": TurningSea,
-    "two peaks": TwoPeaks,
-    "spectrum": read_spectrum,
-    "record": read_record,
-}
-"""Kinds of sea: the value of `sea.kind` and what builds it from the other entries of the table."""
 
 SEEDS_MAX = 100_000
 """Most realisations of a comparison."""
@@ -185,7 +162,7 @@ def build_experiment(
     """Build an experiment from tables as read from TOML; paths are relative to `folder`, from where laws may run."""
     check_known("", tables, TABLES)
     table = {name: table_of(tables, name) for name in TABLES}
-    sea, run = _sea(table["sea"], folder), _run(table["run"])
+    sea, run = build_sea(table["sea"], folder), _run(table["run"])
     if isinstance(sea, Regular | ElevationRecord):  # such a sea is the same for every seed
         if "seeds" not in table["run"]:
             run = dataclasses.replace(run, seeds=(1,))
@@ -230,27 +207,6 @@ def _run(table: dict[str, Any]) -> RunTable:
             raise InputError("run.seeds", seeds, problem, "For example seeds = [1, 2, 3]")
         table["seeds"] = tuple(seeds)
     return RunTable(**table)
-
-
-def _sea(table: dict[str, Any], folder: Path) -> Sea:
-    kind = table.pop("kind", "jonswap")
-    if not isinstance(kind, str) or kind not in SEAS:
-        raise InputError("sea.kind", kind, "unknown kind of sea", f"Choose one of {', '.join(SEAS)}")
-    parameters = inspect.signature(SEAS[kind]).parameters
-    if kind in ("spectrum", "record"):
-        if "file" not in table:
-            raise InputError("sea.file", None, f"a sea of kind {kind!r} needs a file", "Give the path of a CSV file")
-        path = folder / str(table.pop("file"))
-        check_known("sea", table, ["file", *list(parameters)[1:]])
-        return SEAS[kind](path, **table)
-    check_known("sea", table, parameters)
-    for name, value in table.items():
-        several = isinstance(value, list)
-        table[name] = tuple(number(f"sea.{name}", v) for v in value) if several else number(f"sea.{name}", value)
-    for name, parameter in parameters.items():
-        if parameter.default is parameter.empty and name not in table:
-            raise InputError(f"sea.{name}", None, f"a sea of kind {kind!r} needs it", f"Give {name}")
-    return SEAS[kind](**table)
 
 
 def _plant(table: dict[str, Any], folder: Path) -> Plant:

@@ -87,6 +87,19 @@ def check_sea(plant: Sized, sea: Wave) -> None:
         _check(plant, sea.hs, sea.wp, math.sqrt(2.0), field, "a significant height", unit)
 
 
+def check_headings(bearings: object) -> None:
+    """Refuse waves of many headings, not None, for a plant that follows the surface of waves of one heading.
+
+    Raises
+    ------
+    InputError
+        Field ``plant.wetted``.
+    """
+    if bearings is not None:
+        problem = "follows the surface of waves of one heading, and the waves of this sea have many"
+        raise InputError("plant.wetted", "surface", problem, 'Choose wetted = "reduced", or a sea without spreading')
+
+
 def _check(plant: Sized, height: float, wp: float, over: float, field: str, what: str, unit: str = "") -> None:
     """Refuse a height that is `over` times as high as the regular wave it stands for, where that breaks."""
     length, reach = wavelength(wp, plant.depth), 2.0 * plant.parameters.a
