@@ -27,7 +27,7 @@ from gyroctl.names import name_of
 from gyroctl.plant import Parameters, Plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
-from gyroctl.waves import Bichromatic, ElevationRecord, Regular, Sea, SeaState
+from gyroctl.waves import Bichromatic, ElevationRecord, Regular, Sea, SeaState, SpreadSea
 from gyroctl.waves.checks import DURATION_MAX, positive, seed_number, within
 
 TABLES = ("sea", "run", "plant", "laws", "sensors", "actuators")
@@ -120,11 +120,12 @@ class Experiment:
 
     def record(self) -> dict[str, Any]:
         """Tables with every default filled in, safe for JSON."""
-        sea = _plain(dataclasses.asdict(self.sea))
+        still = self.sea.sea if isinstance(self.sea, SpreadSea) else self.sea
+        sea = _plain(dataclasses.asdict(still)) | _plain(dataclasses.asdict(self.sea))
         kinds = {SeaState: "jonswap", Regular: "regular", Bichromatic: "bichromatic"}
         given = self.source.get("sea", {})
         return {
-            "sea": {"kind": kinds.get(type(self.sea), given.get("kind", "")), **sea, **_plain(given)},
+            "sea": {"kind": kinds.get(type(still), given.get("kind", "")), **sea, **_plain(given)},
             "run": {**dataclasses.asdict(self.run), "seeds": list(self.run.seeds)},
             "plant": {"name": self.plant.name, **dataclasses.asdict(self.plant.parameters)},
             "laws": {name: _plain(table) for name, table in self.source.get("laws", {}).items()},
@@ -252,8 +253,9 @@ def _laws(
 
 
 def _law(name: str, kind: str, parameters: dict[str, Any], sea: Sea, allow_code: Sequence[str | Path]) -> Law:
-    if kind == BASELINE and "gamma" not in parameters and isinstance(sea, SeaState):
-        parameters = {**parameters, "gamma": sea.gamma}
+    still = sea.sea if isinstance(sea, SpreadSea) else sea
+    if kind == BASELINE and "gamma" not in parameters and isinstance(still, SeaState):
+        parameters = {**parameters, "gamma": still.gamma}
     try:
         return build(kind, parameters, None, allow_code)  # what data may run is not for data to say
     except InputError as error:

@@ -19,6 +19,9 @@ DRIFT_SAID, DRIFT_MAX = 0.005, 0.1
 CUT_SAID, CUT_MAX = 0.01, 0.1
 """Part of the variance beyond the Nyquist frequency, if the tail goes on, from which on it is told, and refused. [-]"""
 
+FEW = 3.0
+"""Nyquist frequency over that of the waves below which it is told: all of a narrow peak may be folded unseen. [-]"""
+
 WAVES_LEAST = 8
 """Fewest periods in a record that make a wave of it."""
 
@@ -46,7 +49,7 @@ def content_of(surface: NDArray[np.float64], step: float) -> Content:
     power = np.abs(np.fft.rfft(surface))[1:] ** 2
     slow = omega < SLOW * peak
     waves = float(power[~slow].sum())
-    top = omega > omega[-1] - 0.2 * (omega[-1] - peak)
+    top = omega > 0.85 * omega[-1]
     # The densities there are doubled by what is folded back; a tail by the fifth power holds S(w) w / 4.
     tail = 0.5 * float(power[top].mean()) / spacing * omega[-1] / 4.0
     return Content(peak, float(power[slow].sum()) / waves, tail / waves, math.pi / step)
@@ -70,7 +73,7 @@ def check_content(surface: NDArray[np.float64], step: float) -> tuple[str, ...]:
         )
         fine = math.pi / (4.0 * min(found.peak, 0.5 * found.nyquist))
         raise InputError("sea.time", step, problem, f"Give a record sampled every {fine:.2g} s or less")
-    if found.cut > CUT_SAID:
+    if found.cut > CUT_SAID or found.nyquist < FEW * found.peak:
         beyond = f"some {found.cut:.1%} of the energy lies beyond {found.nyquist:.3g} rad/s"
         said.append(f"sampled every {step:.4g} s: {beyond}")
     if found.drift > DRIFT_MAX:
