@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+import fuzz_seas
 import numpy as np
 
 import gyroctl as gy
@@ -353,6 +354,8 @@ READERS: dict[str, Reader] = {
     "capytaine-hdf5": Reader(hdf5, lambda path: sound_table(load(path))),
     "wamit": Reader(wamit, lambda path: sound_table(read_wamit(path, SITE))),
     "nemoh": Reader(nemoh, lambda path: sound_table(read_nemoh(path, SITE))),
+    "records": Reader(fuzz_seas.records, fuzz_seas.record),
+    "seas": Reader(fuzz_seas.spectra, fuzz_seas.spectral),
     "elevation": Reader(lambda folder: [elevation(folder / "0" / "waves.csv")], waves),
     "spectrum": Reader(lambda folder: [spectrum(folder / "0" / "spectrum.csv")], spectral),
 }
