@@ -125,6 +125,9 @@ def test_the_followed_surface_is_refused_by_name() -> None:
     realistic = gy.zhang2017("realistic")
     with pytest.raises(InputError, match=r"plant\.wetted.*reduced"):
         prepare(realistic, SpreadSea(gy.SeaState()), 60.0)
+    table = {"sea": {"spreading": "cos2s", "width": 9.0}, "plant": {"variant": "realistic"}, "laws": {"constant": {}}}
+    with pytest.raises(InputError, match=r"plant\.wetted"):
+        build_experiment(table)
     prepare(gy.zhang2017("realistic", wetted="reduced"), SpreadSea(gy.SeaState(), "normal", 5.0), 60.0)
 
 

@@ -27,8 +27,9 @@ from gyroctl.names import name_of
 from gyroctl.plant import Parameters, Plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
-from gyroctl.waves import Bichromatic, ElevationRecord, Regular, Sea, SeaState, SpreadSea
+from gyroctl.waves import Bichromatic, DirectionalSpectrum, ElevationRecord, Regular, Sea, SeaState, SpreadSea
 from gyroctl.waves.checks import DURATION_MAX, positive, seed_number, within
+from gyroctl.waves.physical import check_headings
 
 TABLES = ("sea", "run", "plant", "laws", "sensors", "actuators")
 
@@ -172,6 +173,9 @@ def build_experiment(
         run = dataclasses.replace(run, seeds=run.seeds[:4], duration=max(600.0, run.blend))
     if run.start == "locked":
         check_length(run.duration, run.blend)
+    plant = _plant(table["plant"], folder)
+    if plant.parameters.wetted == "surface" and isinstance(sea, SpreadSea | DirectionalSpectrum):
+        check_headings(sea)
     check_known("actuators", table["actuators"], names_of(Actuators))
     trust = Trust(folder, asked_for(allow_code))
     for name in table["laws"]:
@@ -183,7 +187,7 @@ def build_experiment(
     return Experiment(
         sea=sea,
         run=run,
-        plant=_plant(table["plant"], folder),
+        plant=plant,
         laws=_laws(entries, kinds, sea, allow_code),
         sensors=_sensors(table["sensors"]),
         actuators=actuators,

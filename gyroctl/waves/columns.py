@@ -87,7 +87,10 @@ def read_columns(
     """
     mend = f"Give a text file with two columns of numbers: {columns}"
     text = read_text(FIELD, os.fspath(path), mend, FILE_MAX)
-    said, header, rows, lines = "", None, [], []
+    said = ""
+    header: str | None = None
+    rows: list[list[str]] = []
+    lines: list[int] = []
     comma = _decimal_commas(text)
     for number, line in enumerate(text.split("\n"), start=1):
         bare = line.strip()
@@ -214,6 +217,6 @@ def _choice(labels: list[str], chosen: Sequence[str | None], path: str, hint: st
 
 def _hint(text: str) -> str:
     """What to do where decimal commas cannot be told from columns."""
-    if re.search(r"\d,\d+\s+-?\d+,\d|\d,\d+,\s*-?\d+,\d", text):
+    if re.search(r"\d,\d+[ \t]+-?\d+,\d|\d,\d+,[ \t]*-?\d+,\d", text[:2000]):
         return ". Are commas the marks of decimals? Separate the columns by semicolons, or write points"
     return ""
