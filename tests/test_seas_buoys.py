@@ -276,7 +276,7 @@ def test_without_the_library_the_extra_is_named(tmp_path: Path, monkeypatch: pyt
 
 DAMAGED = {
     "another format": ("ndbc", "TRIAXYS BUOY DATA REPORT\n1 2 3\n"),
-    "cut short": ("ndbc", NDBC[: len(NDBC) - 60]),
+    "cut short": ("ndbc", NDBC.split("2000 01 01 01")[0][:-60]),
     "missing value": ("ndbc", NDBC.replace(".12", "999.00").replace("2000 01 01 01", "#")),
     "not a number": ("ndbc", NDBC.replace(".12", "nan").split("2000 01 01 01")[0]),
     "negative": ("ndbc", NDBC.replace(".12", "-.12").split("2000 01 01 01")[0]),

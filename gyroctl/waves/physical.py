@@ -9,6 +9,7 @@ import numpy as np
 
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.dispersion import wavenumber
+from gyroctl.waves.directional import DirectionalSpectrum
 from gyroctl.waves.excitation import Wave
 from gyroctl.waves.record import ElevationRecord
 from gyroctl.waves.regular import Bichromatic, Regular
@@ -22,6 +23,8 @@ BREAKING = 0.142
 
 A sea is judged by the regular wave of equal energy: beyond this limit every crest of it would break.
 """
+
+FROUDE = "Is a larger sea to be brought to the device (scale)? "
 
 
 @runtime_checkable
@@ -81,9 +84,9 @@ def check_sea(plant: Sized, sea: Wave) -> None:
     else:
         field, unit = "sea.hs", ""
         if isinstance(sea, ElevationRecord):
-            field, unit = "sea.eta", "Are the elevations in millimetres? "
-        elif isinstance(sea, TabulatedSpectrum):
-            field, unit = "sea.density", "Are the densities in m^2 s per rad/s? "
+            field, unit = "sea.eta", f"Are the elevations in millimetres? {FROUDE}"
+        elif isinstance(getattr(sea, "sea", sea), TabulatedSpectrum | DirectionalSpectrum):
+            field, unit = "sea.density", f"Are the densities in m^2 s per rad/s? {FROUDE}"
         _check(plant, sea.hs, sea.wp, math.sqrt(2.0), field, "a significant height", unit)
 
 
