@@ -7,6 +7,7 @@ import numpy as np
 from gyroctl.waves.components import Sea
 from gyroctl.waves.directional import DirectionalSpectrum
 from gyroctl.waves.excitation import Excited, band
+from gyroctl.waves.grid import OMEGA_MAX
 from gyroctl.waves.tabulated import TabulatedSpectrum
 
 SAID = 0.01
@@ -34,12 +35,13 @@ def outside_band(plant: Excited, sea: Sea) -> tuple[str, ...]:
     if not isinstance(still, TabulatedSpectrum):
         return ()
     low, high = band(plant.excitation)
+    high = min(high, OMEGA_MAX)
     fine = np.unique(np.concatenate((still.omega, np.clip([low, high], still.omega[0], still.omega[-1]))))
     density = still.spectrum(fine)
     said = []
     for side, edge, part in (("below", low, fine <= low), ("above", high, fine >= high)):
         share = float(np.trapezoid(density[part], fine[part])) / still.moment(0) if part.sum() > 1 else 0.0
         if share >= SAID:
-            where = f"{side} {edge:.3g} rad/s, where the excitation of the device is not known"
-            said.append(f"{share:.0%} of the wave energy lies {where}, and moves nothing")
+            where = f"{side} {edge:.3g} rad/s, where no waves are made or their moments are not known"
+            said.append(f"{share:.0%} of the wave energy lies {where}")
     return tuple(said)

@@ -146,9 +146,8 @@ def _opened(copy: Path, form: str, path: str, directional: bool) -> tuple[xarray
     }
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("error")  # the library warns of lines that it could not read
-            warnings.simplefilter("ignore", FutureWarning)
-            warnings.simplefilter("ignore", DeprecationWarning)
+            warnings.simplefilter("ignore")
+            warnings.simplefilter("error", UserWarning)  # the library warns of lines that it could not read
             ds = readers[form]()
     except Exception as error:  # whatever a damaged text makes of a parser: it is no file of this kind
         what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
