@@ -44,7 +44,7 @@ def record(path: Path) -> object:
 
 
 def spectra(folder: Path) -> list[Path]:
-    """One file of each format, in a folder of its name."""
+    """One file of each format, called by its name."""
     pairs = list(zip(F.tolist(), DENSITY.tolist(), strict=True))
     ndbc = "YYYY MM DD hh mm " + " ".join(f"{f:.3f}" for f in F) + "\n"
     ndbc += "".join(f"2000 01 01 0{k} 00 " + " ".join(f"{s:.2f}" for s in DENSITY) + "\n" for k in range(3))
@@ -74,19 +74,19 @@ def spectra(folder: Path) -> list[Path]:
     spot = {"frequency": F.tolist(), "varianceDensity": DENSITY.tolist(), "timestamp": "2021-09-29T00:00:00Z", **same}
     waves = [{"significantWaveHeight": 1.0, "timestamp": "2021-09-29T00:00:00Z"}]
     texts = {
-        "ndbc/44004w2000.txt": ndbc,
-        "datawell/a}2024-09-09T01h15Z.spt": datawell,
-        "triaxys/a.spec": triaxys,
-        "swan/a.spec": "\n".join(swan) + "\n",
-        "spotter/a.json": json.dumps({"data": {"waves": waves, "frequencyData": [spot]}}),
-        "csv/a.csv": "f [Hz];S [m2/Hz]\n" + "".join(f"{f:.3f};{s:.5f}\n" for f, s in pairs).replace(".", ","),
+        "1/ndbc.txt": ndbc,
+        "2/datawell.spt": datawell,
+        "3/triaxys.spec": triaxys,
+        "4/swan.spec": "\n".join(swan) + "\n",
+        "5/spotter.json": json.dumps({"data": {"waves": waves, "frequencyData": [spot]}}),
+        "6/csv.csv": "f [Hz];S [m2/Hz]\n" + "".join(f"{f:.3f};{s:.5f}\n" for f, s in pairs).replace(".", ","),
     }
     return [write_text(folder / name, text) for name, text in texts.items()]
 
 
 def spectral(path: Path) -> object:
-    """Read as what its folder says, without and with directions."""
-    form = path.parent.name
+    """Read as what its name says, without and with directions."""
+    form = path.stem
     found = None
     for directional in (False, True) if form in ("datawell", "triaxys", "swan", "spotter") else (False,):
         time = "2000-01-01T01" if form == "ndbc" else None

@@ -25,7 +25,7 @@ MISSING = ("", "nan", "na", "n/a", "null", "none", "-", "--")
 
 _LABEL = re.compile(r"[^\s\[(]+(?:\s*[\[(][^\])]*[\])])?")
 _BRACKET = re.compile(r"\s*[\[(](?P<unit>(?:[^\[\]()]|\([^()]*\))*)[\])]\s*$")
-_SUFFIX = re.compile(r"\s*(?:_|/|\s)\s*(?P<unit>mm|cm|m|ft|ms|sec|s|min|Hz|mHz|hz|rad/s)$")
+_SUFFIX = re.compile(r"\s*(?:_|/|\s)\s*(?P<unit>rad/s|rad_s|mm|cm|m|ft|ms|sec|s|min|mHz|Hz|hz)$")
 _DATE = re.compile(r"\d{4}-\d\d-\d\d")
 _STAMP = re.compile(r"\d{4}-\d\d-\d\d\s+\d\d:\d\d")
 

@@ -149,6 +149,8 @@ def _opened(copy: Path, form: str, path: str, directional: bool) -> tuple[xarray
             warnings.simplefilter("ignore")
             warnings.simplefilter("error", UserWarning)  # the library warns of lines that it could not read
             ds = readers[form]()
+            for name in {"efth", "freq", "dir", "time"} & {*ds.variables}:
+                ds[name].values.astype("datetime64[s]" if name == "time" else np.float64)
     except Exception as error:  # whatever a damaged text makes of a parser: it is no file of this kind
         what = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise InputError(FIELD, path, f"is no sound file of {form}: {what}", f"Give a file of {form}") from None
@@ -185,6 +187,8 @@ def _chosen(ds: xarray.Dataset, path: str, time: str | None, site: int | None) -
 def _measured(one: xarray.Dataset, path: str, directional: bool, notes: tuple[str, ...]) -> Measured:
     spectrum = one["efth"]
     frequency = np.asarray(spectrum["freq"].values, dtype=np.float64)
+    if not np.all(np.isfinite(frequency)) or np.any(np.diff(frequency) <= 0.0) or frequency.size < 2:
+        raise InputError(FIELD, path, "has frequencies that do not rise", "Give another file")
     several = "dir" in spectrum.dims and spectrum.sizes["dir"] > 1
     axes = ("freq", "dir") if "dir" in spectrum.dims else ("freq",)
     density = np.asarray(spectrum.transpose(*axes).values, dtype=np.float64)
@@ -210,6 +214,8 @@ def _around(
     directions: NDArray[np.float64], density: NDArray[np.float64], path: str
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Rising directions within a turn, each once, and the columns that belong to them."""
+    if not np.all(np.isfinite(directions)):
+        raise InputError(FIELD, path, "has a direction that is no number", "Give another file")
     turned = np.mod(np.round(directions, 4), 360.0)
     kept, first = np.unique(turned, return_index=True)
     density = density[:, first]

@@ -16,7 +16,7 @@ from gyroctl.waves.columns import read_columns
 from gyroctl.waves.directional import DirectionalSpectrum, within_turn
 from gyroctl.waves.measured import FORMATS, Measured, read_one
 from gyroctl.waves.record_files import scale_factor
-from gyroctl.waves.tabulated import TabulatedSpectrum
+from gyroctl.waves.tabulated import DENSITY_MAX, TabulatedSpectrum
 from gyroctl.waves.units import of_spectrum
 
 PARTITIONS = ("swell", "wind sea")
@@ -198,7 +198,7 @@ def _directional(
 ) -> DirectionalSpectrum:
     """Turn compass directions into headings of the device: clockwise from north into anticlockwise from x3."""
     towards = directions + (180.0 if direction == "from" else 0.0)
-    mean = np.trapezoid(density @ np.exp(1j * np.radians(towards)), omega)
+    mean = np.trapezoid(np.minimum(density, DENSITY_MAX) @ np.exp(1j * np.radians(towards)), omega)
     course = math.degrees(float(np.angle(mean))) % 360.0
     said = f"waves come from {(course + 180.0) % 360.0:.0f} deg on the mean"
     if axis is None:

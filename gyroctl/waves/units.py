@@ -13,7 +13,7 @@ LENGTHS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "ft": 0.3048}
 TIMES = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 0.001, "min": 60.0, "h": 3600.0, "d": 86400.0}
 """Units of a time. [s]"""
 
-FREQUENCIES = {"hz": 2.0 * math.pi, "mhz": 0.002 * math.pi, "rad/s": 1.0, "rads-1": 1.0, "rad/sec": 1.0}
+FREQUENCIES = {"hz": 2.0 * math.pi, "mhz": 0.002 * math.pi, "rad/s": 1.0, "rads-1": 1.0, "rad_s": 1.0, "rad/sec": 1.0}
 """Units of a frequency. [rad/s]"""
 
 ANGULAR = ("omega", "ω", "w")
@@ -65,16 +65,18 @@ def of_spectrum(given: str | None, axis: tuple[str, str], density: tuple[str, st
         raise InputError("sea.unit", what, "the file does not say the unit of its frequencies", mend)
     turn = scale_of("sea.unit", given, heading, FREQUENCIES, "rad/s")
     over_hz = turn != 1.0
-    found = _DENSITY.fullmatch(_plain(density[1]))
-    if not density[1]:
+    argument = _plain(density[1]) in ("f", *ANGULAR)  # S(f) names what it is a function of
+    unit = "" if argument else density[1]
+    found = _DENSITY.fullmatch(_plain(unit))
+    if not unit:
         per, size = ("hz" if over_hz else "rad"), 1.0
     elif found is None:
-        raise InputError("sea.unit", density[1], "is no unit of a spectral density", "Give m2/Hz or m2 s/rad")
+        raise InputError("sea.unit", unit, "is no unit of a spectral density", "Give m2/Hz or m2 s/rad")
     else:
         size = LENGTHS[found["length"]] ** 2
         per = "hz" if "hz" in found["per"] else "rad" if "rad" in found["per"] else "hz" if over_hz else "rad"
     said = ""
-    if not density[1] and not given:
+    if not unit and not given:
         said = f"densities taken per {'Hz' if over_hz else 'rad/s'}, as the frequencies: the heading names no unit"
     return turn, size / (2.0 * math.pi) if per == "hz" else size, said
 
@@ -82,4 +84,4 @@ def of_spectrum(given: str | None, axis: tuple[str, str], density: tuple[str, st
 def _plain(unit: str) -> str:
     """Unit as it is compared: small letters, no blanks, powers as figures."""
     small = unit.lower().replace("²", "2").replace("⁻¹", "-1").replace("−", "-").replace("·", "").replace("*", "")
-    return re.sub(r"[\s^]", "", small)
+    return re.sub(r"[\s^.]", "", small)
