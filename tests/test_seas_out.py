@@ -87,3 +87,46 @@ def test_the_command_refuses_in_one_line(
     for word in words:
         assert word in err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["empty.toml", "sea.toml"]
+
+
+TIME = np.arange(0.0, 400.0, 0.2)
+LEVEL = 0.1 * np.cos(3.1 * TIME) + 0.03 * np.cos(2.6 * TIME + 1.0) + 0.03 * np.cos(3.6 * TIME + 2.0)
+
+
+def rows(time: np.ndarray, level: np.ndarray, head: str = "time,elevation\n") -> bytes:
+    return (head + "".join(f"{t:.3f},{e:.5f}\n" for t, e in zip(time, level, strict=True))).encode()
+
+
+FOREIGN = {
+    # kind of file: (its content, entries of [sea], what the one line has to say)
+    "drift": (rows(TIME, LEVEL + 0.3 * TIME / 400.0), 'kind = "record"', ["sea.eta", "drifts", "detrend"]),
+    "millimetres": (rows(TIME, 1000.0 * LEVEL), 'kind = "record"', ["sea.eta", "millimetres"]),
+    "centimetres": (rows(TIME, 100.0 * LEVEL), 'kind = "record"', ["sea.eta", "breaks", "millimetres"]),
+    "a second apart": (rows(TIME[::5], LEVEL[::5]), 'kind = "record"', ["sea.time = 1.0", "beyond"]),
+    "a gap": (rows(np.delete(TIME, 70), np.delete(LEVEL, 70)), 'kind = "record"', ["sea.time", "gap", "13.8"]),
+    "no unit": (b"0.3,0\n0.5,0.04\n0.8,0\n", 'kind = "spectrum"', ["sea.unit", "Hz", "rad/s"]),
+    "in UTF-16": ("time,elevation\n0,1\n".encode("utf-16"), 'kind = "record"', ["sea.file", "UTF-16", "UTF-8"]),
+    "full scale": (
+        b"f [Hz],S [m2/Hz]\n0.05,0\n0.1,40\n0.2,0\n",
+        'kind = "spectrum"',
+        ["sea.density", "breaks", "scale"],
+    ),
+    "swell of the ocean": (
+        b"f [Hz],S [m2/Hz]\n0.015,0\n0.02,4\n0.025,0\n",
+        'kind = "spectrum"',
+        ["sea.wp", "0.1256", "scale"],
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", FOREIGN)
+def test_a_comparison_refuses_foreign_seas_in_one_line(tmp_path: Path, run: Run, kind: str) -> None:
+    content, entries, words = FOREIGN[kind]
+    (tmp_path / "sea.csv").write_bytes(content)
+    short = "[run]\nduration = 60.0\nblend = 20.0\n[laws.constant]\n"
+    (tmp_path / "mine.toml").write_text(f'[sea]\nfile = "sea.csv"\n{entries}\n{short}')
+    code, out, err = run("compare", tmp_path / "mine.toml", "--out", tmp_path / "out", "--no-search")
+    lines = [line for line in err.strip().splitlines() if not line.startswith("sea: ")]
+    assert code == 2 and lines[0].startswith("Error: ") and "Traceback" not in out + err
+    for word in words:
+        assert word in lines[0], lines

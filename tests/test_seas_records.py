@@ -262,7 +262,7 @@ def test_spectra_by_their_heading(tmp_path: Path, head: str, turn: float, factor
     assert isinstance(sea, TabulatedSpectrum)
     assert sea.omega == pytest.approx(W, rel=1e-8) and sea.density == pytest.approx(S, rel=1e-7, abs=1e-12)
     assert sea.hs == pytest.approx(0.283, rel=0.01) and sea.wp == pytest.approx(3.14, abs=0.02)
-    assert bool(sea.notes) == (turn != 1.0 or factor != 1.0 or "[" not in head)
+    assert bool(sea.notes) == (turn != 1.0 or factor != 1.0 or head in ("w,S", "omega_rad_s,S(omega)"))
 
 
 @pytest.mark.parametrize(
