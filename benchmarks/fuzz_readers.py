@@ -10,6 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+import fuzz_seas
 import numpy as np
 
 import gyroctl as gy
@@ -300,7 +301,7 @@ def elevation(path: Path) -> Path:
 def spectrum(path: Path) -> Path:
     sea = gy.SeaState()
     rows = [f"{w:.3f};{float(sea.spectrum(w)):.6g}" for w in np.arange(0.5, 12.0, 0.1)]
-    return write_text(path, "# omega; S\n" + "\n".join(rows) + "\n")
+    return write_text(path, "omega [rad/s]; S [m2 s]\n" + "\n".join(rows) + "\n")
 
 
 def waves(path: Path) -> object:
@@ -353,6 +354,8 @@ READERS: dict[str, Reader] = {
     "capytaine-hdf5": Reader(hdf5, lambda path: sound_table(load(path))),
     "wamit": Reader(wamit, lambda path: sound_table(read_wamit(path, SITE))),
     "nemoh": Reader(nemoh, lambda path: sound_table(read_nemoh(path, SITE))),
+    "records": Reader(fuzz_seas.records, fuzz_seas.record),
+    "seas": Reader(fuzz_seas.spectra, fuzz_seas.spectral),
     "elevation": Reader(lambda folder: [elevation(folder / "0" / "waves.csv")], waves),
     "spectrum": Reader(lambda folder: [spectrum(folder / "0" / "spectrum.csv")], spectral),
 }

@@ -36,6 +36,9 @@ DOTS = 64
 WHOLE_MAX = 2**63 - 1
 """Largest whole number, as TOML has it."""
 
+UTF16 = (b"\xff\xfe", b"\xfe\xff")
+"""Marks at the beginning of a text in UTF-16."""
+
 CONTROL = re.compile(r"[\x00-\x08\x0b\x0c\x0e-\x1f\x7f]")
 """Characters that no text of ours has: some steer a terminal."""
 
@@ -99,6 +102,8 @@ def read_text(field: str, path: Path | str, mend: str, most: int = TEXT_MAX, err
             content = file.read(most + 1)
         if len(content) > most:
             raise InputError(field, str(path), f"is larger than {most >> 20} MB", mend)
+        if content.startswith(UTF16) or (len(content) > 3 and b"\0\0" in (content[1:4:2], content[0:4:2])):
+            raise InputError(field, str(path), "is a text in UTF-16, not in UTF-8", f"{mend}, in UTF-8")
         text = content.decode("utf-8-sig", errors).removesuffix("\x1a")  # the end of a text of old
     except UnicodeDecodeError:
         raise InputError(field, str(path), "is not a text file in UTF-8", mend) from None

@@ -64,7 +64,7 @@ def test_files_are_found_beside_the_experiment(tmp_path: Path) -> None:
     (home / "laws.py").write_text(LAWS_OF_USERS)
     w = np.linspace(1.0, 8.0, 200)
     rows = "\n".join(f"{a},{b}" for a, b in zip(w, gy.SeaState().spectrum(w), strict=True))
-    (home / "sea.csv").write_text(rows + "\n")
+    (home / "sea.csv").write_text("omega [rad/s], S [m2 s]\n" + rows + "\n")
     (home / "mine.toml").write_text(
         '[sea]\nkind = "spectrum"\nfile = "sea.csv"\n[laws.mine]\nlaw = "laws.py:NotANumber"\n'
     )

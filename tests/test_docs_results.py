@@ -52,6 +52,7 @@ DEFINED: dict[str, dict[str, str]] = {
         r"0\.1 rad/s": "step of the drifting sea",
         r"20 ms|200 ms|10, 50, 100 ms": "cases of real water",
     },
+    "docs/seas.md": {r"0\.5 % of their|1 % on": "limits from which on drift and waves that are cut are told"},
     "docs/experiment.md": {r"2 %|99 %": "tolerance of the check of a law, and the name of a measure"},
     "docs/laws.md": {r"within 15 %": "rule of the supervisor", r"30 W": "setting of the supervisor"},
     "docs/margins.md": {

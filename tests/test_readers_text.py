@@ -323,7 +323,7 @@ def test_gain_table_that_has_changed_is_read_again(tmp_path: Path) -> None:
     ],
 )
 def test_spectrum_is_refused(tmp_path: Path, rows: str) -> None:
-    refused(lambda: read_spectrum(written(tmp_path, "0.5 0.0\n" + rows)), "sea.")
+    refused(lambda: read_spectrum(written(tmp_path, "0.5 0.0\n" + rows), unit="rad/s"), "sea.")
 
 
 @pytest.mark.parametrize(("step", "size"), [(1e-300, 1.0), (0.1, 1e308), (1e9, 1.0), (1e-6, 1.0)])

@@ -80,11 +80,13 @@ def test_whole_numbers_and_floats_are_the_same_sea() -> None:
     assert SeaState(heading=-0.0) == SeaState(heading=0.0)
 
 
-@pytest.mark.parametrize("text", ["omega,S\n1.0,0.0\n2.0,0.01\n4.0,0.0\n", "# Hz? no\n1 0\n\n2\t.01\n4;0\n"])
-def test_spectrum_from_a_file(tmp_path: Path, text: str) -> None:
+@pytest.mark.parametrize(
+    ("text", "unit"), [("omega,S\n1.0,0.0\n2.0,0.01\n4.0,0.0\n", None), ("# Hz? no\n1 0\n\n2\t.01\n4;0\n", "rad/s")]
+)
+def test_spectrum_from_a_file(tmp_path: Path, text: str, unit: str | None) -> None:
     path = tmp_path / "sea.csv"
     path.write_text(text, encoding="utf-8-sig")
-    sea = read_spectrum(path, heading=20.0)
+    sea = read_spectrum(path, heading=20.0, unit=unit)
     assert sea.hs == pytest.approx(4.0 * math.sqrt(0.5 * 3.0 * 0.01))
     assert sea.wp == 2.0 and sea.heading == 20.0
     np.testing.assert_allclose(sea.spectrum([0.5, 1.5, 3.0, 5.0]), [0.0, 0.005, 0.005, 0.0])
@@ -202,15 +204,16 @@ def test_bad_sea_is_refused(field: str, make: Callable[[], object]) -> None:
         (b"omega,S\n1,2\n", "1 lines"),
         (b"1,2\n2,three\n", "line 2"),
         (b"omega,S\nunits,units\n1,2\n", "line 2"),
-        (b"1,2,3\n2,3,4\n", "line 2"),
+        (b"1,2\n2,3,4\n", "line 2"),
+        (b"1,2,3\n2,3,4\n", "3 columns"),
         (b"1,2\n2,nan\n", "line 2"),
-        (b"\xff\xfe\x00\x01", "UTF-8"),
+        (b"\xff\xfe\x00\x01", "UTF-16"),
     ],
 )
 def test_bad_file_is_refused(tmp_path: Path, content: bytes, problem: str) -> None:
     path = tmp_path / "sea.csv"
     path.write_bytes(content)
-    assert_refused("sea.file", lambda: read_spectrum(path))
+    assert_refused("sea.file", lambda: read_spectrum(path, unit="rad/s"))
     with pytest.raises(InputError, match=problem):
         read_record(path)
 

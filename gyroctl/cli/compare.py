@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyroctl.cli.first_time import say_first_time
-from gyroctl.cli.options import AllowCode, Scheduler, Workers
+from gyroctl.cli.options import AllowCode, Scheduler, Workers, say_notes
 
 if TYPE_CHECKING:
     import xarray
@@ -45,6 +45,7 @@ def compare(
     tuned, limit, runs = setup.tuning_seeds, setup.run.motion_limit, out / "runs"
     check_seeds(waves.seeds, tuned)
     check_length(waves.duration, setup.settings.score_from)
+    say_notes(setup.sea, setup.plant)
     say_first_time("plant and laws", 30)
     say, on = partial(typer.echo, err=True), workers or None
     pair = find_yardstick(setup.plant, setup.sea, setup.settings, limit, workers=on, search=search, say=say)

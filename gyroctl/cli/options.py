@@ -6,9 +6,12 @@ import json
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
+
+if TYPE_CHECKING:
+    from gyroctl.waves import Sea
 
 MARKUP: Literal["markdown"] = "markdown"
 """Of help texts. Brackets in them are units, [m]: the default markup takes them for its own and drops them."""
@@ -16,6 +19,9 @@ MARKUP: Literal["markdown"] = "markdown"
 Gamma = Annotated[float, typer.Option(help="Peak enhancement of the JONSWAP spectrum.")]
 Hs = Annotated[float, typer.Option(help="Significant wave height [m].")]
 PeakFrequency = Annotated[float, typer.Option(help="Peak frequency [rad/s].")]
+SeaFile = Annotated[
+    Path | None, typer.Option("--sea", help="TOML file with a table [sea], as of an experiment.", show_default=False)
+]
 Variant = Annotated[str, typer.Option(help="Form of the plant: corrected, paper or realistic.")]
 Workers = Annotated[int, typer.Option(min=0, max=1024, help="Workers; 0 for all cores. Changes no result.")]
 Scheduler = Annotated[
@@ -69,6 +75,37 @@ def answer(content: Mapping[str, Any], lines: Iterable[str]) -> None:
     words = lines if sys.stdout.isatty() else [json.dumps(content, allow_nan=False)]
     for line in words:
         typer.echo(visible(line))
+
+
+def say_notes(sea: object, plant: Any = None) -> None:
+    """Say on stderr what was done to the numbers of a sea from a file, and what of it a device does not know."""
+    from gyroctl.errors import visible
+
+    notes = [*getattr(sea, "notes", ())]
+    if plant is not None and notes:
+        from gyroctl.waves.bands import outside_band
+
+        notes += outside_band(plant, sea)  # type: ignore[arg-type]
+    for note in notes:
+        typer.echo(visible(f"sea: {note}"), err=True)
+
+
+def sea_of(path: Path | None, hs: float, wp: float, gamma: float) -> Sea:
+    """Sea of a TOML file with a table [sea], or by its numbers."""
+    from gyroctl.waves import SeaState
+
+    if path is None:
+        return SeaState(hs, wp, gamma)
+    from gyroctl.comparison.sea_table import build_sea
+    from gyroctl.errors import InputError
+    from gyroctl.tables import read_tables, table_of
+
+    if (hs, wp, gamma) != (0.283, 3.14, 5.0):
+        raise InputError("sea", str(path), "stands beside --hs, --wp or --gamma", "Give the file, or the numbers")
+    tables = read_tables(path, "sea")
+    if "sea" not in tables:
+        raise InputError("sea", str(path), "has no table [sea]", "Write [sea] and its entries, as in an experiment")
+    return build_sea(table_of(tables, "sea"), path.parent)
 
 
 def failures(failed: Mapping[str, str]) -> None:

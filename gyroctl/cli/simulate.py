@@ -11,7 +11,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyroctl.cli.first_time import say_first_time
-from gyroctl.cli.options import Gamma, Hs, Parameters, PeakFrequency, Variant, check_file, parse
+from gyroctl.cli.options import (
+    Gamma,
+    Hs,
+    Parameters,
+    PeakFrequency,
+    SeaFile,
+    Variant,
+    check_file,
+    parse,
+    say_notes,
+    sea_of,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -24,6 +35,7 @@ def simulate(
     gamma: Gamma = 5.0,
     hs: Hs = 0.283,
     wp: PeakFrequency = 3.14,
+    sea: SeaFile = None,
     seed: Annotated[int, typer.Option(help="Seed of the realisation.")] = 1,
     duration: Annotated[float, typer.Option(help="Length of the run [s].")] = 2000.0,
     blend: Annotated[float, typer.Option(help="Blend from the regular wave at the start [s].")] = 100.0,
@@ -54,7 +66,9 @@ def simulate(
         raise gy.InputError("duration", duration, problem, mend)
     setup = gy.Settings(dt=dt, blend=blend, actuators=gy.Actuators(cg_min=-motor), start=start)
     plant = gy.zhang2017(variant)
-    waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)
+    chosen = sea_of(sea, hs, wp, gamma)
+    say_notes(chosen, plant)
+    waves, wp = gy.realise(plant, chosen, seed, duration), chosen.wp
     acting = lead_in(waves, setup)
     say_first_time("plant and law", 4)
     with Progress("run", round(duration / built.period)) as progress:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from gyroctl.comparison.compare import check_length, check_motion_limit
 from gyroctl.comparison.items import check_different
+from gyroctl.comparison.sea_table import build_sea
 from gyroctl.devices import VARIANTS, zhang2017
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
@@ -27,33 +27,11 @@ from gyroctl.names import name_of
 from gyroctl.plant import Parameters, Plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
-from gyroctl.waves import (
-    Bichromatic,
-    DriftingSea,
-    ElevationRecord,
-    Regular,
-    Sea,
-    SeaState,
-    TurningSea,
-    TwoPeaks,
-    read_record,
-    read_spectrum,
-)
+from gyroctl.waves import Bichromatic, DirectionalSpectrum, ElevationRecord, Regular, Sea, SeaState, SpreadSea
 from gyroctl.waves.checks import DURATION_MAX, positive, seed_number, within
+from gyroctl.waves.physical import check_headings
 
 TABLES = ("sea", "run", "plant", "laws", "sensors", "actuators")
-
-SEAS: dict[str, Callable[..., Sea]] = {
-    "jonswap": SeaState,
-    "regular": Regular,
-    "bichromatic": Bichromatic,
-    "drifting": DriftingSea,
-    "turning": TurningSea,
-    "two peaks": TwoPeaks,
-    "spectrum": read_spectrum,
-    "record": read_record,
-}
-"""Kinds of sea: the value of `sea.kind` and what builds it from the other entries of the table."""
 
 SEEDS_MAX = 100_000
 """Most realisations of a comparison."""
@@ -143,11 +121,12 @@ class Experiment:
 
     def record(self) -> dict[str, Any]:
         """Tables with every default filled in, safe for JSON."""
-        sea = _plain(dataclasses.asdict(self.sea))
+        still = self.sea.sea if isinstance(self.sea, SpreadSea) else self.sea
+        sea = _plain(dataclasses.asdict(still)) | _plain(dataclasses.asdict(self.sea))
         kinds = {SeaState: "jonswap", Regular: "regular", Bichromatic: "bichromatic"}
         given = self.source.get("sea", {})
         return {
-            "sea": {"kind": kinds.get(type(self.sea), given.get("kind", "")), **sea, **_plain(given)},
+            "sea": {"kind": kinds.get(type(still), given.get("kind", "")), **sea, **_plain(given)},
             "run": {**dataclasses.asdict(self.run), "seeds": list(self.run.seeds)},
             "plant": {"name": self.plant.name, **dataclasses.asdict(self.plant.parameters)},
             "laws": {name: _plain(table) for name, table in self.source.get("laws", {}).items()},
@@ -185,7 +164,7 @@ def build_experiment(
     """Build an experiment from tables as read from TOML; paths are relative to `folder`, from where laws may run."""
     check_known("", tables, TABLES)
     table = {name: table_of(tables, name) for name in TABLES}
-    sea, run = _sea(table["sea"], folder), _run(table["run"])
+    sea, run = build_sea(table["sea"], folder), _run(table["run"])
     if isinstance(sea, Regular | ElevationRecord):  # such a sea is the same for every seed
         if "seeds" not in table["run"]:
             run = dataclasses.replace(run, seeds=(1,))
@@ -194,6 +173,9 @@ def build_experiment(
         run = dataclasses.replace(run, seeds=run.seeds[:4], duration=max(600.0, run.blend))
     if run.start == "locked":
         check_length(run.duration, run.blend)
+    plant = _plant(table["plant"], folder)
+    if plant.parameters.wetted == "surface" and isinstance(sea, SpreadSea | DirectionalSpectrum):
+        check_headings(sea)
     check_known("actuators", table["actuators"], names_of(Actuators))
     trust = Trust(folder, asked_for(allow_code))
     for name in table["laws"]:
@@ -205,7 +187,7 @@ def build_experiment(
     return Experiment(
         sea=sea,
         run=run,
-        plant=_plant(table["plant"], folder),
+        plant=plant,
         laws=_laws(entries, kinds, sea, allow_code),
         sensors=_sensors(table["sensors"]),
         actuators=actuators,
@@ -230,27 +212,6 @@ def _run(table: dict[str, Any]) -> RunTable:
             raise InputError("run.seeds", seeds, problem, "For example seeds = [1, 2, 3]")
         table["seeds"] = tuple(seeds)
     return RunTable(**table)
-
-
-def _sea(table: dict[str, Any], folder: Path) -> Sea:
-    kind = table.pop("kind", "jonswap")
-    if not isinstance(kind, str) or kind not in SEAS:
-        raise InputError("sea.kind", kind, "unknown kind of sea", f"Choose one of {', '.join(SEAS)}")
-    parameters = inspect.signature(SEAS[kind]).parameters
-    if kind in ("spectrum", "record"):
-        if "file" not in table:
-            raise InputError("sea.file", None, f"a sea of kind {kind!r} needs a file", "Give the path of a CSV file")
-        path = folder / str(table.pop("file"))
-        check_known("sea", table, ["file", *list(parameters)[1:]])
-        return SEAS[kind](path, **table)
-    check_known("sea", table, parameters)
-    for name, value in table.items():
-        several = isinstance(value, list)
-        table[name] = tuple(number(f"sea.{name}", v) for v in value) if several else number(f"sea.{name}", value)
-    for name, parameter in parameters.items():
-        if parameter.default is parameter.empty and name not in table:
-            raise InputError(f"sea.{name}", None, f"a sea of kind {kind!r} needs it", f"Give {name}")
-    return SEAS[kind](**table)
 
 
 def _plant(table: dict[str, Any], folder: Path) -> Plant:
@@ -296,8 +257,9 @@ def _laws(
 
 
 def _law(name: str, kind: str, parameters: dict[str, Any], sea: Sea, allow_code: Sequence[str | Path]) -> Law:
-    if kind == BASELINE and "gamma" not in parameters and isinstance(sea, SeaState):
-        parameters = {**parameters, "gamma": sea.gamma}
+    still = sea.sea if isinstance(sea, SpreadSea) else sea
+    if kind == BASELINE and "gamma" not in parameters and isinstance(still, SeaState):
+        parameters = {**parameters, "gamma": still.gamma}
     try:
         return build(kind, parameters, None, allow_code)  # what data may run is not for data to say
     except InputError as error:

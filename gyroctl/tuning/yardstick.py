@@ -29,7 +29,7 @@ from gyroctl.tuning.best_pair import Lengths, best_pair
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.task import read_task
 from gyroctl.tuning.waters import circumstances_of
-from gyroctl.waves import ElevationRecord, Regular, Sea, SeaState
+from gyroctl.waves import ElevationRecord, Regular, Sea, SeaState, SpreadSea
 from gyroctl.writing import plain
 
 BUDGET = 8.0e6
@@ -204,7 +204,8 @@ def find_real_yardstick(
 
 def unsearched(sea: Sea, why: str) -> Yardstick:
     """Pair that ships for the sea that is nearest, and why none was searched."""
-    pairs, gamma = shipped_pairs(), sea.gamma if isinstance(sea, SeaState) else 5.0
+    still = sea.sea if isinstance(sea, SpreadSea) else sea
+    pairs, gamma = shipped_pairs(), still.gamma if isinstance(still, SeaState) else 5.0
     seas = {name: entry["found"]["seas"] for name, entry in tuned_sets(PAIR).items()}
     gammas = {name: own[name]["sea"]["gamma"] for name, own in seas.items() if name in own}  # not those of real water
     nearest = min(gammas, key=lambda name: abs(math.log(gammas[name] / gamma)))

@@ -127,6 +127,19 @@ def seed_number(value: object) -> int:
     return int(value)
 
 
+def check_text(field: str, value: object) -> str:
+    """Return a text.
+
+    Raises
+    ------
+    InputError
+        `value` is none.
+    """
+    if not isinstance(value, str):
+        raise InputError(field, value, "must be a text", "Give it in quotes")
+    return value
+
+
 def store(value: object, **fields: object) -> None:
     """Set fields of a frozen dataclass that is being made."""
     for name, entry in fields.items():

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.waves.directional import DirectionalSpectrum, SpreadSea
 from gyroctl.waves.drifting import DriftingSea, FadedSum
 from gyroctl.waves.grid import OMEGA_MAX, TimeGrid
 from gyroctl.waves.record import ElevationRecord
@@ -19,7 +20,10 @@ from gyroctl.waves.tabulated import TabulatedSpectrum
 from gyroctl.waves.turning import TurningSea
 from gyroctl.waves.two_peaks import TwoPeaks
 
-Sea = SeaState | DriftingSea | TurningSea | TwoPeaks | TabulatedSpectrum | Regular | Bichromatic | ElevationRecord
+Spectral = SeaState | TwoPeaks | TabulatedSpectrum | SpreadSea | DirectionalSpectrum
+"""Stationary seas with a spectrum."""
+
+Sea = Spectral | DriftingSea | TurningSea | Regular | Bichromatic | ElevationRecord
 """Any sea of this package."""
 
 Transfer = Callable[[NDArray[np.float64], float], NDArray[np.complex128]]
@@ -35,13 +39,27 @@ class Components(NamedTuple):
     captured: float  # variance of the waves before any scaling over that of the sea [-]
     superpose: Superposition
     headings: tuple[float, ...] = ()  # of equal parts of the waves, in order; none where all have the sea's [deg]
+    bearings: NDArray[np.float64] | None = None  # (k,) heading of each wave, where they differ [deg]
 
     def in_direction(self, transfer: Transfer, heading: float) -> NDArray[np.complex128]:
         """Transfer to some signals of all waves, (rows, k): each by its own heading, or all by `heading` [deg]."""
+        if self.bearings is not None:
+            return self._each(transfer, self.bearings)
         if not self.headings:
             return transfer(self.omega, heading)
         parts = np.split(self.omega, len(self.headings))
         return np.concatenate([transfer(*one) for one in zip(parts, self.headings, strict=True)], axis=1)
+
+    def _each(self, transfer: Transfer, bearings: NDArray[np.float64]) -> NDArray[np.complex128]:
+        """Transfer of waves of many headings, all waves of one heading at once."""
+        order = np.argsort(bearings, kind="stable")
+        starts = np.flatnonzero(np.diff(bearings[order])) + 1
+        groups = np.split(order, starts)
+        parts = [transfer(self.omega[group], float(bearings[group[0]])) for group in groups]
+        whole = np.empty((parts[0].shape[0], self.omega.size), dtype=np.complex128)
+        for group, part in zip(groups, parts, strict=True):
+            whole[:, group] = part
+        return whole
 
 
 def components(sea: Sea, grid: TimeGrid) -> Components:
@@ -52,7 +70,7 @@ def components(sea: Sea, grid: TimeGrid) -> Components:
     InputError
         Field ``sea``: no sea of this package. Field ``run.duration``: longer than an elevation record.
     """
-    if isinstance(sea, SeaState | TwoPeaks | TabulatedSpectrum):
+    if isinstance(sea, Spectral):
         return _of_spectrum(sea, grid)
     if isinstance(sea, DriftingSea):
         return _of_stages(sea, grid)
@@ -68,7 +86,7 @@ def components(sea: Sea, grid: TimeGrid) -> Components:
     raise InputError("sea", sea, "is no sea", mend)
 
 
-def _of_spectrum(sea: SeaState | TwoPeaks | TabulatedSpectrum, grid: TimeGrid) -> Components:
+def _of_spectrum(sea: Spectral, grid: TimeGrid) -> Components:
     omega = grid.harmonics
     amplitude = np.sqrt(2.0 * sea.spectrum(omega) * (2.0 * np.pi / grid.period))
     variance, wanted = 0.5 * float(amplitude @ amplitude), sea.hs**2 / 16.0
@@ -78,7 +96,9 @@ def _of_spectrum(sea: SeaState | TwoPeaks | TabulatedSpectrum, grid: TimeGrid) -
     # The harmonics stop at 12.566 rad/s and the tail beyond is lost (0.5 % of the variance at gamma 1 and 3.14 rad/s),
     # so every amplitude is scaled: each realisation then has variance Hs^2/16 exactly, and seas of equal Hs compare.
     amplitude *= np.sqrt(wanted / variance)
-    return Components(omega, amplitude.astype(np.complex128), omega.size, variance / wanted, HarmonicSum(grid.steps))
+    bearings = sea.headings_at(omega) if isinstance(sea, SpreadSea | DirectionalSpectrum) else None
+    heights, total = amplitude.astype(np.complex128), HarmonicSum(grid.steps)
+    return Components(omega, heights, omega.size, variance / wanted, total, bearings=bearings)
 
 
 def _of_stages(sea: DriftingSea, grid: TimeGrid) -> Components:

@@ -8,6 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.waves.directional import DirectionalSpectrum
+from gyroctl.waves.record import ElevationRecord
+from gyroctl.waves.tabulated import TabulatedSpectrum
 
 if TYPE_CHECKING:  # the plant brings its compiled kernel along, which waves do not need
     from gyroctl.plant import Excitation
@@ -68,6 +71,10 @@ def regular_amplitude(plant: Excited, sea: Wave) -> NDArray[np.complex128]:
     low, high = band(plant.excitation)
     if not low <= sea.wp <= high:
         mend = f"Give a frequency in the tabulated band, {low:g} to {high:g} rad/s, or another table"
+        if isinstance(sea, TabulatedSpectrum | DirectionalSpectrum | ElevationRecord):
+            mend = (
+                f"The device knows {low:g} to {high:g} rad/s. Give scale = the sea's length over the device's (Froude)"
+            )
         raise InputError("sea.wp", sea.wp, "the excitation is not known at this frequency", mend)
     return plant.excitation(np.array([sea.wp]), sea.heading)[:, 0] * equivalent_amplitude(sea)
 

@@ -153,11 +153,14 @@ def elevation_up_wave(waves: WaveRealisation, water: Water, distance: float, hea
     if synthesis is None:
         mend = "Realise the sea with gyroctl.realise"
         raise InputError("waves", waves.seed, "a gauge needs the waves, these are their moments alone", mend)
-    along = distance * math.cos(math.radians(waves.sea.heading - heading))
+    mean = distance * math.cos(math.radians(waves.sea.heading - heading))
+    along: float | Array = mean
+    if synthesis.waves.bearings is not None:
+        along = distance * np.cos(np.radians(synthesis.waves.bearings - heading))
     out: Array = np.empty((1, waves.grid.n))
     synthesis.superposed(np.exp(1j * along * wavenumber(synthesis.waves.omega, water.depth))[None, :], waves.seed, out)
     peak = wavenumber(np.array([waves.sea.wp]), water.depth)
-    blend_signals(out, equivalent_amplitude(waves.sea) * np.exp(1j * along * peak), waves.sea.wp, waves.dt, waves.blend)
+    blend_signals(out, equivalent_amplitude(waves.sea) * np.exp(1j * mean * peak), waves.sea.wp, waves.dt, waves.blend)
     level: Array = out[0]
     return level
 

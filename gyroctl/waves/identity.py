@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,8 +55,11 @@ def content_hash(sea: Sea, phases: NDArray[np.float64], hydrodynamics: str, grid
     return content.hexdigest()
 
 
-def _exact(value: float | str | tuple[float, ...]) -> str:
-    """Write a value without rounding."""
+def _exact(value: object) -> str:
+    """Write a value without rounding: a number, a text, several numbers, or a sea within a sea."""
+    if is_dataclass(value) and not isinstance(value, type):
+        inner = {item.name: _exact(getattr(value, item.name)) for item in fields(value) if item.compare}
+        return json.dumps({"kind": type(value).__name__, **inner}, sort_keys=True)
     if isinstance(value, tuple):
         return " ".join(_exact(entry) for entry in value)
-    return value if isinstance(value, str) else float(value).hex()
+    return value if isinstance(value, str) else float(value).hex()  # type: ignore[arg-type]

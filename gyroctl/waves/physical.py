@@ -9,6 +9,7 @@ import numpy as np
 
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics.dispersion import wavenumber
+from gyroctl.waves.directional import DirectionalSpectrum
 from gyroctl.waves.excitation import Wave
 from gyroctl.waves.record import ElevationRecord
 from gyroctl.waves.regular import Bichromatic, Regular
@@ -22,6 +23,8 @@ BREAKING = 0.142
 
 A sea is judged by the regular wave of equal energy: beyond this limit every crest of it would break.
 """
+
+FROUDE = "Is a larger sea to be brought to the device (scale)? "
 
 
 @runtime_checkable
@@ -81,10 +84,23 @@ def check_sea(plant: Sized, sea: Wave) -> None:
     else:
         field, unit = "sea.hs", ""
         if isinstance(sea, ElevationRecord):
-            field, unit = "sea.eta", "Are the elevations in millimetres? "
-        elif isinstance(sea, TabulatedSpectrum):
-            field, unit = "sea.density", "Are the densities in m^2 s per rad/s? "
+            field, unit = "sea.eta", f"Are the elevations in millimetres? {FROUDE}"
+        elif isinstance(getattr(sea, "sea", sea), TabulatedSpectrum | DirectionalSpectrum):
+            field, unit = "sea.density", f"Are the densities in m^2 s per rad/s? {FROUDE}"
         _check(plant, sea.hs, sea.wp, math.sqrt(2.0), field, "a significant height", unit)
+
+
+def check_headings(bearings: object) -> None:
+    """Refuse waves of many headings, not None, for a plant that follows the surface of waves of one heading.
+
+    Raises
+    ------
+    InputError
+        Field ``plant.wetted``.
+    """
+    if bearings is not None:
+        problem = "follows the surface of waves of one heading, and the waves of this sea have many"
+        raise InputError("plant.wetted", "surface", problem, 'Choose wetted = "reduced", or a sea without spreading')
 
 
 def _check(plant: Sized, height: float, wp: float, over: float, field: str, what: str, unit: str = "") -> None:

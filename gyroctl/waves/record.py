@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from os import PathLike
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +12,8 @@ from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.waves.checks import HEIGHT_MAX, heading_angle, series, store, within
-from gyroctl.waves.columns import digest, read_columns
+from gyroctl.waves.columns import digest
+from gyroctl.waves.plausible import check_content
 
 JOIN = 30.0
 """Length of the made-up stretch that joins the end of a record to its beginning [s]."""
@@ -57,6 +57,8 @@ class ElevationRecord:
         Elevation. [m]
     heading : float
         Direction the waves travel to. [deg]
+    notes : tuple of str
+        What was done to the numbers, and what is notable about them.
 
     Raises
     ------
@@ -68,6 +70,7 @@ class ElevationRecord:
     eta: NDArray[np.float64] = field(compare=False, repr=False)
     heading: float = 0.0
     sha256: str = field(init=False)
+    notes: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check the record and take its digest."""
@@ -75,7 +78,7 @@ class ElevationRecord:
         if time.size < 16 or eta.size != time.size:
             sizes = f"{time.size} times, {eta.size} elevations"
             raise InputError("sea.eta", sizes, "must be as many as the times, 16 or more", _ELEVATION)
-        _check_times(time)
+        check_times(time)
         step = (time[-1] - time[0]) / (time.size - 1)
         within("sea.time", float(step), *STEP, _TIME)
         within("sea.time", float(np.max(np.abs(time))), 0.0, TIME_MAX, _TIME)
@@ -83,6 +86,26 @@ class ElevationRecord:
         if np.ptp(eta) <= 1e-12:
             raise InputError("sea.eta", float(np.ptp(eta)), "does not vary", _ELEVATION)
         store(self, time=time, eta=eta, heading=heading_angle(self.heading), sha256=digest(time, eta))
+        if not self.notes:
+            store(self, notes=self._seen())
+
+    def _seen(self) -> tuple[str, ...]:
+        """What is done to these numbers by this class itself."""
+        said = []
+        level = float(self.eta.mean())
+        if abs(level) > 0.05 * self.hs:
+            said.append(f"mean level of {level:.4g} m taken off")
+        if not self.even:
+            said.append(f"uneven times resampled linearly, every {self.step:.4g} s")
+        return tuple(said)
+
+    def noted(self, notes: tuple[str, ...]) -> ElevationRecord:
+        """Return the same record with other notes."""
+        return replace(self, notes=notes)
+
+    def check(self) -> None:
+        """Refuse a record that is mostly drift, or sampled too rarely for its waves; see `plausible`."""
+        check_content(self.surface, self.step)
 
     @property
     def duration(self) -> float:
@@ -95,13 +118,16 @@ class ElevationRecord:
         return self.duration / (self.time.size - 1)
 
     @cached_property
+    def even(self) -> bool:
+        """Whether the times are even: rounded stamps of an even clock are no jitter, and moving them is an error."""
+        clock = self.time - self.time[0]
+        return bool(np.abs(clock - self.step * np.arange(clock.size, dtype=np.float64)).max() <= 0.02 * self.step)
+
+    @cached_property
     def surface(self) -> NDArray[np.float64]:
         """Elevation above its mean at even steps from the first sample, shape (n,) [m]."""
-        clock = self.time - self.time[0]
-        even = self.step * np.arange(clock.size, dtype=np.float64)
-        # Rounded time stamps of an even clock are no jitter: moving such a sample is an error of its own.
-        rounded = np.abs(clock - even).max() <= 0.02 * self.step
-        eta = self.eta if rounded else np.interp(even, clock, self.eta)
+        even = self.step * np.arange(self.time.size, dtype=np.float64)
+        eta = self.eta if self.even else np.interp(even, self.time - self.time[0], self.eta)
         return np.asarray(eta - eta.mean(), dtype=np.float64)
 
     @property
@@ -126,37 +152,16 @@ class ElevationRecord:
         return RecordHarmonics(period, np.fft.rfft(loop, norm="forward")[1 : count + 1] * 2.0)
 
 
-def read_record(path: str | PathLike[str], heading: float = 0.0) -> ElevationRecord:
-    """Read an elevation record from a text file of two columns, time [s] and elevation [m].
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, columns apart by a comma, a semicolon or blanks.
-    heading : float
-        Direction the waves travel to. [deg]
-
-    Returns
-    -------
-    ElevationRecord
-
-    Raises
-    ------
-    InputError
-        Field ``sea.file`` for the file, the fields of `ElevationRecord` for its numbers.
-    """
-    time, eta = read_columns(path, "time [s], elevation [m]")
-    return ElevationRecord(time, eta, heading)
-
-
-def _check_times(time: NDArray[np.float64]) -> None:
-    """Refuse times that do not rise or that leave a gap."""
+def check_times(time: NDArray[np.float64], gaps: bool = False) -> None:
+    """Refuse times that do not rise, and that leave a gap where no `gaps` are allowed."""
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0.0)
     if back.size:
-        raise InputError("sea.time", float(time[back[0] + 1]), "must rise from line to line", _TIME)
+        twice = "stands twice" if steps[back[0]] == 0.0 else "goes back"
+        problem = f"must rise from line to line: sample {back[0] + 2} {twice}"
+        raise InputError("sea.time", float(time[back[0] + 1]), problem, _TIME)
     gap, usual = int(np.argmax(steps)), float(np.median(steps))
-    if steps[gap] > 1.5 * usual:
+    if steps[gap] > 1.5 * usual and not gaps:
         raise InputError("sea.time", float(time[gap]), f"a gap of {steps[gap]:g} s follows ({usual:g} s usual)", _TIME)
 
 

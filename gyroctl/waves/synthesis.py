@@ -17,7 +17,8 @@ from gyroctl.waves.excitation import Excited, band, regular_amplitude
 from gyroctl.waves.grid import TimeGrid, time_grid
 from gyroctl.waves.identity import content_hash
 from gyroctl.waves.phases import random_phases
-from gyroctl.waves.physical import Sized, check_sea
+from gyroctl.waves.physical import Sized, check_headings, check_sea
+from gyroctl.waves.record import ElevationRecord
 
 if TYPE_CHECKING:
     from gyroctl.plant import Excitation, Plant
@@ -193,12 +194,16 @@ def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float = 0.05
     """
     check_kind("plant", plant, Excited, "a device", "Give a plant, for example gyroctl.zhang2017()")
     check_kind("sea", sea, get_args(Sea), "a sea", f"Give one of {', '.join(kind.__name__ for kind in get_args(Sea))}")
+    if isinstance(sea, ElevationRecord):
+        sea.check()
     grid = time_grid(duration, dt)
     waves = components(sea, grid)
     regular = regular_amplitude(plant, sea)
     _check_share(sea, waves, plant.excitation)
     if isinstance(plant, Sized):
         check_sea(plant, sea)
+        if plant.parameters.wetted == "surface":
+            check_headings(waves.bearings)
     moments = waves.in_direction(plant.excitation, sea.heading) * waves.amplitude
     return Synthesis(sea, grid, waves, moments, regular, plant.excitation.sha256)
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from os import PathLike
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
 from gyroctl.waves.checks import HEIGHT_MAX, heading_angle, series, store, within
-from gyroctl.waves.columns import digest, read_columns
+from gyroctl.waves.columns import digest
 
 TABLE_MAX, DENSITY_MAX = 1e4, 1e6
 """Frequency [rad/s] and density [m^2 s] beyond which no spectrum is meant."""
@@ -34,6 +33,8 @@ class TabulatedSpectrum:
         One-sided spectral density of the elevation. [m^2 s]
     heading : float
         Direction the waves travel to. [deg]
+    notes : tuple of str
+        What was done to the numbers of a file.
 
     Raises
     ------
@@ -45,6 +46,7 @@ class TabulatedSpectrum:
     density: NDArray[np.float64] = field(compare=False, repr=False)
     heading: float = 0.0
     sha256: str = field(init=False)
+    notes: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Check the table and take its digest."""
@@ -79,30 +81,60 @@ class TabulatedSpectrum:
         """Frequency of the greatest tabulated density [rad/s]."""
         return float(self.omega[np.argmax(self.density)])
 
+    @property
+    def tp(self) -> float:
+        """Peak period, of the greatest tabulated density [s]."""
+        return 2.0 * math.pi / self.wp
+
+    @property
+    def te(self) -> float:
+        """Energy period, ``2 pi m_-1 / m_0`` [s]."""
+        return 2.0 * math.pi * self.moment(-1) / self.moment(0)
+
+    def moment(self, order: int) -> float:
+        """Spectral moment, the integral of ``omega**order S`` over the straight lines of the table.
+
+        Parameters
+        ----------
+        order : int
+            From -1 to 4.
+
+        Returns
+        -------
+        float
+            [m^2 (rad/s)^order]
+
+        Raises
+        ------
+        InputError
+            Field ``order``.
+        """
+        return moment_of(self.omega, self.density, order)
+
     def spectrum(self, omega: ArrayLike) -> NDArray[np.float64]:
         """One-sided spectral density of the elevation at `omega` [rad/s], any shape [m^2 s]."""
         at = np.asarray(omega, dtype=np.float64)
         return np.asarray(np.interp(at, self.omega, self.density, left=0.0, right=0.0), dtype=np.float64)
 
 
-def read_spectrum(path: str | PathLike[str], heading: float = 0.0) -> TabulatedSpectrum:
-    """Read a spectrum from a text file of two columns, omega [rad/s] and S [m^2 s].
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, columns apart by a comma, a semicolon or blanks.
-    heading : float
-        Direction the waves travel to. [deg]
-
-    Returns
-    -------
-    TabulatedSpectrum
+def moment_of(omega: NDArray[np.float64], density: NDArray[np.float64], order: int) -> float:
+    """Integral of ``omega**order S`` over the straight lines between the points of a table, (n,) each, exactly.
 
     Raises
     ------
     InputError
-        Field ``sea.file`` for the file, the fields of `TabulatedSpectrum` for its numbers.
+        Field ``order``: not a whole number from -1 to 4.
     """
-    omega, density = read_columns(path, "omega [rad/s], S [m^2 s]")
-    return TabulatedSpectrum(omega, density, heading)
+    if isinstance(order, bool) or order not in range(-1, 5):
+        raise InputError("order", order, "must be a whole number from -1 to 4", "Give 0 for the variance")
+    begin, end, low, high = omega[:-1], omega[1:], density[:-1], density[1:]
+    slope = (high - low) / (end - begin)
+    level = low - slope * begin
+    if order >= 0:
+        whole = level * (end ** (order + 1) - begin ** (order + 1)) / (order + 1)
+        return float(np.sum(whole + slope * (end ** (order + 2) - begin ** (order + 2)) / (order + 2)))
+    if begin[0] == 0.0 and low[0] > 0.0:
+        return math.inf
+    # Without energy at zero frequency the first line has no level, and its part is finite.
+    rises = np.log(end / np.where(begin > 0.0, begin, end))
+    return float(np.sum(level * rises + slope * (end - begin)))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gyroctl.waves.blending import blend_signals, check_blend
 from gyroctl.waves.excitation import equivalent_amplitude
+from gyroctl.waves.physical import check_headings
 from gyroctl.waves.pressure import pressure_rows, wetted_surface
 from gyroctl.waves.synthesis import Synthesis
 from gyroctl.waves.turning import TurningSea
@@ -45,6 +46,7 @@ def held_moments(
     beyond, geometry = plant.coefficients.beyond, plant.geometry
     if beyond is None or beyond.surface is None or geometry is None:
         return None
+    check_headings(synthesis.waves.bearings)
     sea, length = synthesis.sea, check_blend(blend, synthesis.grid.duration)
     surface = wetted_surface(geometry.hull, plant.depth, sea.heading, geometry.rho, geometry.g)
 

@@ -1,0 +1,58 @@
+"""`gyroctl waves`: a sea read and told, its waves written for spreadsheets or for WEC-Sim."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gyroctl.cli.options import Gamma, Hs, PeakFrequency, SeaFile, Variant, check_file, say_notes, sea_of
+
+
+def waves(
+    out: Annotated[
+        Path | None,
+        typer.Argument(help="waves.csv for a table; waves.mat or waves.txt for WEC-Sim.", show_default=False),
+    ] = None,
+    sea: SeaFile = None,
+    gamma: Gamma = 5.0,
+    hs: Hs = 0.283,
+    wp: PeakFrequency = 3.14,
+    seed: Annotated[int, typer.Option(help="Seed of the realisation.")] = 1,
+    duration: Annotated[float, typer.Option(help="Length [s].")] = 2000.0,
+    dt: Annotated[float, typer.Option(help="Time step [s].")] = 0.05,
+    blend: Annotated[float, typer.Option(help="Blend from the regular wave at the start [s].")] = 0.0,
+    variant: Variant = "corrected",
+) -> None:
+    """Tell a sea; with OUT, write elevation and moments of one realisation."""
+    import math
+
+    import gyroctl as gy
+    from gyroctl.waves import SpreadSea, TabulatedSpectrum
+    from gyroctl.waves.directional import DirectionalSpectrum
+    from gyroctl.waves.export import form_of, write_waves
+
+    form = None
+    if out is not None:
+        form = form_of(out)
+        check_file(out)
+    chosen = sea_of(sea, hs, wp, gamma)
+    plant = gy.zhang2017(variant)
+    say_notes(chosen, plant)
+    more = ""
+    if isinstance(chosen, TabulatedSpectrum | DirectionalSpectrum):
+        more = f", Te {chosen.te:.4g} s, m0 {chosen.moment(0):.4g} m^2"
+    if isinstance(chosen, DirectionalSpectrum):
+        more += f", spread {chosen.spread:.3g} deg"
+    period = 2.0 * math.pi / chosen.wp
+    typer.echo(f"Hs {chosen.hs:.4g} m, Tp {period:.4g} s ({chosen.wp:.4g} rad/s), heading {chosen.heading:g} deg{more}")
+    if out is None:
+        return
+    made = gy.realise(plant, chosen, seed, duration, dt)
+    if blend:
+        made = made.blended(blend)
+    if form == "WEC-Sim" and isinstance(chosen, SpreadSea | DirectionalSpectrum):
+        typer.echo("sea: WEC-Sim takes an elevation as waves of one direction: the spreading is lost", err=True)
+    write_waves(out, made)
+    typer.echo(f"Waves: {out} ({form}), realisation {made.sha256[:12]}")
