@@ -14,10 +14,12 @@ import typer
 
 from gyroctl.cli.options import answer
 
-COMMANDS = ("margins", "bound", "evaluate", "reproduce")
+COMMANDS = ("margins", "bound", "evaluate", "reproduce", "site")
 """What can be run again on a copy of its folder."""
 
-COVERS = "verify covers compare, margins, bound, evaluate and reproduce; the steps of tune carry their checksums alone"
+COVERS = (
+    "verify covers compare, margins, bound, evaluate, reproduce and site; the steps of tune carry their checksums alone"
+)
 
 
 def made_by_command(folder: Path, typed: str, by_note: bool) -> list[str]:
