@@ -56,6 +56,18 @@ class Annual(NamedTuple):
     failed: int  # runs
 
 
+class Still(NamedTuple):
+    """Time in which the device stands still and gives nothing, for want of a locked orbit or of waves."""
+
+    hours: float  # in a year [h]
+    in_waves: float  # energy of the waves in it [Wh/m]
+
+
+NOTHING_STILL = Still(0.0, 0.0)
+
+NO_LOCK = Estimate(0.0, 0.0, 0.0, "no locked orbit to begin on")
+
+
 class Scale(NamedTuple):
     """What turns the plant's runs into the site's year."""
 
@@ -96,6 +108,11 @@ def in_cell(runs: LawRuns, at: int, flux: float, scale: Scale) -> InCell:
     )
 
 
+def standing_still() -> InCell:
+    """Any law in a sea state in which no lock begins."""
+    return InCell(*[NO_LOCK] * 5, 0.0, 0.0, 0.0, 0.0, 0)
+
+
 def annual(
     laws: Mapping[str, LawRuns],
     hours: NDArray[np.float64],
@@ -103,21 +120,24 @@ def annual(
     scale: Scale,
     site: str,
     seas: str,
+    still: Still = NOTHING_STILL,
 ) -> dict[str, Annual]:
     """Each law in a year.
 
     Parameters
     ----------
     laws : mapping of str to LawRuns
-        Runs in the sea states that are counted.
+        Runs in the sea states that are run.
     hours, flux : (cells,) array
         Of these sea states in a year [h], and the power of their waves at the site [W/m].
     scale : Scale
         From the plant to the site.
     site, seas : str
         Names of the pair for the whole site and of the best pairs of the sea states.
+    still : Still
+        Time that counts beside them, in which nothing is given and there is no lock.
     """
-    in_waves = float(hours @ flux) * scale.width * scale.length
+    in_waves = (float(hours @ flux) + still.in_waves) * scale.width * scale.length
     found = {}
     for name, runs in laws.items():
         plant = _times(stratified_sum(runs.power, hours), 1e-3)
@@ -132,8 +152,8 @@ def annual(
             energy.value * 1e3 / in_waves if in_waves > 0.0 else float("nan"),
             stratified_ratio(runs.power, laws[site].power, hours),
             stratified_ratio(runs.power, laws[seas].power, hours),
-            stratified_share(~runs.in_step, hours),
-            stratified_share(runs.lost, hours),
+            _more(stratified_share(~runs.in_step, hours), still.hours),
+            _more(stratified_share(runs.lost, hours), still.hours),
             stratified_share((turning > 0.0) | runs.failed, hours),
             float(hours @ _rows(turning)) * scale.runs_an_hour,
             float(hours @ _rows(runs.motion > scale.motion_limit)),
@@ -149,6 +169,12 @@ def _rows(values: NDArray[np.generic]) -> NDArray[np.float64]:
 
 def _mean(values: NDArray[np.generic]) -> float:
     return float(np.mean(values)) if values.size else float("nan")
+
+
+def _more(estimate: Estimate, sure: float) -> Estimate:
+    """Estimate with a number added that is sure."""
+    value, low, high, note = estimate
+    return Estimate(value + sure, low + sure, high + sure, note)
 
 
 def _times(estimate: Estimate, factor: float) -> Estimate:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import time
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -18,7 +19,7 @@ from gyroctl.harness.yardstick import BASELINE, Yardstick
 from gyroctl.provenance import made
 from gyroctl.reports.wording import seed_ranges
 from gyroctl.studies.evaluation.seeds import states_in_words
-from gyroctl.studies.site.annual import Scale, annual, in_cell
+from gyroctl.studies.site.annual import Scale, Still, annual, in_cell, standing_still
 from gyroctl.studies.site.cells import MEANING, Cell, Scaled, cell_of
 from gyroctl.studies.site.draw import draw
 from gyroctl.studies.site.page import write_page
@@ -58,15 +59,14 @@ def site_report(ask: SiteRequest) -> dict[str, Any]:
     begin = time.monotonic()
     on = Scaled(ask.scatter.kind, ask.gamma, ask.scale, ask.depth, ask.duration, ask.rarest)
     cells = [cell_of(ask.plant, one, on) for one in ask.scatter.bins]
-    counted = [cell for cell in cells if cell.counted]
-    if not counted:
+    run = [cell for cell in cells if cell.state == "run"]
+    if not run:
         why = "; ".join(dict.fromkeys(cell.why for cell in cells))[:300]
         raise InputError("scatter", len(cells), f"no sea state of the table can be run: {why}", "Give another --scale")
-    seas = {cell.name: cell.sea for cell in counted if cell.state == "run" and cell.sea is not None}
-    ask.say(f"{len(seas)} of {len(cells)} sea states are run, {_runs(ask, len(seas))} runs of {ask.duration:g} s")
-    pairs, site = _pairs(ask, seas, {cell.name: cell.bin.share for cell in counted})
-    runs = run_cells(ask, counted, pairs, site)
-    content = _content(ask, cells, counted, pairs, site, runs)
+    ask.say(f"{len(run)} of {len(cells)} sea states are run, {_runs(ask, len(run))} runs of {ask.duration:g} s")
+    pairs, site = _pairs(ask, run)
+    runs = run_cells(ask, run, pairs, site)
+    content = _content(ask, cells, pairs, site, runs)
     content["seconds"] = round(time.monotonic() - begin, 1)
     found: dict[str, Any] = dict(plain(content))
     write_json(ask.out / "site.json", found)
@@ -77,13 +77,9 @@ def site_report(ask: SiteRequest) -> dict[str, Any]:
     return found
 
 
-def _pairs(
-    ask: SiteRequest, seas: Mapping[str, Any], shares: Mapping[str, float]
-) -> tuple[dict[str, Yardstick], Yardstick | None]:
-    import os
-
-    if not seas:
-        return {}, None
+def _pairs(ask: SiteRequest, run: Sequence[Cell]) -> tuple[dict[str, Yardstick], Yardstick]:
+    """Best constant pair of each sea state that is run, and the one for all of them."""
+    seas, shares = {cell.name: cell.sea for cell in run if cell.sea}, {cell.name: cell.bin.share for cell in run}
     folder, workers = ask.out / RUNS, ask.workers or os.cpu_count() or 1
     how = (ask.settings, ask.motion_limit, ask.duration, ask.budget, folder, workers, ask.quiet)
     pairs = pairs_of_seas(ask.plant, seas, *how)
@@ -98,15 +94,17 @@ def _runs(ask: SiteRequest, seas: int) -> int:
 def _content(
     ask: SiteRequest,
     cells: Sequence[Cell],
-    counted: Sequence[Cell],
     pairs: Mapping[str, Yardstick],
-    site: Yardstick | None,
+    site: Yardstick,
     runs: Mapping[str, LawRuns],
 ) -> dict[str, Any]:
     scale = scale_of(ask)
-    hours = np.array([cell.hours for cell in counted])
-    flux = np.array([cell.flux for cell in counted])
-    places = {cell.name: at for at, cell in enumerate(counted)}
+    run = [cell for cell in cells if cell.state == "run"]
+    hours, flux = np.array([cell.hours for cell in run]), np.array([cell.flux for cell in run])
+    places = {cell.name: at for at, cell in enumerate(run)}
+    idle = [cell for cell in cells if cell.counted and cell.state != "run"]
+    still = Still(sum(cell.hours for cell in idle), sum(cell.hours * cell.flux for cell in idle))
+    year = annual(runs, hours, flux, scale, SITE_PAIR, BASELINE, still)
     failed = {f"{law}, {cell}": why for law, own in runs.items() for cell, why in own.failures.items()}
     return {
         "study": "site",
@@ -127,7 +125,7 @@ def _content(
         },
         "laws": _laws(ask, site),
         "resource": resource(ask, cells),
-        "annual": {law: one._asdict() for law, one in annual(runs, hours, flux, scale, SITE_PAIR, BASELINE).items()},
+        "annual": {law: one._asdict() for law, one in year.items()},
         "cells": [_cell(cell, places, runs, scale, pairs.get(cell.name)) for cell in cells],
         "states": MEANING,
         "remarks": remarks(ask, cells, runs),
@@ -141,14 +139,11 @@ def scale_of(ask: SiteRequest) -> Scale:
     return Scale(ask.scale, width, ask.duration - ask.settings.score_from, ask.motion_limit)
 
 
-def _laws(ask: SiteRequest, site: Yardstick | None) -> dict[str, Any]:
+def _laws(ask: SiteRequest, site: Yardstick) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for name, law in ask.laws.items():
         found[name] = {"sees": sight(law).level, "words": "", "parameters": describe(law)}
-    pair = (
-        {"parameters": {"cc": site.cc, "cg": site.cg}, "words": site.words} if site else {"words": "", "parameters": {}}
-    )
-    found[SITE_PAIR] = {"sees": "none", **pair}
+    found[SITE_PAIR] = {"sees": "none", "words": site.words, "parameters": {"cc": site.cc, "cg": site.cg}}
     found[BASELINE] = {"sees": "the sea state", "words": PAIRS, "parameters": {}}
     return found
 
@@ -173,9 +168,11 @@ def _cell(
         "pair": {"cc_nms": pair.cc, "cg_nms": pair.cg, "words": pair.words} if pair is not None else None,
     }
     at = places.get(cell.name)
-    told["laws"] = (
-        {} if at is None else {law: in_cell(own, at, cell.flux, scale)._asdict() for law, own in runs.items()}
-    )
+    told["laws"] = {}
+    if at is not None:
+        told["laws"] = {law: in_cell(own, at, cell.flux, scale)._asdict() for law, own in runs.items()}
+    elif cell.state == "no lock":
+        told["laws"] = {law: standing_still()._asdict() for law in runs}
     return told
 
 

@@ -27,7 +27,7 @@ METRICS = ("mean_power", "locked", "reversals", "phi1_p98", "phi3_p98", "cycle_s
 
 
 class LawRuns(NamedTuple):
-    """Runs of a law in all sea states that are counted, each (cells, n); one that stands still gives nothing."""
+    """Runs of a law in the sea states that are run, each (cells, n)."""
 
     power: NDArray[np.float64]  # generated and stored [W]
     locked: NDArray[np.bool_]
@@ -44,7 +44,7 @@ class LawRuns(NamedTuple):
 
 
 def run_cells(
-    ask: SiteRequest, cells: Sequence[Cell], pairs: Mapping[str, Yardstick], site: Yardstick | None
+    ask: SiteRequest, cells: Sequence[Cell], pairs: Mapping[str, Yardstick], site: Yardstick
 ) -> dict[str, LawRuns]:
     """Run what is not stored.
 
@@ -53,11 +53,11 @@ def run_cells(
     ask : SiteRequest
         Laws, device, seeds, length.
     cells : sequence of Cell
-        All that are counted, run or not.
+        Those that are run.
     pairs : mapping of str to Yardstick
         Best constant pair of each sea state that is run, by its name.
-    site : Yardstick or None
-        The one pair for all of them; None where none is run.
+    site : Yardstick
+        The one pair for all of them.
 
     Returns
     -------
@@ -67,26 +67,20 @@ def run_cells(
     names = [*ask.laws, SITE_PAIR, BASELINE]
     items: list[Item] = []
     for cell in cells:
-        if cell.state != "run":
-            continue
-        assert cell.sea is not None and site is not None
+        assert cell.sea is not None
         laws = {**ask.laws, SITE_PAIR: site.law, BASELINE: pairs[cell.name].law}
         waves = Realisations(cell.sea, ask.seeds, ask.duration)
         own = {_named(cell, name): law for name, law in laws.items()}
         items += work_items(ask.plant, own, waves, ask.settings, max(60.0, ask.duration), series=False)
-    outcomes: dict[tuple[str, int], Outcome] = {}
-    if items:
-        with connected(ask.scheduler) if ask.scheduler else nullcontext() as client:
-            run = partial(run_far, client) if client is not None else None
-            outcomes = execute(items, ask.workers or os.cpu_count() or 1, ask.out / RUNS, ask.quiet, CASE, run)
-    found: dict[str, list[list[Outcome | None]]] = {name: [] for name in names}
+    with connected(ask.scheduler) if ask.scheduler else nullcontext() as client:
+        run = partial(run_far, client) if client is not None else None
+        outcomes = execute(items, ask.workers or os.cpu_count() or 1, ask.out / RUNS, ask.quiet, CASE, run)
+    found: dict[str, list[list[Outcome]]] = {name: [] for name in names}
     for cell in cells:
-        rows: dict[str, list[Outcome]] = {}
-        if cell.state == "run":
-            rows = {name: [outcomes[_named(cell, name), seed] for seed in ask.seeds] for name in names}
-            check_fair(rows)
+        rows = {name: [outcomes[_named(cell, name), seed] for seed in ask.seeds] for name in names}
+        check_fair(rows)
         for name in names:
-            found[name].append(list(rows[name]) if rows else [None] * len(ask.seeds))
+            found[name].append(rows[name])
     reference = _tables(found[BASELINE])
     return {name: _runs(cells, found[name], _tables(found[name]), reference) for name in names}
 
@@ -95,30 +89,27 @@ def _named(cell: Cell, law: str) -> str:
     return f"{cell.name}: {law}"
 
 
-def _tables(rows: Sequence[Sequence[Outcome | None]]) -> dict[str, NDArray[np.float64]]:
-    """Metrics of a law, (cells, n): 0 where the device stands still, NaN where a run failed."""
-
-    def value(one: Outcome | None, name: str) -> float:
-        return 0.0 if one is None else one.values.get(name, np.nan)
-
-    return {name: np.array([[value(one, name) for one in row] for row in rows], np.float64) for name in METRICS}
+def _tables(rows: Sequence[Sequence[Outcome]]) -> dict[str, NDArray[np.float64]]:
+    """Metrics of a law, (cells, n): NaN where a run failed."""
+    return {
+        name: np.array([[one.values.get(name, np.nan) for one in row] for row in rows], np.float64) for name in METRICS
+    }
 
 
 def _runs(
     cells: Sequence[Cell],
-    rows: Sequence[Sequence[Outcome | None]],
+    rows: Sequence[Sequence[Outcome]],
     own: Mapping[str, NDArray[np.float64]],
     pair: Mapping[str, NDArray[np.float64]],
 ) -> LawRuns:
     kept = ("turns_kept", "cycle_slips", "waves_counted")
     step = np.zeros(own["locked"].shape, bool)
-    for at, cell in enumerate(cells):
-        if cell.state == "run":
-            measure = [pair[name][at] for name in ("turns_kept", "cycle_slips", "locked")]
-            step[at] = in_step(*(own[name][at] for name in kept), *measure)
-    failed = np.array([[one is not None and bool(one.failure) for one in row] for row in rows], bool)
+    for at in range(len(cells)):
+        measure = [pair[name][at] for name in ("turns_kept", "cycle_slips", "locked")]
+        step[at] = in_step(*(own[name][at] for name in kept), *measure)
+    failed = np.array([[bool(one.failure) for one in row] for row in rows], bool)
     reasons = {
-        cell.name: next(one.failure for one in row if one is not None and one.failure)
+        cell.name: next(one.failure for one in row if one.failure)
         for cell, row, broken in zip(cells, rows, failed, strict=True)
         if broken.any()
     }
