@@ -341,7 +341,8 @@ _device: list[gy.Plant] = []
 SITE = Site(depth=0.7, stiffness=2945.0)
 
 SCATTERS = (
-    "# period: Te\n# source: made up\nHs [m] \\ Te [s] \\ %,5,7,9,sum\n0.5,10,20,5,35\n1.5,5,30,30,65\nsum,15,50,35,100\n",
+    "# period: Te\n# source: made up\n"
+    "Hs [m] \\ Te [s] \\ %,5,7,9,sum\n0.5,10,20,5,35\n1.5,5,30,30,65\nsum,15,50,35,100\n",
     "hs [m];tp [s];hours\n0,5;5;1000\n0,5;7,5;2000\n1,5;7,5;500\n",
     "# bins: lower\n# occurrence: counts\nTz/Hs,0,1,2\n4,1,2,3\n6,3,4,5\n",
 )

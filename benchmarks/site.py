@@ -68,7 +68,8 @@ def main() -> None:
         "bar_s": BAR,
     }
     print(
-        f"{first['wall_s']:.0f} s of {BAR:g}, processor {first['processor_s']:.0f} s; all stored {again['wall_s']:.1f} s"
+        f"{first['wall_s']:.0f} s of {BAR:g}, processor {first['processor_s']:.0f} s; "
+        f"all stored {again['wall_s']:.1f} s"
     )
     if (asked.cells, asked.realisations) == (40, 16):
         Path(__file__).with_suffix(".json").write_text(json.dumps(content, indent=1) + "\n")

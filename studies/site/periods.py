@@ -21,7 +21,7 @@ def over_peak_period(kind: str, gamma: float) -> float:
     """Period of a kind over the peak period of a JONSWAP spectrum of that peak enhancement. [-]"""
     if kind == "Tp":
         return 1.0
-    m = {order: _moment(order, gamma) for order in (-1, 0, 1, 2)}
+    m: dict[int, float] = {order: _moment(order, gamma) for order in (-1, 0, 1, 2)}
     if kind == "Te":
         return m[-1] / m[0]
     return m[0] / m[1] if kind == "T1" else math.sqrt(m[0] / m[2])
@@ -31,7 +31,5 @@ def _moment(order: int, gamma: float) -> float:
     """Moment of the spectrum over x = omega / wp, of (0, inf)."""
     log = np.linspace(math.log(0.2), math.log(FURTHEST), 40001)
     x = np.exp(log)
-    tail = 0.25 * (5.0 / 4.0) ** (0.25 * order - 1.0)  # what lies beyond is of the Pierson-Moskowitz form
-    beyond = FURTHEST ** (order - 4.0) / (4.0 - order)
-    assert tail > 0.0
-    return float(np.trapezoid(jonswap_shape(x, gamma) * x ** (order + 1), log)) + beyond
+    beyond = FURTHEST ** (order - 4) / (4 - order)  # of the tail x^-5
+    return float(np.trapezoid(jonswap_shape(x, gamma) * x ** (order + 1), log)) + float(beyond)

@@ -160,14 +160,14 @@ def _matrix(lines: Sequence[Line], said: Said, comma: bool, notes: list[str]) ->
     if width < 2 or not body:
         raise InputError(FIELD, top.cells, f"line {top.number}: the table has no bins", MEND)
     where = [(f"line {top.number}, column {c + 1}", top.cells[c]) for c in range(1, width)]
-    columns, one = axis(where, said.bins, comma, "Hs" if by_period else kind)
+    columns, how = axis(where, said.bins, comma, "Hs" if by_period else kind)
     rows, other = axis(
         [(f"line {line.number}, column 1", line.cells[0]) for line in body],
         said.bins,
         comma,
         kind if by_period else "Hs",
     )
-    notes += [note for note in dict.fromkeys((one, other)) if note]
+    notes += [note for note in dict.fromkeys((how, other)) if note]
     _check_size(len(rows) * len(columns))
     found: list[tuple[float, float, float]] = []
     empty = 0
