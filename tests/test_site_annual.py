@@ -150,11 +150,11 @@ def test_a_sea_state_is_scaled_by_froude(device: gy.Plant):
 @pytest.mark.parametrize(
     ("bin_", "other", "state", "word"),
     [
-        (Bin(9.0, 6.0, 0.1), {}, "left out", "breaks"),
-        (Bin(9.0, 8.0, 0.1), {"depth": 500.0}, "left out", "at the plant's scale"),
-        (Bin(3.0, 8.0, 0.1), {"depth": 3.0}, "left out", "breaks"),
+        (Bin(12.0, 6.0, 0.1), {}, "left out", "breaks"),
+        (Bin(14.0, 8.0, 0.1), {"depth": 500.0}, "left out", "at the plant's scale"),
+        (Bin(5.0, 8.0, 0.1), {"depth": 3.0}, "left out", "breaks"),
         (Bin(1.0, 1.0, 0.1), {}, "left out", ""),
-        (Bin(1.0, 40.0, 0.1), {}, "left out", "wave energy"),
+        (Bin(0.05, 40.0, 0.1), {"scale": 1.0}, "left out", "wave energy"),
         (Bin(0.0, 0.0, 0.1), {}, "calm", "no waves"),
         (Bin(3.0, 8.4, 1e-4), {"rarest": 1e-3}, "rare", "rarer"),
         (Bin(0.2, 5.0, 0.1), {}, "no lock", "locked orbit"),
@@ -167,7 +167,7 @@ def test_what_is_not_run_is_named(device: gy.Plant, bin_: Bin, other, state, wor
 
 
 def test_shares_of_what_is_left_out_add_up(device: gy.Plant, tmp_path):
-    bins = (Bin(0.0, 0.0, 0.1), Bin(3.0, 8.4, 0.5), Bin(9.0, 6.0, 0.3))
+    bins = (Bin(0.0, 0.0, 0.1), Bin(3.0, 8.4, 0.5), Bin(12.0, 6.0, 0.3))
     ask = site_request(Scatter(bins, "Tp", missing=0.1), tmp_path, plant=device, scale=20.0)
     cells = [cell_of(device, one, scaled()) for one in bins]
     found = resource(ask, cells)

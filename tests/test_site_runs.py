@@ -19,8 +19,8 @@ from gyroctl.harness.yardstick import Yardstick
 from gyroctl.studies.site import read_scatter, report, site_report, site_request
 from gyroctl.studies.site.scatter import YEAR
 
-LIST = "Hs [m],Tp [s],hours\n2.0,8.4,4000\n3.0,8.4,2000\n3.0,9.4,0\n9.0,6.0,100\n0.2,5.0,1000\n"
-MATRIX = "Hs [m] \\ Tp [s] \\ hours,5,6,8.4,9.4\n9,0,100,0,0\n3,0,0,2000,0\n2,0,0,4000,0\n0.2,1000,0,0,0\n"
+LIST = "Hs [m],Tp [s],hours\n2.0,8.4,4000\n3.0,8.4,2000\n3.0,9.4,0\n12.0,6.0,100\n0.2,5.0,1000\n"
+MATRIX = "Hs [m] \\ Tp [s] \\ hours,5,6,8.4,9.4\n12,0,100,0,0\n3,0,0,2000,0\n2,0,0,4000,0\n0.2,1000,0,0,0\n"
 SITE, SEAS = Yardstick(0.07, 3e-4, True, "for the site"), Yardstick(0.06, 4e-4, True, "for a sea state")
 
 SCALE, SEEDS, DURATION = 20.0, (1, 2, 3, 4), 130.0
@@ -123,7 +123,7 @@ def check_files(folder: Path) -> None:
 
 def test_no_sea_state_that_can_be_countedis_an_error_of_one_line(device, tmp_path, known_pairs):
     with pytest.raises(gy.InputError) as caught:
-        site_report(asked(device, tmp_path / "out", "hs,tp,hours\n9,6,100\n0.2,5,1000\n"))
+        site_report(asked(device, tmp_path / "out", "hs,tp,hours\n12,6,100\n0.2,5,1000\n"))
     assert caught.value.field == "scatter" and not (tmp_path / "out").exists()
 
 
