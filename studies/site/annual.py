@@ -6,7 +6,7 @@ All sums are over the sea states that are counted, each weighted by its hours in
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,7 +110,7 @@ def in_cell(runs: LawRuns, at: int, flux: float, scale: Scale) -> InCell:
 
 def standing_still() -> InCell:
     """Any law in a sea state in which no lock begins."""
-    return InCell(*[NO_LOCK] * 5, 0.0, 0.0, 0.0, 0.0, 0)
+    return InCell(NO_LOCK, NO_LOCK, NO_LOCK, NO_LOCK, NO_LOCK, 0.0, 0.0, 0.0, 0.0, 0)
 
 
 def annual(
@@ -162,12 +162,12 @@ def annual(
     return found
 
 
-def _rows(values: NDArray[np.generic]) -> NDArray[np.float64]:
+def _rows(values: NDArray[Any]) -> NDArray[np.float64]:
     """Mean of each sea state."""
-    return np.asarray(values, np.float64).mean(axis=1)
+    return np.asarray(np.mean(np.asarray(values, np.float64), axis=1))
 
 
-def _mean(values: NDArray[np.generic]) -> float:
+def _mean(values: NDArray[Any]) -> float:
     return float(np.mean(values)) if values.size else float("nan")
 
 

@@ -224,8 +224,8 @@ def remarks(ask: SiteRequest, cells: Sequence[Cell], runs: Mapping[str, LawRuns]
         f"{(ask.duration - ask.settings.score_from) * math.sqrt(ask.scale) / 60.0:.3g} min at the site: starts, and "
         "what is lost later than that, are in no number"
     )
-    for law, own in runs.items():
-        if own.failed.any():
-            said.append(f"{law}: {int(own.failed.sum())} runs failed; their realisations are in no sum of it")
+    for law, of_law in runs.items():
+        if of_law.failed.any():
+            said.append(f"{law}: {int(of_law.failed.sum())} runs failed; their realisations are in no sum of it")
     said.append(f"realisations {seed_ranges(ask.seeds)} in every sea state: {states_in_words(ask.seeds)}")
     return said
