@@ -121,7 +121,7 @@ def check_files(folder: Path) -> None:
     assert (folder / "site.png").stat().st_size > 10_000
 
 
-def test_no_sea_state_that_can_be_countedis_an_error_of_one_line(device, tmp_path, known_pairs):
+def test_no_sea_state_that_can_be_run_is_an_error_of_one_line(device, tmp_path, known_pairs):
     with pytest.raises(gy.InputError) as caught:
         site_report(asked(device, tmp_path / "out", "hs,tp,hours\n12,6,100\n0.2,5,1000\n"))
     assert caught.value.field == "scatter" and not (tmp_path / "out").exists()

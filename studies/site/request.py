@@ -206,7 +206,8 @@ def _laws(
         built = laws_by_name(laws)
         if not built:
             raise InputError("laws", {}, "there is nothing to run", "Give at least one law")
-        return built, list(built)
+        given = laws.values() if isinstance(laws, Mapping) else laws
+        return built, [name for name in given if isinstance(name, str)]
     found = {}
     entrants = parse(laws)
     for entrant in entrants:
