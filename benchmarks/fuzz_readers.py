@@ -28,6 +28,7 @@ from gyroctl.hydrodynamics import Hydrodynamics, load, save, shipped
 from gyroctl.hydrodynamics.capytaine_layout import to_dataset
 from gyroctl.hydrodynamics.importers import Site, read_nemoh, read_wamit
 from gyroctl.reports import evaluate, open_results, summarise
+from gyroctl.studies.site import read_scatter
 from gyroctl.tuning.goal import METRICS, WORST
 from gyroctl.tuning.log import TuningLog
 from gyroctl.tuning.stages import stored_rows
@@ -340,6 +341,27 @@ _device: list[gy.Plant] = []
 
 SITE = Site(depth=0.7, stiffness=2945.0)
 
+SCATTERS = (
+    "# period: Te\n# source: made up\n"
+    "Hs [m] \\ Te [s] \\ %,5,7,9,sum\n0.5,10,20,5,35\n1.5,5,30,30,65\nsum,15,50,35,100\n",
+    "hs [m];tp [s];hours\n0,5;5;1000\n0,5;7,5;2000\n1,5;7,5;500\n",
+    "# bins: lower\n# occurrence: counts\nTz/Hs,0,1,2\n4,1,2,3\n6,3,4,5\n",
+)
+
+
+def scatter_tables(folder: Path) -> list[Path]:
+    return [write_text(folder / str(n) / "scatter.csv", text) for n, text in enumerate(SCATTERS)]
+
+
+def scatter(path: Path) -> object:
+    found = read_scatter(path)
+    assert found.bins and 0.0 <= found.missing < 1.0
+    assert abs(sum(one.share for one in found.bins) + found.missing - 1.0) < 1e-6
+    assert all(0.0 <= one.hs <= 30.0 and 0.0 <= one.period <= 40.0 and 0.0 < one.share <= 1.0 for one in found.bins)
+    assert len({(one.hs, one.period) for one in found.bins}) == len(found.bins)
+    return found
+
+
 READERS: dict[str, Reader] = {
     "experiment": Reader(experiments, experiment),
     "task": Reader(lambda folder: [write_text(folder / "0" / "law.toml", TASK)], task),
@@ -357,6 +379,7 @@ READERS: dict[str, Reader] = {
     "records": Reader(fuzz_seas.records, fuzz_seas.record),
     "seas": Reader(fuzz_seas.spectra, fuzz_seas.spectral),
     "elevation": Reader(lambda folder: [elevation(folder / "0" / "waves.csv")], waves),
+    "scatter": Reader(scatter_tables, scatter),
     "spectrum": Reader(lambda folder: [spectrum(folder / "0" / "spectrum.csv")], spectral),
 }
 """By name; those that end in ``-hdf5`` read through a library in C."""

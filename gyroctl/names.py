@@ -27,6 +27,9 @@ DEVICES |= {f"{port}{number}" for port in ("COM", "LPT") for number in "01234567
 TAG = re.compile(r"<(?=[A-Za-z/!?])")
 """What may begin HTML; "< 0.01" does not."""
 
+FORMULA = re.compile(r"[\t\r\n]|\s*[=+\-@＝＋－＠]")
+"""What a spreadsheet may take for the beginning of a formula; some leave out blanks, and know the wide signs too."""
+
 PLAIN = "Give a name of letters, digits, spaces, -, _ and single dots"
 
 
@@ -95,13 +98,9 @@ def in_markup(text: str) -> str:
     return html.escape(text).replace("%{", "%&#123;")
 
 
-FORMULA = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
-"""What a cell begins with that a spreadsheet takes for a formula; the wide signs too, in East Asian settings."""
-
-
 def in_cell(value: Any) -> Any:
     """Value of a cell of CSV that no spreadsheet takes for a formula: such a text begins with an apostrophe."""
-    if isinstance(value, str) and value.startswith(FORMULA) and not _is_number(value):
+    if isinstance(value, str) and FORMULA.match(value) and not _is_number(value):
         return f"'{value}"
     return value
 

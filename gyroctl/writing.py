@@ -186,9 +186,9 @@ class Kept:
             write_json(self.path, self.content)
 
 
-def write_rows(path: Path, rows: Iterable[Iterable[Any]]) -> Path:
-    """Write a CSV file whole or not at all; no text in it is a formula."""
-    with written_whole(path) as part, part.open("w", newline="", encoding="utf-8") as stream:
+def write_rows(path: Path, rows: Iterable[Iterable[Any]], bom: bool = False) -> Path:
+    """Write a CSV file whole or not at all, with a mark of byte order where asked; no text in it is a formula."""
+    with written_whole(path) as part, part.open("w", newline="", encoding="utf-8-sig" if bom else "utf-8") as stream:
         csv.writer(stream).writerows([in_cell(value) for value in row] for row in rows)
     return path
 

@@ -34,6 +34,7 @@ ROOMS = {
     "real_water",
     "rows",
     "simulation",
+    "site",
     "statistics",
     "verdict",
     "water",

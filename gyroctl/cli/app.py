@@ -7,14 +7,28 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli import bound, compare, evaluate, hydro, laws, margins, reproduce, simulate, stored, tune, waves
+from gyroctl.cli import (
+    bound,
+    compare,
+    evaluate,
+    export,
+    hydro,
+    laws,
+    margins,
+    reproduce,
+    simulate,
+    site,
+    stored,
+    tune,
+    waves,
+)
 from gyroctl.cli.options import MARKUP
 from gyroctl.cli.stopping import CODE, end_soon_at_interrupt, stopped
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=MARKUP)
 COMPARING = (compare.compare, compare.report, simulate.simulate, waves.waves, tune.tune, evaluate.evaluate)
-STUDYING = (reproduce.reproduce, margins.margins, margins.lockmap, bound.bound)
-KEEPING = (stored.status, stored.verify, stored.clean)
+STUDYING = (reproduce.reproduce, margins.margins, margins.lockmap, bound.bound, site.site)
+KEEPING = (stored.status, stored.verify, stored.clean, export.export)
 for command in (*COMPARING, *STUDYING, *KEEPING):
     app.command(command.__name__)(command)
 app.add_typer(laws.app, name="laws")

@@ -14,10 +14,10 @@ import typer
 
 from gyroctl.cli.options import answer
 
-COMMANDS = ("margins", "bound", "evaluate", "reproduce", "tune")
+COMMANDS = ("margins", "bound", "evaluate", "reproduce", "site", "tune")
 """What can be run again on a copy of its folder."""
 
-COVERS = "verify covers compare, margins, bound, evaluate, reproduce and tune"
+COVERS = "verify covers compare, margins, bound, evaluate, reproduce, site and tune"
 
 ELSEWHERE = ("--ship",)
 """Options that write beside laws, and are left out."""

@@ -101,8 +101,11 @@ def work_items(
     settings: Settings,
     time_limit: float,
     full: bool = False,
+    series: bool = True,
 ) -> list[Item]:
     """Every law on every realisation; with `full` the time series of the first one whole, whatever their length.
+
+    Without `series` no time series is kept, and all runs are stored as those of the further realisations are.
 
     Raises
     ------
@@ -122,7 +125,7 @@ def work_items(
     content = {name: law_fingerprint(law) for name, law in laws.items()}
     items = []
     for (name, law), seed in product(laws.items(), waves.seeds):
-        example = seed == waves.seeds[0] and (full or "short")  # whether and how the time series are kept
+        example = series and seed == waves.seeds[0] and (full or "short")  # whether and how the time series are kept
         text = json.dumps([code_of(__name__), content[name], hashes[seed], example, *common])
         # a law that is not known by its content has no key, and its result is not stored
         key = hashlib.sha256(text.encode()).hexdigest() if content[name] else ""

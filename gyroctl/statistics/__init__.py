@@ -22,6 +22,7 @@ from gyroctl.statistics.estimate import (
 from gyroctl.statistics.family import holm, in_words, paired_differences
 from gyroctl.statistics.lock import lock_probability, lock_survival, mean_time_to_loss, wilson
 from gyroctl.statistics.means import bootstrap_mean, paired_difference, paired_ratio
+from gyroctl.statistics.strata import per_realisation, stratified_ratio, stratified_share, stratified_sum
 
 __all__ = [
     "CONFIDENCE",
@@ -42,5 +43,9 @@ __all__ = [
     "paired_difference",
     "paired_differences",
     "paired_ratio",
+    "per_realisation",
+    "stratified_ratio",
+    "stratified_share",
+    "stratified_sum",
     "wilson",
 ]

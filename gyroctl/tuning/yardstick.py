@@ -217,13 +217,14 @@ def _kept(
 ) -> Yardstick:
     """Search a pair and keep it."""
     say("Searching the best constant pair of this sea and device, once")
-    found = _searched(wanted, workers or os.cpu_count() or 1, quiet, lengths)
+    found = search_pair(wanted, workers or os.cpu_count() or 1, quiet, lengths)
     told = {"law": PAIR, "case": str(wanted.sea)}
     _store().save(wanted.key, {"pair": plain(asdict(found)), "content": wanted.content()}, None, told)
     return found
 
 
-def _searched(wanted: Search, workers: int, quiet: bool, lengths: Lengths | None) -> Yardstick:
+def search_pair(wanted: Search, workers: int, quiet: bool = True, lengths: Lengths | None = None) -> Yardstick:
+    """Search a pair, without the limit of motion where none keeps it; nothing is looked up and nothing kept."""
     plant, sea, settings, goal, budget, seeds = wanted
 
     def search(goal: Goal) -> Any:

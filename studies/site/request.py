@@ -1,0 +1,217 @@
+"""What is asked of a site: table, device, laws, scale, seeds, length of the runs, and where everything goes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from gyroctl.comparison.compare import check_length, check_motion_limit, check_workers
+from gyroctl.devices import zhang2017
+from gyroctl.errors import InputError, check_kind
+from gyroctl.harness.arguments import check_plant, laws_by_name
+from gyroctl.harness.code_files import asked_for
+from gyroctl.harness.protocol import Law
+from gyroctl.harness.run import Settings, ticks_of
+from gyroctl.harness.run_size import run_size
+from gyroctl.harness.seed_ledger import refused_for
+from gyroctl.harness.yardstick import BASELINE
+from gyroctl.plant import Plant
+from gyroctl.studies.evaluation.entrants import parse
+from gyroctl.studies.evaluation.seeds import seed_plan
+from gyroctl.studies.site.scatter import Scatter
+from gyroctl.waves.checks import within
+
+LAWS = "coupling,load_angle"
+"""Laws where none are asked for: compiled ones, of seconds a sea state."""
+
+SITE_PAIR = "site_constant"
+"""Name of the one constant pair for the whole site, which no law may bear."""
+
+SCALES = (1e-3, 1e4)
+"""Scales that may be meant. [-]"""
+
+BUDGET, PER_SECOND = 4.5e5, 750.0
+"""Simulated time to search the best pair of a sea state: at least, and for each second that a run lasts. [s]"""
+
+BUDGET_MAX = 1e9
+"""Largest of these. [s]"""
+
+
+@dataclass(frozen=True)
+class SiteRequest:
+    """A site, ready to be run."""
+
+    scatter: Scatter
+    out: Path  # folder of results, pictures and finished runs
+    laws: Mapping[str, Law]  # the laws under test
+    plant: Plant  # the device
+    table: str = ""  # name of the file of the scatter table
+    scale: float = 1.0  # length of the site's device over that of the plant [-]
+    depth: float = math.inf  # of the water at the site, at its scale [m]
+    gamma: float = 1.0  # peak enhancement of every sea state [-]
+    seeds: tuple[int, ...] = tuple(range(1, 17))  # realisations, the same in every sea state
+    duration: float = 600.0  # of a run, at the plant's scale [s]
+    budget: float = BUDGET  # simulated time to search the pair of a sea state [s]
+    rarest: float = 0.0  # part of the year below which a sea state is not run [1]
+    motion_limit: float = 0.35  # of the 98 % motion [rad]
+    settings: Settings = field(default_factory=Settings)
+    workers: int | None = None  # they change no result
+    tuned_on: tuple[int, ...] = ()  # seeds that may not judge these laws
+    scheduler: str | None = None  # of other machines
+    quiet: bool = False
+    say: Callable[[str], None] = lambda _: None
+
+    @property
+    def power_scale(self) -> float:
+        """Power at the site over that of the plant, by Froude: scale^3.5. [-]"""
+        return float(self.scale**3.5)
+
+    def record(self) -> dict[str, Any]:
+        """For the JSON file."""
+        return {
+            "table": self.table,
+            "laws": list(self.laws),
+            "scale": self.scale,
+            "depth_m": self.depth,
+            "gamma": self.gamma,
+            "seeds": list(self.seeds),
+            "duration_s": self.duration,
+            "pair_budget_s": self.budget,
+            "rarest": self.rarest,
+            "motion_limit_rad": self.motion_limit,
+        }
+
+
+def site_request(
+    scatter: Scatter,
+    out: Path | str,
+    laws: str | Mapping[str, Law | str] | Sequence[str] = LAWS,
+    *,
+    plant: Plant | None = None,
+    table: str = "",
+    scale: float = 1.0,
+    depth: float | None = None,
+    gamma: float = 1.0,
+    seeds: Sequence[str] = ("1:16",),
+    duration: float = 600.0,
+    budget: float | None = None,
+    rarest: float = 0.0,
+    motion_limit: float = 0.35,
+    settings: Settings | None = None,
+    workers: int = 0,
+    allow_tuning_seeds: bool = False,
+    allow_code: Sequence[str | Path] = (),
+    scheduler: str | None = None,
+    quiet: bool = False,
+    say: Callable[[str], None] = lambda _: None,
+) -> SiteRequest:
+    """Ask for a site, everything checked before the first run.
+
+    Parameters
+    ----------
+    scatter : Scatter
+        From `read_scatter`.
+    out : path
+        Folder of the results.
+    laws : str, mapping or sequence
+        As `gyroctl evaluate --laws` takes them, or laws by name.
+    plant : Plant, optional
+        The device, by default the paper's, corrected. This is the one place where a device comes in.
+    table : str
+        Name of the file of the table, for the page.
+    scale : float
+        Length of the device at the site over that of the plant: a sea of Hs and Tp acts on the plant as one of
+        Hs / scale and Tp / sqrt(scale), and power is scale^3.5 times as much. [-]
+    depth : float, optional
+        Depth of the water at the site, for the power of the waves; by default that of the plant times `scale`. [m]
+    gamma : float
+        Peak enhancement of every sea state, 1 for Pierson-Moskowitz (Bretschneider). [-]
+    seeds : sequence of str
+        Realisations, as `gyroctl evaluate --seeds` takes them; the same in every sea state.
+    duration : float
+        Of a run, at the plant's scale. [s]
+    budget : float, optional
+        Simulated time to search the best constant pair of a sea state, by default 4.5e5 or 750 times `duration`. [s]
+    rarest : float
+        Part of the year below which a sea state is not run but named. [1]
+    motion_limit : float
+        Limit of the 98 % motion. [rad]
+    settings, workers, allow_tuning_seeds, allow_code, scheduler, quiet, say
+        As in `gyroctl.compare` and `gyroctl evaluate`.
+
+    Raises
+    ------
+    InputError
+        For whatever of these cannot be used.
+    """
+    check_kind("scatter", scatter, Scatter, "a scatter table", "Give what gyroctl.studies.site.read_scatter returns")
+    plant = zhang2017() if plant is None else plant
+    check_plant(plant)
+    settings = Settings() if settings is None else settings
+    built, names = _laws(laws, asked_for(allow_code))
+    for name, law in built.items():
+        if name in (BASELINE, SITE_PAIR):
+            raise InputError("laws", name, "this name is that of a constant pair", "Leave it out: it takes part")
+        ticks_of(law, name, settings.actuators)
+    tuned_on = refused_for(built.values(), names)
+    plan = seed_plan(seeds, allow_tuning_seeds, tuned_on)
+    if plan.own:
+        raise InputError("seeds", next(iter(plan.own)), "a law has seeds of its own", "Give the same seeds to all laws")
+    within("scale", scale, *SCALES, "Give the length of the site's device over that of the plant, for example 20")
+    within("gamma", gamma, 1.0, 1000.0, "Give a peak enhancement, 1 for Pierson-Moskowitz, for example 3.3")
+    within("rarest", rarest, 0.0, 1.0, "Give a part of the year, for example 0.001")
+    if depth is not None and not (depth > 0.0):
+        raise InputError("depth", depth, "must be above zero", "Give the depth of the water in metres, inf for deep")
+    run_size(duration, settings.dt, settings.actuators.period)
+    check_length(duration, settings.score_from)
+    check_motion_limit(motion_limit)
+    check_workers(workers)
+    spend = max(BUDGET, PER_SECOND * duration) if budget is None else budget
+    within("budget", spend, 0.0, BUDGET_MAX, "Give simulated seconds, for example 4.5e5")
+    place = Path(out)
+    for part in (place, *place.parents):
+        if part.exists() and not part.is_dir():
+            raise InputError("out", str(out), f"{part} is a file, not a folder", "Give another folder")
+    return SiteRequest(
+        scatter,
+        place,
+        built,
+        plant,
+        table,
+        float(scale),
+        plant.depth * scale if depth is None else float(depth),
+        float(gamma),
+        plan.common,
+        float(duration),
+        float(spend),
+        float(rarest),
+        motion_limit,
+        settings,
+        workers or None,
+        () if allow_tuning_seeds else tuned_on,
+        scheduler,
+        quiet,
+        say,
+    )
+
+
+def _laws(
+    laws: str | Mapping[str, Law | str] | Sequence[str], allowed: tuple[Path, ...]
+) -> tuple[dict[str, Law], list[str]]:
+    """Laws by the names that they get, and the names from which they were built."""
+    if not isinstance(laws, str):
+        built = laws_by_name(laws)
+        if not built:
+            raise InputError("laws", {}, "there is nothing to run", "Give at least one law")
+        given = laws.values() if isinstance(laws, Mapping) else laws
+        return built, [name for name in given if isinstance(name, str)]
+    found = {}
+    entrants = parse(laws)
+    for entrant in entrants:
+        if entrant.label in found:
+            raise InputError("laws", entrant.label, "stands there twice", "Give each law once")
+        found[entrant.label] = entrant.build()
+    return found, [entrant.name for entrant in entrants]
