@@ -135,7 +135,7 @@ def compare(
         that differ, runs too short to judge lock, and whatever a run refuses.
     """
     check_plant(plant)
-    settings, built = checked_settings(settings), laws_by_name(laws)
+    settings, built = checked_settings(settings, plant), laws_by_name(laws)
     if not isinstance(waves, Realisations):
         waves = _from_realisations(waves)
     if not built:

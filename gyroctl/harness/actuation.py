@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.plant.compiled import inlined
 from gyroctl.reading import is_finite
 
@@ -27,7 +28,18 @@ BOUNDS = {
     "delay": (1, 10_000),
     "cc_gain": (1e-3, 1e3),
 }
-"""Least and largest size of each setting that is not zero, in its unit: beyond them it is a slip of the unit."""
+"""Least and largest size of each setting that is not zero, in its unit: beyond them it is a slip of the unit. Of a
+device of the size of Table 1; those with a unit grow with the device, see `UNITS`."""
+
+UNITS = {
+    **dict.fromkeys(("cc_max", "cg_max", "cg_min", "cc_quantum", "cg_quantum"), "Nms"),
+    **dict.fromkeys(("period", "cc_lag", "cg_lag"), "s"),
+    **dict.fromkeys(("cc_rate", "cg_rate"), "Nm"),
+}
+"""Units of the settings that have one; Nms/s of the rates are Nm."""
+
+LARGEST = 1e3
+"""Length over that of Table 1 of the largest device. [-]"""
 
 
 @dataclass(frozen=True)
@@ -97,16 +109,35 @@ class Actuators:
                     "must be a finite number, zero or positive",
                     f"The default is {f.default}",
                 )
-        for name, (low, high) in BOUNDS.items():
-            value = getattr(self, name)
-            if value != 0 and not low <= abs(value) <= high:
-                mend = f"Give it from {low:g} to {high:g}; the default is {getattr(type(self), name):g}"
-                raise InputError(f"actuators.{name}", value, "is out of bounds", mend)
+        self._within(1.0, LARGEST)
         for name in ("cc_max", "cg_max", "period", "cc_gain"):
             if getattr(self, name) == 0:
                 raise InputError(f"actuators.{name}", 0, "must be positive", "Leave it out for the default")
         if int(self.delay) != self.delay:
             raise InputError("actuators.delay", self.delay, "must be whole samples", "Give an integer")
+
+    def _within(self, smaller: float, larger: float) -> None:
+        """Refuse what is out of bounds for devices between two lengths."""
+        for name, (low, high) in BOUNDS.items():
+            value, unit = getattr(self, name), UNITS.get(name, "-")
+            most = high if larger == 1.0 else high * growth(unit, larger)
+            if value != 0 and not low * growth(unit, min(smaller, 1.0)) <= abs(value) <= most:
+                mend = f"Give it from {low:g} to {most:g}; the default is {getattr(type(self), name):g}"
+                raise InputError(f"actuators.{name}", value, "is out of bounds", mend)
+
+    def fit(self, length: float) -> None:
+        """Refuse a setting that is out of bounds for a device of a `length` over that of Table 1.
+
+        Raises
+        ------
+        InputError
+            Its field is that of the setting.
+        """
+        self._within(length, max(length, 1.0))
+
+    def at(self, length: float) -> Actuators:
+        """Return the actuators of a device that is `length` times as long: all settings by Froude's law."""
+        return replace(self, **{name: getattr(self, name) * growth(unit, length) for name, unit in UNITS.items()})
 
     @property
     def moves(self) -> bool:

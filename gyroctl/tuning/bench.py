@@ -72,9 +72,10 @@ class Runner:
             return WORST
         record, wp = outcome[0], acting.sea.wp
         found = evaluate(self.plant, record, acting.moments[1], acting.dt, wp, acting.blend, np.nan)
-        span = round(WINDOW / record.period)
+        window = WINDOW * self.plant.parameters.time_scale
+        span = round(window / record.period)
         psi = record.states[:, PSI]
-        reserve = np.min(psi[span:] - psi[:-span]) / (WINDOW * wp) if np.all(np.isfinite(psi)) else 0.0
+        reserve = np.min(psi[span:] - psi[:-span]) / (window * wp) if np.all(np.isfinite(psi)) else 0.0
         found["short_reserve"] = max(0.0, RESERVE - float(reserve))
         found["reversed"] = float(self._reversed(record.states[round(acting.blend / record.period) :]))
         values = [found[name] for name in METRICS]

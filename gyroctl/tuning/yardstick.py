@@ -64,7 +64,8 @@ class Search(NamedTuple):
         """As JSON can hold it. A constant pair looks at no sensor and never changes: those, lags and delays are out."""
         parameters, coefficients = self.plant.parameters, self.plant.coefficients
         off = {"traction"}  # the contact of a device that is searched for rolls
-        off |= {f.name for f in fields(parameters) if f.name in CHOICES and getattr(parameters, f.name) == f.default}
+        usual = (*CHOICES, "length_scale")
+        off |= {f.name for f in fields(parameters) if f.name in usual and getattr(parameters, f.name) == f.default}
         further: dict[str, Any] = {}  # what is off is no part of the key, and the keys that ship stay what they are
         if coefficients.beyond is not None:
             terms = source_stamp([beyond.__file__, friction.__file__, reduced.__file__, wetted.__file__])

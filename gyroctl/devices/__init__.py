@@ -1,0 +1,5 @@
+"""Devices: that of the paper in its variants, one of your own from a file, the same at another size."""
+
+from gyroctl.devices.zhang import VARIANTS, zhang2017
+
+__all__ = ["VARIANTS", "zhang2017"]

@@ -1,0 +1,88 @@
+"""A device at another size, by Froude's law: what ran at one length runs at the other, in its own units of time."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from typing import Any
+
+from gyroctl.devices.entries import unit_of
+from gyroctl.errors import InputError
+from gyroctl.froude import growth
+from gyroctl.hydrodynamics import excitation_table
+from gyroctl.hydrodynamics.floating import floating
+from gyroctl.hydrodynamics.scaling import scaled, scaled_fraction
+from gyroctl.hydrodynamics.table import Hydrodynamics
+from gyroctl.plant import Parameters, Plant, Radiation
+from gyroctl.plant.parameters import LARGEST
+from gyroctl.reading import is_finite
+
+LENGTHS = (1e-2, 1e2)
+"""Least and largest factor on the length of a device."""
+
+
+def scaled_parameters(parameters: Parameters, length: float) -> Parameters:
+    """Parameters of the device with all lengths multiplied: each by the power of its unit.
+
+    Parameters
+    ----------
+    parameters : Parameters
+        The device.
+    length : float
+        Factor on all lengths. [-]
+
+    Returns
+    -------
+    Parameters
+        A number that stands for what does not move, 1e15, stays within what a device may have.
+
+    Raises
+    ------
+    InputError
+        Field ``length``: no factor from 0.01 to 100, or one that leads out of what a device may be.
+    """
+    factor = check_length(length)
+    changes: dict[str, Any] = {}
+    for f in fields(parameters):
+        unit, value = unit_of(f.name), getattr(parameters, f.name)
+        if isinstance(value, str | bool) or unit == "-":
+            continue
+        by = growth(unit, factor)
+        changes[f.name] = tuple(v * by for v in value) if isinstance(value, tuple) else min(value * by, LARGEST)
+    return replace(parameters, **changes)
+
+
+def scaled_radiation(radiation: Radiation, length: float) -> Radiation:
+    """Radiation function of the device with all lengths multiplied by `length`."""
+    import numpy as np
+
+    p, q = scaled_fraction(np.array(radiation.p), np.array(radiation.q), check_length(length))
+    return Radiation(tuple(p), tuple(q))
+
+
+def scaled_plant(plant: Plant, table: Hydrodynamics, length: float) -> Plant:
+    """The device at another size.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    table : Hydrodynamics
+        What it was built from: moments and geometry are taken from there anew.
+    length : float
+        Factor on all lengths. [-]
+    """
+    other = scaled(table, check_length(length))
+    one, three = (scaled_radiation(r, length) for r in plant.radiation)
+    phase = getattr(plant.excitation, "phase", "complex")
+    name = f"{plant.name}, {length:g} times as long"
+    parameters = scaled_parameters(plant.parameters, length)
+    return Plant(parameters, (one, three), excitation_table(other, phase), name, other.depth, geometry=floating(other))
+
+
+def check_length(length: Any) -> float:
+    """Return a factor on the length of a device, or refuse what is none."""
+    low, high = LENGTHS
+    if not is_finite(length) or not low <= length <= high:
+        problem = f"must be a factor from {low:g} to {high:g}"
+        raise InputError("length", length, problem, "Give how many times as long the device is to be, for example 20")
+    return float(length)
