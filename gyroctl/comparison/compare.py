@@ -17,6 +17,7 @@ import numpy as np
 from gyroctl.comparison.cluster import connected, run_far
 from gyroctl.comparison.execution import execute
 from gyroctl.comparison.items import COUNTERS, Outcome, Realisations, check_different, work_items
+from gyroctl.devices.identity import device_record
 from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.arguments import check_plant, laws_by_name
 from gyroctl.harness.protocol import Law
@@ -169,6 +170,7 @@ def compare(
         start=settings.start,
         motion_limit=motion_limit,
         plant=plant.name,
+        device=json.dumps(device_record(plant)),
         contact=plant.parameters.contact,
         wp=waves.sea.wp,
         hs=waves.sea.hs,

@@ -11,7 +11,8 @@ from typing import Any
 
 from gyroctl.comparison.compare import check_length, check_motion_limit
 from gyroctl.comparison.items import check_different
-from gyroctl.devices import VARIANTS, zhang2017
+from gyroctl.devices import VARIANTS, device, zhang2017
+from gyroctl.devices.identity import device_record
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.code_files import Trust, asked_for, is_file
@@ -150,6 +151,7 @@ class Experiment:
             "sea": {"kind": kinds.get(type(self.sea), given.get("kind", "")), **sea, **_plain(given)},
             "run": {**dataclasses.asdict(self.run), "seeds": list(self.run.seeds)},
             "plant": {"name": self.plant.name, **dataclasses.asdict(self.plant.parameters)},
+            "device": device_record(self.plant),
             "laws": {name: _plain(table) for name, table in self.source.get("laws", {}).items()},
             "sensors": dataclasses.asdict(self.sensors),
             "actuators": dataclasses.asdict(self.actuators),
@@ -254,14 +256,28 @@ def _sea(table: dict[str, Any], folder: Path) -> Sea:
 
 
 def _plant(table: dict[str, Any], folder: Path) -> Plant:
-    choices = ("variant", "hydrodynamics", "radiation", "excitation_phase")
+    choices = ("variant", "hydrodynamics", "radiation", "excitation_phase", "device")
     check_known("plant", table, (*choices, *names_of(Parameters)))
+    if "device" in table:
+        return _own_device(table, choices, folder)
     if "hydrodynamics" in table:
         table["hydrodynamics"] = folder / str(table["hydrodynamics"])
     variant = table.pop("variant", "corrected")
     if not isinstance(variant, str) or variant not in VARIANTS:
         raise InputError("plant.variant", variant, "unknown variant", f"Choose one of {', '.join(VARIANTS)}")
     return zhang2017(variant, **table)
+
+
+def _own_device(table: dict[str, Any], choices: Sequence[str], folder: Path) -> Plant:
+    """Device of a file, with some of its parameters changed; what else it is, its file says."""
+    file = table.pop("device")
+    if not isinstance(file, str):
+        raise InputError("plant.device", file, "must be a path", 'Give the path of a device file, for example "mine.toml"')
+    for name in choices:
+        if name in table:
+            raise InputError(f"plant.{name}", table[name], "is said by the device file", f"Write it into {file}")
+    built = device(folder / file)
+    return built.replace(**table) if table else built
 
 
 def _kinds(table: dict[str, Any]) -> dict[str, str]:

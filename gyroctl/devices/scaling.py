@@ -8,10 +8,9 @@ from typing import Any
 from gyroctl.devices.entries import unit_of
 from gyroctl.errors import InputError
 from gyroctl.froude import growth
-from gyroctl.hydrodynamics import excitation_table
-from gyroctl.hydrodynamics.floating import floating
-from gyroctl.hydrodynamics.scaling import scaled, scaled_fraction
-from gyroctl.hydrodynamics.table import Hydrodynamics
+from gyroctl.hydrodynamics.excitation import ExcitationTable
+from gyroctl.hydrodynamics.floating import Floating
+from gyroctl.hydrodynamics.scaling import scaled_fit, scaled_fraction, scaled_hull
 from gyroctl.plant import Parameters, Plant, Radiation
 from gyroctl.plant.parameters import LARGEST
 from gyroctl.reading import is_finite
@@ -59,24 +58,33 @@ def scaled_radiation(radiation: Radiation, length: float) -> Radiation:
     return Radiation(tuple(p), tuple(q))
 
 
-def scaled_plant(plant: Plant, table: Hydrodynamics, length: float) -> Plant:
-    """The device at another size.
+def scaled_plant(plant: Plant, length: float) -> Plant:
+    """Return the device with all lengths multiplied by `length`, the depth of its water included.
 
-    Parameters
-    ----------
-    plant : Plant
-        The device.
-    table : Hydrodynamics
-        What it was built from: moments and geometry are taken from there anew.
-    length : float
-        Factor on all lengths. [-]
+    Raises
+    ------
+    InputError
+        Field ``length``, see `scaled_parameters`; ``plant.excitation`` for one that is no table.
     """
-    other = scaled(table, check_length(length))
-    one, three = (scaled_radiation(r, length) for r in plant.radiation)
-    phase = getattr(plant.excitation, "phase", "complex")
-    name = f"{plant.name}, {length:g} times as long"
-    parameters = scaled_parameters(plant.parameters, length)
-    return Plant(parameters, (one, three), excitation_table(other, phase), name, other.depth, geometry=floating(other))
+    factor = check_length(length)
+    if not isinstance(plant.excitation, ExcitationTable):
+        problem, mend = "is no table that could be scaled", "Build the device with a hydrodynamic database"
+        raise InputError("plant.excitation", type(plant.excitation).__name__, problem, mend)
+    one, three = (scaled_radiation(r, factor) for r in plant.radiation)
+    geometry = plant.geometry
+    if isinstance(geometry, Floating):
+        undisturbed = None if geometry.undisturbed is None else _scaled_table(geometry.undisturbed, factor)
+        hull, fit = scaled_hull(geometry.hull, factor), scaled_fit(geometry.reduced, factor)
+        geometry = replace(geometry, hull=hull, undisturbed=undisturbed, reduced=fit)
+    name = f"{plant.name}, {factor:g} times as long"
+    excitation = _scaled_table(plant.excitation, factor)
+    parameters = scaled_parameters(plant.parameters, factor)
+    return Plant(parameters, (one, three), excitation, name, plant.depth * factor, geometry=geometry)
+
+
+def _scaled_table(table: ExcitationTable, length: float) -> ExcitationTable:
+    values, omega = table.values * growth("Nm/m", length), table.omega * growth("rad/s", length)
+    return replace(table, omega=omega, values=values)
 
 
 def check_length(length: Any) -> float:

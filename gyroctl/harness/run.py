@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
 from collections.abc import Callable, Mapping
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.devices.identity import device_record
 from gyroctl.errors import InputError, check_kind
 from gyroctl.froude import growth
 from gyroctl.harness.actuation import Actuators
@@ -304,6 +306,7 @@ def simulate(
         "blend": acting.blend,
         "dt": settings.dt,
         "plant": plant.name,
+        "device": json.dumps(device_record(plant)),
         "wp": waves.sea.wp,
         "hs": waves.sea.hs,
         "saturations": record.saturations,

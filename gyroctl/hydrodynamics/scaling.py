@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from gyroctl.froude import growth
+from gyroctl.hydrodynamics.panels import Hull
+from gyroctl.hydrodynamics.reduced import ReducedSurface
 from gyroctl.hydrodynamics.table import Coefficients, Hydrodynamics
 
 
@@ -28,12 +30,6 @@ def scaled(hydro: Hydrodynamics, length: float) -> Hydrodynamics:
         of the radiation and of the wetted surface by the powers of their units.
     """
     moment, rate = growth("Nm/m", length), growth("rad/s", length)
-    hull, wetted = hydro.hull, hydro.wetted
-    if hull is not None:
-        hull = replace(hull, vertices=hull.vertices * length, hinge=hull.hinge * length)
-    if wetted is not None:
-        stiffness = wetted.stiffness * growth("Nm/rad", length)
-        wetted = wetted._replace(stiffness=stiffness, hs=wetted.hs * length, wp=wetted.wp * rate)
     parts: dict[str, Any] = {}
     for name in ("froude_krylov", "diffraction"):
         values = getattr(hydro, name)
@@ -49,10 +45,23 @@ def scaled(hydro: Hydrodynamics, length: float) -> Hydrodynamics:
         depth=hydro.depth * length,
         fits={name: (_fit(one, length), _fit(three, length)) for name, (one, three) in hydro.fits.items()},
         provenance={**hydro.provenance, "froude_length": length},
-        hull=hull,
-        wetted=wetted,
+        hull=None if hydro.hull is None else scaled_hull(hydro.hull, length),
+        wetted=scaled_fit(hydro.wetted, length),
         **parts,
     )
+
+
+def scaled_hull(hull: Hull, length: float) -> Hull:
+    """Hull at another size."""
+    return replace(hull, vertices=hull.vertices * length, hinge=hull.hinge * length)
+
+
+def scaled_fit(fit: ReducedSurface | None, length: float) -> ReducedSurface | None:
+    """Polynomials of a wetted surface at another size: in angles they stay what they are."""
+    if fit is None:
+        return None
+    rate, stiffness = growth("rad/s", length), fit.stiffness * growth("Nm/rad", length)
+    return fit._replace(stiffness=stiffness, hs=fit.hs * length, wp=fit.wp * rate)
 
 
 def _fit(fit: Coefficients, length: float) -> Coefficients:
