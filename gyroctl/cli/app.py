@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli import bound, compare, evaluate, hydro, laws, margins, reproduce, simulate, stored, tune
+from gyroctl.cli import bound, compare, device, evaluate, hydro, laws, margins, reproduce, simulate, stored, tune
 from gyroctl.cli.options import MARKUP
 from gyroctl.cli.stopping import CODE, end_soon_at_interrupt, stopped
 
@@ -19,6 +19,7 @@ for command in (*COMPARING, *STUDYING, *KEEPING):
     app.command(command.__name__)(command)
 app.add_typer(laws.app, name="laws")
 app.add_typer(hydro.app, name="hydro")
+app.add_typer(device.app, name="device")
 
 
 def _version(wanted: bool) -> None:

@@ -47,6 +47,9 @@ def compare(
     check_length(waves.duration, setup.settings.score_from)
     say_first_time("plant and laws", 30)
     say, on = partial(typer.echo, err=True), workers or None
+    strange = setup.foreign
+    if strange:
+        say(f"Note: tuned for another device: {', '.join(strange)}. For this one: gyroctl tune all --device FILE")
     pair = find_yardstick(setup.plant, setup.sea, setup.settings, limit, workers=on, search=search, say=say)
     ds = run(
         setup.plant,

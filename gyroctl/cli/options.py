@@ -6,9 +6,12 @@ import json
 import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
+
+if TYPE_CHECKING:
+    from gyroctl.plant import Plant
 
 MARKUP: Literal["markdown"] = "markdown"
 """Of help texts. Brackets in them are units, [m]: the default markup takes them for its own and drops them."""
@@ -34,6 +37,72 @@ AllowCode = Annotated[
     ),
 ]
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="Parameter of the law, key=value; may repeat.")]
+
+
+Device = Annotated[
+    Path | None, typer.Option("--device", help="A device of your own, see gyroctl device.", show_default=False)
+]
+OwnHs = Annotated[
+    float | None, typer.Option("--hs", help="Significant wave height [m].", show_default="0.283 times the length")
+]
+OwnPeak = Annotated[
+    float | None, typer.Option("--wp", help="Peak frequency [rad/s].", show_default="3.14 at the size of Table 1")
+]
+
+
+def plant_of(device: Path | None, variant: str, choices: Mapping[str, Any] | None = None) -> Plant:
+    """Return the plant that a command is asked for: of a device file, or the paper's in a variant, with some choices.
+
+    Raises
+    ------
+    InputError
+        For a variant beside a device file, which says its own, and whatever the device refuses.
+    """
+    from gyroctl.devices import device as read
+    from gyroctl.devices import zhang2017
+    from gyroctl.errors import InputError
+
+    if device is None:
+        return zhang2017(variant, **(choices or {}))
+    if variant != "corrected":
+        raise InputError("--variant", variant, "is said by the device file", f"Write it into {device.name}")
+    plant = read(device)
+    return plant.replace(**choices) if choices else plant
+
+
+def at_model_size(plant: Plant, what: str) -> Plant:
+    """Return a plant of the size of Table 1; refuse any other, whose study would be in wrong units.
+
+    Raises
+    ------
+    InputError
+        Field ``--device``.
+    """
+    from gyroctl.errors import InputError
+
+    length = plant.parameters.length_scale
+    if length != 1.0:
+        problem = f"is {length:g} times as long as Table 1, and {what} works in steps and limits of that size"
+        mend = f"By Froude's law its model does the same: gyroctl device scale FILE --length {1.0 / length:.6g}"
+        raise InputError("--device", plant.name, problem, mend)
+    return plant
+
+
+def own(value: float | None, usual: float, unit: str, plant: Plant) -> float:
+    """Return an option, or its usual value at the length of the device."""
+    from gyroctl.froude import growth
+
+    return usual * growth(unit, plant.parameters.length_scale) if value is None else value
+
+
+def warn_foreign(names: Mapping[str, str], plant: Plant, device: Path | None) -> None:
+    """Say on stderr which laws have tuned sets of another device only."""
+    from gyroctl.harness.device_sets import foreign
+
+    strange = foreign(names, plant, device)
+    if strange:
+        ask = f"gyroctl tune {' '.join(strange)} --device {device.name}" if device else "gyroctl tune"
+        typer.echo(f"Note: tuned for another device: {', '.join(strange)}. For this one: {ask}", err=True)
 
 
 def parse(pairs: list[str], option: str = "--set") -> dict[str, Any]:

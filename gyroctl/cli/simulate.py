@@ -5,13 +5,26 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from gyroctl.cli.first_time import say_first_time
-from gyroctl.cli.options import Gamma, Hs, Parameters, PeakFrequency, Variant, check_file, parse
+from gyroctl.cli.options import (
+    Device,
+    Gamma,
+    OwnHs,
+    OwnPeak,
+    Parameters,
+    Variant,
+    check_file,
+    own,
+    parse,
+    plant_of,
+    warn_foreign,
+)
 
 if TYPE_CHECKING:
     import xarray
@@ -22,20 +35,29 @@ def simulate(
     out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
     settings: Parameters = None,
     gamma: Gamma = 5.0,
-    hs: Hs = 0.283,
-    wp: PeakFrequency = 3.14,
+    hs: OwnHs = None,
+    wp: OwnPeak = None,
     seed: Annotated[int, typer.Option(help="Seed of the realisation.")] = 1,
-    duration: Annotated[float, typer.Option(help="Length of the run [s].")] = 2000.0,
-    blend: Annotated[float, typer.Option(help="Blend from the regular wave at the start [s].")] = 100.0,
-    dt: Annotated[float, typer.Option(help="Longest step [s].")] = 0.01,
+    duration: Annotated[
+        float | None, typer.Option(help="Length of the run [s].", show_default="2000 at the size of Table 1")
+    ] = None,
+    blend: Annotated[
+        float | None,
+        typer.Option(help="Blend from the regular wave at the start [s].", show_default="100 at the size of Table 1"),
+    ] = None,
+    dt: Annotated[
+        float | None, typer.Option(help="Longest step [s].", show_default="0.01 at the size of Table 1")
+    ] = None,
     start: Annotated[str, typer.Option(help="Start: locked, or rest for a law that starts the device.")] = "locked",
     motor: Annotated[float, typer.Option(help="Largest gain of the generator as a motor [Nms].")] = 0.0,
     variant: Variant = "corrected",
+    device: Device = None,
 ) -> None:
     """Run one law on one realisation and write the trajectory."""
     import numpy as np
 
     import gyroctl as gy
+    from gyroctl.harness.device_sets import own_parameters
     from gyroctl.harness.registry import build
     from gyroctl.harness.run import lead_in
     from gyroctl.provenance import command_line
@@ -46,14 +68,22 @@ def simulate(
     from gyroctl.waves.checks import within
     from gyroctl.writing import written_whole
 
-    within("motor", motor, 0.0, 10.0, "Give the size of the gain in Nms, for example 0.02")
-    built = build(law, parse(settings or []))
+    plant = plant_of(device, variant)
+    duration, blend = own(duration, 2000.0, "s", plant), own(blend, 100.0, "s", plant)
+    hs, wp, dt = own(hs, 0.283, "m", plant), own(wp, 3.14, "rad/s", plant), own(dt, 0.01, "s", plant)
+    most = own(None, 10.0, "Nms", plant)
+    within("motor", motor, 0.0, most, "Give the size of the gain in Nms, for example 0.02")
+    given = parse(settings or [])
+    if device is not None:
+        given = {**own_parameters(device, law, plant), **given}
+        warn_foreign({law: law}, plant, device)
+    built = build(law, given, device=None if device is None else plant)
     check_file(out)
     if start == "locked" and not duration > blend:
         problem, mend = f"is not longer than the blend of {blend:g} s", "Give a longer --duration, or a shorter --blend"
         raise gy.InputError("duration", duration, problem, mend)
-    setup = gy.Settings(dt=dt, blend=blend, actuators=gy.Actuators(cg_min=-motor), start=start)
-    plant = gy.zhang2017(variant)
+    usual = gy.Settings(start=start).at(plant.parameters.length_scale)
+    setup = replace(usual, dt=dt, blend=blend, actuators=replace(usual.actuators, cg_min=-motor))
     waves = gy.realise(plant, gy.SeaState(hs, wp, gamma), seed, duration)
     acting = lead_in(waves, setup)
     say_first_time("plant and law", 4)

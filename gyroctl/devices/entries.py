@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 
-
 class Entry(NamedTuple):
     """An entry of a device file."""
 
@@ -67,7 +66,9 @@ GROUPS: dict[str, dict[str, Entry]] = {
         "generator_efficiency": Entry("-", "electrical over mechanical energy"),
     },
     "Size": {
-        "length_scale": Entry("-", "length over that of Table 1: steps, wave grids and laws go by it, see docs/device.md"),
+        "length_scale": Entry(
+            "-", "length over that of Table 1: steps, wave grids and laws go by it, see docs/device.md"
+        )
     },
 }
 """All entries that are fields of `Parameters`, in the order of a device file."""
@@ -83,5 +84,3 @@ def unit_of(name: str) -> str:
     if name == "length_scale":
         return WITH_LENGTH
     return ENTRIES[name].unit or "-"
-
-

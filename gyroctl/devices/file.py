@@ -27,7 +27,9 @@ SHIPPED = "shipped"
 HEAD: dict[str, Entry] = {
     "name": Entry("", "for studies and reports"),
     "variant": Entry("", f"one of {', '.join(VARIANTS)}: the choices of what is left out below"),
-    "hydrodynamics": Entry("", '"shipped", or a database of your own (see gyroctl hydro import), relative to this file'),
+    "hydrodynamics": Entry(
+        "", '"shipped", or a database of your own (see gyroctl hydro import), relative to this file'
+    ),
     "hydrodynamics_length": Entry("-", "multiplies all lengths of that database, by Froude's law"),
     "radiation": Entry("", "fit of the radiation in the database: accurate, paper or fine"),
     "excitation_phase": Entry("", '"complex", or "magnitude" as the paper has it'),
@@ -83,7 +85,9 @@ def _check_known(tables: Mapping[str, Any], file: str) -> None:
         folded = {name.lower(): name for name in KNOWN}
         near = difflib.get_close_matches(key.lower(), folded, 1, 0.5)
         mend = f"Did you mean {folded[near[0]]}?" if near else f"Choose one of {', '.join(KNOWN)}"
-        raise InputError(f"{file}: {key}", value, "unknown table" if isinstance(value, Mapping) else "unknown key", mend)
+        raise InputError(
+            f"{file}: {key}", value, "unknown table" if isinstance(value, Mapping) else "unknown key", mend
+        )
 
 
 def _built(given: dict[str, Any], folder: Path, stem: str) -> Plant:

@@ -31,7 +31,9 @@ def scaled_parameters(parameters: Parameters, length: float) -> Parameters:
 
     Returns
     -------
+
     Parameters
+    ----------
         A number that stands for what does not move, 1e15, stays within what a device may have.
 
     Raises

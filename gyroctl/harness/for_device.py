@@ -115,7 +115,9 @@ def design_model(device: Plant) -> Plant:
     """The device in the linear water, at the size of Table 1: what laws are designed with."""
     usual = Parameters()
     linear = device.replace(**{name: getattr(usual, name) for name in CHOICES}, name=device.name)
-    return linear if device.parameters.length_scale == 1.0 else scaled_plant(linear, 1.0 / device.parameters.length_scale)
+    return (
+        linear if device.parameters.length_scale == 1.0 else scaled_plant(linear, 1.0 / device.parameters.length_scale)
+    )
 
 
 def belongs(found: Mapping[str, Any], device: Plant) -> bool:

@@ -22,7 +22,7 @@ from gyroctl.devices.identity import is_shipped
 from gyroctl.errors import InputError, check_kind
 from gyroctl.fingerprint.local import noted, sources
 from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
-from gyroctl.harness.for_device import belongs, in_model_scale, numbers_of
+from gyroctl.harness.for_device import in_model_scale, numbers_of
 from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
 from gyroctl.plant import Plant
@@ -162,16 +162,6 @@ def build(
     own = {key: value for key, value in known.items() if key in taken and key not in given}
     built = _build(name, {**own, **parameters}, tuning, allow_code)
     return in_model_scale(built, device.parameters.length_scale, name, given)
-
-
-def foreign_sets(names: Sequence[str], device: Plant) -> list[str]:
-    """Laws among `names` whose tuned sets all belong to another device; a file or a law without any has none."""
-    strange = []
-    for name in names:
-        sets = {} if is_file(name) else tuned_sets(name)
-        if sets and not any(belongs(entry.get("found", {}), device) for entry in sets.values()):
-            strange.append(name)
-    return strange
 
 
 def _build(

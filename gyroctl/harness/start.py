@@ -20,12 +20,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.nested import leaves
 from gyroctl.orbits.search import search_orbit
 from gyroctl.plant import Plant, equations
 from gyroctl.plant.compiled import source_stamp
 from gyroctl.plant.equations import PSI, PSI_RATE
-from gyroctl.froude import growth
 from gyroctl.waves import Regular, Sea
 from gyroctl.writing import write_json
 

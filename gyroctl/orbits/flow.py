@@ -153,9 +153,7 @@ def stretch_of(plant: Plant, cc: float, forcing: Forcing, periods: float, dt: fl
     periods = float(periods)
     duration = periods * forcing.period
     halves = max(1, round(2.0 * periods)) if (2.0 * periods).is_integer() else 1  # same step in half and full map
-    steps = halves * step_count(
-        plant.coefficients, cc, duration / halves, dt, plant.parameters.time_scale
-    )
+    steps = halves * step_count(plant.coefficients, cc, duration / halves, dt, plant.parameters.time_scale)
     # the grid begins before phase zero so that the interpolation is central everywhere
     return Stretch(PADDING * forcing.dt, duration, steps, forcing.grid(periods), forcing.dt)
 

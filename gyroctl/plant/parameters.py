@@ -180,7 +180,10 @@ class Parameters:
         object.__setattr__(self, "drag_area", (float(area[0]), float(area[1])))
         low, high = SCALES
         if not low <= self.length_scale <= high:
-            problem, mend = f"must be between {low:g} and {high:g}", "Give the length over that of Table 1, 1 for its own"
+            problem, mend = (
+                f"must be between {low:g} and {high:g}",
+                "Give the length over that of Table 1, 1 for its own",
+            )
             raise InputError("plant.length_scale", self.length_scale, problem, mend)
         if not -100.0 * max(1.0, self.length_scale) <= self.drag_height <= 0.0:
             mend = "Give a height above the mean water level between -100 and 0 m, for example -0.1"

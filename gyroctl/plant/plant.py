@@ -24,7 +24,6 @@ from gyroctl.plant.reduced import undisturbed_names
 from gyroctl.plant.symbolic import casadi_derivative
 from gyroctl.plant.terms import terms
 
-
 STEP = 0.01
 """Longest Runge-Kutta step of verdicts, for a device of the size of Table 1. [s]"""
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from gyroctl.froude import growth
 from gyroctl.plant.beyond import SLOW, STILL, Beyond, Cap, Curve, Drag, Losses, Position
 from gyroctl.plant.friction import CHANGE, CHANGING, CREEP, SIDE, SOFT, Friction
-from gyroctl.froude import growth
 from gyroctl.plant.parameters import Parameters
 from gyroctl.plant.reduced import reduced
 

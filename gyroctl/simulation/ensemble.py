@@ -199,7 +199,9 @@ def _jobs(
     """Fill the lanes: runs of the same number of steps may stand side by side, seeds together to share their waves."""
 
     def steps(run: tuple[int, int]) -> int:
-        return int(steps_for(period, dt, plant.parameters.time_scale * float(slip_rate(plant.coefficients, pairs[run[0]][0]))))
+        return int(
+            steps_for(period, dt, plant.parameters.time_scale * float(slip_rate(plant.coefficients, pairs[run[0]][0])))
+        )
 
     runs = sorted(((p, s) for s in range(len(seeds)) for p in range(len(pairs))), key=steps)
     jobs = []

@@ -51,8 +51,8 @@ class Job(NamedTuple):
 class Runner:
     """Performs jobs on one plant; keeps the last realisations."""
 
-    def __init__(self, plant: Plant, settings: Settings) -> None:
-        self.plant, self.settings = plant, settings
+    def __init__(self, plant: Plant, settings: Settings, device: Plant | None = None) -> None:
+        self.plant, self.settings, self.device = plant, settings, device
         self.waves: OrderedDict[tuple[Sea, int, float], WaveRealisation] = OrderedDict()
 
     def __call__(self, jobs: Sequence[Job]) -> list[tuple[float, ...]]:
@@ -63,7 +63,7 @@ class Runner:
 
     def _loop(self, job: Job) -> Loop:
         parameters: dict[str, Any] = dict(job.parameters)
-        built = build(job.law, parameters)
+        built = build(job.law, parameters, device=self.device)
         acting = self.acting(job.sea, job.seed, job.duration)
         return Loop(built, acting, scanning(self.plant, built, self.settings, job.dt), job.law)
 
@@ -124,10 +124,14 @@ class Bench(AbstractContextManager["Bench"]):
         The law that is tuned: threads where it can be compiled, processes otherwise.
     workers : int
         How many.
+    device : Plant, optional
+        The device that the laws are built for, where it is one of one's own.
     """
 
-    def __init__(self, plant: Plant, settings: Settings, example: Law, workers: int) -> None:
-        self.runner = Runner(plant, settings)
+    def __init__(
+        self, plant: Plant, settings: Settings, example: Law, workers: int, device: Plant | None = None
+    ) -> None:
+        self.runner = Runner(plant, settings, device)
         self.workers = max(1, workers)
         self.compiled = compile_law(example) is not None
         self.pool: Executor | None = None
@@ -136,7 +140,7 @@ class Bench(AbstractContextManager["Bench"]):
             self.pool = ThreadPoolExecutor(self.workers)
         elif self.workers > 1:
             self.pool = ProcessPoolExecutor(
-                self.workers, mp_context=get_context("spawn"), initializer=_equip, initargs=(plant, settings)
+                self.workers, mp_context=get_context("spawn"), initializer=_equip, initargs=(plant, settings, device)
             )
             self.call = _perform
 
@@ -177,9 +181,9 @@ def workers_wanted(workers: int) -> int:
 _runner: Runner | None = None
 
 
-def _equip(plant: Plant, settings: Settings) -> None:
+def _equip(plant: Plant, settings: Settings, device: Plant | None) -> None:
     global _runner
-    _runner = Runner(plant, settings)
+    _runner = Runner(plant, settings, device)
 
 
 def _perform(jobs: Sequence[Job]) -> list[tuple[float, ...]]:

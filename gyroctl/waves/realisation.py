@@ -123,7 +123,9 @@ class WaveRealisation:
             self._further[key] = found
         kept: Held = self._further[key]
         room = {name: np.empty_like(getattr(kept.fields, name)) for name in ("now", "weight", "work")}
-        return kept.begun(kept.model, kept.fields._replace(**room), 1, kept.every)  # each run has working space of its own
+        return kept.begun(
+            kept.model, kept.fields._replace(**room), 1, kept.every
+        )  # each run has working space of its own
 
     def _components(self) -> Synthesis:
         if self.synthesis is None:
@@ -201,9 +203,7 @@ class WaveRealisation:
         return replace(self, moments=moments, elevation=elevation[0], blend=length)
 
 
-def realise(
-    plant: Excited, sea: Sea, seed: int, duration: float = 2000.0, dt: float | None = None
-) -> WaveRealisation:
+def realise(plant: Excited, sea: Sea, seed: int, duration: float = 2000.0, dt: float | None = None) -> WaveRealisation:
     """Realise a sea: random phases on deterministic amplitudes, (41)-(43) with the complex He_j.
 
     Parameters

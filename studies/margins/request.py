@@ -80,8 +80,9 @@ def request(
     sense: int = 1,
     law_name: str = "",
     parameters: Mapping[str, Any] | None = None,
+    own_device: bool = False,
 ) -> Request:
-    """Check and gather what a report is asked for.
+    """Check and gather what a report is asked for; for an `own_device` the law takes its numbers.
 
     Raises
     ------
@@ -109,7 +110,7 @@ def request(
     check_wave(plant, wave)
     check_stiffness(plant, cc)
     within("cg", cg, 0.0, 10.0, "Give it in Nms, for example 3.5e-4")
-    built = _law(law_name, parameters or {}, wp, cc, cg) if law_name else None
+    built = _law(law_name, parameters or {}, wp, cc, cg, plant if own_device else None) if law_name else None
     return Request(plant, wave, cc, cg, sense, law_name, built)
 
 
@@ -136,10 +137,12 @@ def find_orbit(asked: Request) -> PeriodicOrbit:
     return orbit
 
 
-def _law(name: str, parameters: Mapping[str, Any], wp: float, cc: float, cg: float) -> Law:
+def _law(
+    name: str, parameters: Mapping[str, Any], wp: float, cc: float, cg: float, device: Plant | None = None
+) -> Law:
     """Build the law; a constant law takes the pair, and a law that is told the peak frequency that of the wave."""
-    built = build(name, parameters)
+    built = build(name, parameters, device=device)
     own = describe(built)
     wanted = {"wp": wp, **({"cc": cc, "cg": cg} if built.information == "none" else {})}
     changes = {key: value for key, value in wanted.items() if key in own and key not in parameters}
-    return build(name, {**parameters, **changes})
+    return build(name, {**parameters, **changes}, device=device)
