@@ -1,4 +1,4 @@
-"""Froude's law of similitude: how a quantity grows with the length of a device in the same water under the same gravity.
+"""Froude's law of similitude: how a quantity grows with the length of a device, in one water under one gravity.
 
 Lengths go as L, times as sqrt(L), masses as L^3; the power of everything else follows from its unit.
 """

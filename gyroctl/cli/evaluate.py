@@ -61,7 +61,9 @@ def evaluate(
     from gyroctl.studies.evaluation import evaluate_tables, request
 
     if device is not None:
-        problem = "judges the laws on the paper's device and on what differs from it: its cases, targets and pairs are so"
+        problem = (
+            "judges the laws on the paper's device and on what differs from it: its cases, targets and pairs are so"
+        )
         mend = f'Compare them on yours: [plant] device = "{device.name}" in an experiment file, gyroctl compare'
         raise InputError("--device", device.name, problem, mend)
     chosen, say = seeds or (), partial(typer.echo, err=True)

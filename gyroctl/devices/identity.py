@@ -51,7 +51,7 @@ def table_1(length: float) -> Parameters:
 
 
 def changed(plant: Plant, first: Parameters | None = None) -> dict[str, tuple[Any, Any]]:
-    """Entries that are not those of Table 1 at the plant's own length, or of `first`: by name, theirs and the plant's."""
+    """Entries that are not those of Table 1 at the plant's own length, or of `first`: by name, both values."""
     own, first = plant.parameters, first or table_1(plant.parameters.length_scale)
     pairs = {name: (getattr(first, name), getattr(own, name)) for name in ENTRIES if name != "length_scale"}
     return {name: pair for name, pair in pairs.items() if not _alike(*pair)}

@@ -31,10 +31,8 @@ def scaled_parameters(parameters: Parameters, length: float) -> Parameters:
 
     Returns
     -------
-
-    Parameters
-    ----------
-        A number that stands for what does not move, 1e15, stays within what a device may have.
+    parameters : Parameters
+        Where a number stands for what does not move, 1e15, it stays that.
 
     Raises
     ------

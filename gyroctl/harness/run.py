@@ -81,7 +81,7 @@ class Settings:
         check_kind("actuators", self.actuators, Actuators, "actuators", "Give gyroctl.Actuators(), or leave it out")
 
     def at(self, length: float) -> Settings:
-        """Return what serves a device that is `length` times as long: all of it in that device's units, by Froude's law."""
+        """Return what serves a device that is `length` times as long, in that device's units by Froude's law."""
         if length == 1.0:
             return self
         time = growth("s", length)

@@ -92,7 +92,9 @@ def _motions(plant: Plant, moves: dict[str, Oscillation | None], held: Lock | No
         if one is None:
             found.append(Finding(f"natural frequency of {name}", "overdamped: it creeps back"))
             continue
-        words = f"{one.frequency:.3g} rad/s ({2.0 * math.pi / one.frequency:.3g} s), {one.damping:.2%} of critical damping"
+        words = (
+            f"{one.frequency:.3g} rad/s ({2.0 * math.pi / one.frequency:.3g} s), {one.damping:.2%} of critical damping"
+        )
         mend = "Its damping is negative: the radiation fit or a stiffness feeds the motion"
         inside = "" if low <= one.frequency <= high else f"; the table of moments knows {low:.3g} to {high:.3g} rad/s"
         found.append(Finding(f"natural frequency of {name}", words + inside, one.damping > 0.0, mend))

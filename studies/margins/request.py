@@ -137,9 +137,7 @@ def find_orbit(asked: Request) -> PeriodicOrbit:
     return orbit
 
 
-def _law(
-    name: str, parameters: Mapping[str, Any], wp: float, cc: float, cg: float, device: Plant | None = None
-) -> Law:
+def _law(name: str, parameters: Mapping[str, Any], wp: float, cc: float, cg: float, device: Plant | None = None) -> Law:
     """Build the law; a constant law takes the pair, and a law that is told the peak frequency that of the wave."""
     built = build(name, parameters, device=device)
     own = describe(built)
