@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -66,7 +67,7 @@ def compare(
         full_series=full_series,
         scheduler=scheduler or None,
     )
-    write(ds.assign_attrs(command=command_line()), out)
+    write(ds.assign_attrs(command=command_line(), foreign_laws=json.dumps(strange)), out)
     for name in ds.law.values:
         reasons = [str(reason) for reason in ds.failure.sel(law=name).values if reason]
         if reasons:

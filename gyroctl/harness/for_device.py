@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 from gyroctl.devices.identity import identity, is_shipped
 from gyroctl.devices.scaling import scaled_plant
+from gyroctl.devices.zhang import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.froude import growth
 from gyroctl.harness.protocol import Law
@@ -118,6 +119,21 @@ def design_model(device: Plant) -> Plant:
     return (
         linear if device.parameters.length_scale == 1.0 else scaled_plant(linear, 1.0 / device.parameters.length_scale)
     )
+
+
+def design_in(device: Plant, choice: str | Mapping[str, Any]) -> Plant:
+    """Return the design model that a law asks for by a variant, or a table of choices, as that of the device.
+
+    Raises
+    ------
+    InputError
+        For an unknown variant or choice, or a device whose hydrodynamics cannot serve it.
+    """
+    table = {"variant": choice} if isinstance(choice, str) else dict(choice)
+    asked = zhang2017(**table).parameters  # refuses what is unknown
+    changes = {key: value for key, value in table.items() if key in Parameters.__dataclass_fields__}
+    water = {name: getattr(asked, name) for name in CHOICES}
+    return design_model(device).replace(**{**water, **changes})
 
 
 def belongs(found: Mapping[str, Any], device: Plant) -> bool:

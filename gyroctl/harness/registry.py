@@ -22,7 +22,7 @@ from gyroctl.devices.identity import is_shipped
 from gyroctl.errors import InputError, check_kind
 from gyroctl.fingerprint.local import noted, sources
 from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
-from gyroctl.harness.for_device import in_model_scale, numbers_of
+from gyroctl.harness.for_device import design_in, in_model_scale, numbers_of
 from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
 from gyroctl.plant import Plant
@@ -151,6 +151,8 @@ def build(
     if device is None or is_shipped(device):
         return _build(name, given, tuning, allow_code)
     parameters = dict(given)
+    if isinstance(given.get("plant"), str | Mapping):
+        parameters["plant"] = design_in(device, given["plant"])
     plain = _build(name, given, tuning, allow_code)
     taken = _names(_factory(name))
     wraps = given.get("wraps", taken.get("wraps"))

@@ -66,7 +66,7 @@ def oscillations(plant: Plant) -> dict[str, Oscillation | None]:
 
 
 def lock(plant: Plant, height: float | None = None, wp: float | None = None) -> Lock | None:
-    """Lock capacity in a regular wave, by default 0.2 m at 3.14 rad/s as Table 1 is long; None where it pulls nowhere."""
+    """Lock capacity in a regular wave, by default 0.2 m at 3.14 rad/s as Table 1 is long; None if it pulls nowhere."""
     length, plain = plant.parameters.length_scale, plant.smooth
     at = Wave(height or 0.2 * length, wp or 3.14 * growth("rad/s", length))
     load = LOAD * growth("Nms", length)
