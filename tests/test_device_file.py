@@ -141,7 +141,7 @@ def test_new_check_and_scale_by_command(tmp_path: Path, run: Run) -> None:
         ({"J14": 5.0}, "flywheel"),
         ({"m1": 2.0}, "float and lever"),
         ({"r2": 0.3}, "ring within the float"),
-        ({"J22": 300.0, "m2": 1e5}, "triangle"),
+        ({"J11": 0.1}, "triangle"),
         ({"m4": 200.0}, "float carries"),
         ({"a": 3.0}, "lever"),
         ({"length_scale": 10.0, "a": 0.9891}, "size"),

@@ -61,7 +61,7 @@ def other_hydrodynamics(plant: Plant) -> bool:
     """Whether the moments of the waves are not those of the shipped table, at the plant's own length."""
     length = plant.parameters.length_scale
     table = shipped() if length == 1.0 else scaled(shipped(), length)
-    phase = getattr(plant.excitation, "phase", "complex")
+    phase: Any = getattr(plant.excitation, "phase", "complex")
     return bool(plant.excitation.sha256 != excitation_table(table, phase=phase).sha256)
 
 

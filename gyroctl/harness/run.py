@@ -85,8 +85,8 @@ class Settings:
         if length == 1.0:
             return self
         time = growth("s", length)
-        own = {"sensors": self.sensors.at(length), "actuators": self.actuators.at(length)}
-        return replace(self, dt=self.dt * time, blend=self.blend * time, **own)
+        sensors, actuators = self.sensors.at(length), self.actuators.at(length)
+        return replace(self, dt=self.dt * time, blend=self.blend * time, sensors=sensors, actuators=actuators)
 
     @property
     def score_from(self) -> float:

@@ -10,7 +10,7 @@ from dataclasses import asdict, dataclass
 from gyroctl.errors import InputError
 from gyroctl.froude import growth
 from gyroctl.harness.protocol import Law
-from gyroctl.harness.registry import law, tuned_sets
+from gyroctl.harness.registry import build, law, tuned_sets
 
 BASELINE = "best_constant"
 """Name of the yardstick in every comparison: no other law may bear it."""
@@ -52,7 +52,7 @@ class Yardstick:
     def on(self, length: float) -> Law:
         """The pair as a law, whose period is that of a device of a `length` over that of Table 1."""
         period = {} if length == 1.0 else {"period": PERIOD * growth("s", length)}
-        return law(PAIR, cc=self.cc, cg=self.cg, **period)
+        return build(PAIR, {"cc": self.cc, "cg": self.cg, **period})
 
     def record(self) -> str:
         """As JSON, for the attributes of a dataset."""

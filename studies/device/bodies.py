@@ -53,24 +53,25 @@ def _ring_in_float(p: Parameters) -> Finding:
 def _triangles(p: Parameters) -> list[Finding]:
     """No principal inertia of a body is above the sum of the other two.
 
-    About the hinge those of the whole device are J1 twice and, about the lever, that of ring, axis and flywheel. Within
-    the ring axis and flywheel are discs, whose inertias across are half of those about themselves (16): what the device
-    has about the hinge must be more than what these discs carry there.
+    (16) takes J11 across the lever for both axes, and ring, axis and flywheel as discs, each with half of its own
+    inertia across. A float that holds them turns about the lever with no less than they do: what turns about the lever
+    must stay below twice what the float has across it. And a flywheel that lies within the ring cannot have more about
+    the lever than the whole.
     """
-    along, across = p.lever_inertia, p.J1
-    discs = 0.5 * (p.J22 + p.J13 + p.J14) + (p.m2 + p.m3 + p.m4) * (p.a + p.b) ** 2
+    along, across = p.lever_inertia, 2.0 * p.J11
+    share = 0.5 * p.J14 / p.J11
     return [
         Finding(
-            "triangle of inertias about the hinge",
-            f"{along:.3g} kg m^2 about the lever, {across:.4g} across it",
-            along <= 2.0 * across,
+            "triangle of inertias",
+            f"ring, axis and flywheel have {along:.3g} kg m^2 about the lever; twice J11, across it, is {across:.4g}",
+            along <= across,
             "Lower J22, J13 or J14, or raise J11",
         ),
         Finding(
-            "flywheel and ring against the device",
-            f"they carry {discs / across:.0%} of J1 = {across:.4g} kg m^2 about the hinge",
-            discs <= across,
-            "Raise J11: the float and the lever have some inertia of their own",
+            "flywheel against the float",
+            f"across the lever the flywheel has {share:.2%} of J11",
+            share <= 1.0,
+            "Raise J11 or lower J14: the float turns with the flywheel in it",
         ),
     ]
 

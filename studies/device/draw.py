@@ -38,7 +38,7 @@ def draw(plant: Plant) -> Figure:
     _water(axes, plant, hinge, p.d + p.c)
     axes.plot(*zip(hinge, centre, strict=True), color=INK, lw=2.5)
     axes.plot(*hinge, "o", color=INK)
-    axes.annotate("hinge", hinge, xytext=(4, 6), textcoords="offset points", color=MUTED)
+    axes.annotate("hinge", (float(hinge[0]), float(hinge[1])), xytext=(4, 6), textcoords="offset points", color=MUTED)
     outline = _capsule(p.c, p.d, along, centre) if hull is None else _shadow(hull)
     axes.fill(*outline, facecolor="none", edgecolor=FLOAT, lw=1.8, label="float")
     for radius, colour, name in ((p.r2, RING, "ring"), (gyration(p.J14, p.m4), WHEEL, "flywheel")):
