@@ -11,7 +11,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 
-QUICK = ("task", "tuned", "table", "ledger", "log", "stored", "wamit", "nemoh", "elevation", "spectrum")
+QUICK = ("task", "device", "tuned", "table", "ledger", "log", "stored", "wamit", "nemoh", "elevation", "spectrum")
 """Readers without a run or a report to prepare."""
 
 SLOW = ("experiment", "results", "results-hdf5", "capytaine", "capytaine-hdf5")

@@ -27,8 +27,9 @@ def new(
     from gyroctl.devices.file import new_device, write_device
 
     changes = {key: _value(value) for key, value in parse(settings or []).items()}
-    above = ("A device. What is left out is that of Table 1 in this variant, at this length_scale.", "")
-    path = write_device(file, new_device(name or file.stem, variant, **changes), above[:1])
+    name, variant = str(changes.pop("name", name)), str(changes.pop("variant", variant))
+    above = ("A device. What is left out is that of Table 1 in this variant, at this length_scale.",)
+    path = write_device(file, new_device(name or file.stem, variant, **changes), above)
     typer.echo(f"Device: {path}")
 
 

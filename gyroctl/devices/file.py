@@ -142,6 +142,22 @@ def _table(source: Any, folder: Path) -> Hydrodynamics | None:
         raise InputError(field, source, f"{error.problem}", error.mend) from None
 
 
+def database_of(path: Path | str) -> Hydrodynamics:
+    """Hydrodynamics of the device that a file describes, at its length.
+
+    Raises
+    ------
+    InputError
+        As `device`.
+    """
+    file = Path(path)
+    device(file)  # refuses what the file says wrong
+    given = read_tables(file, "device")
+    table = _table(given.get("hydrodynamics", SHIPPED), file.parent) or shipped()
+    by = check_by(given.get("hydrodynamics_length", 1.0))
+    return table if by == 1.0 else scaled(table, by)
+
+
 # --- writing -----------------------------------------------------------------------------------------------------
 
 

@@ -13,6 +13,9 @@ from gyroctl.harness.tuned_sets import read_sets, seeds_of
 from gyroctl.names import file_in
 from gyroctl.plant import Plant
 
+PAIRS = ("constant", "best_constant")
+"""Laws that hold a pair: it is given, or searched for the device."""
+
 ALL = "all"
 """Name of the set that serves all seas."""
 
@@ -55,6 +58,8 @@ def foreign(kinds: Mapping[str, str], device: Plant, device_file: Path | None = 
     """
     strange = []
     for name, kind in kinds.items():
+        if kind in PAIRS:
+            continue
         if device_file is not None and own_sets(device_file, kind, device):
             continue
         sets = tuned_sets(kind) if not is_file(kind) else {}

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from gyroctl.devices.identity import device_record
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import build, describe
@@ -64,6 +65,7 @@ class Request:
         """Numbers for JSON."""
         return {
             "device": self.plant.name,
+            "device_record": device_record(self.plant),
             "wave": {"height_m": self.wave.height, "wp_rad_s": self.wave.wp, "equal_energy_hs_m": self.wave.hs},
             "controls": {"cc_nms": self.cc, "cg_nms": self.cg},
             "sense": self.sense,
