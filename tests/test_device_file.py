@@ -92,6 +92,7 @@ def test_a_body_that_does_not_turn_is_allowed(tmp_path: Path) -> None:
         ('m1 = "x"', "m1", "SI"),
         ("k3 = 1e16", "k3", "SI"),
         ("r1 = 0.3", "r2", "r1"),
+        ("r1 = 1e-320", "r1", "SI"),
         ("drag_area = [1, 2, 3]", "drag_area", "two"),
         ("drag_height = 3", "drag_height", "height"),
         ("contact = 'sticky'", "contact", "friction"),

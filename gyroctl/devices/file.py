@@ -17,7 +17,7 @@ from gyroctl.hydrodynamics import Hydrodynamics, load, shipped
 from gyroctl.hydrodynamics.scaling import scaled
 from gyroctl.names import name_of, text_of
 from gyroctl.plant import Parameters, Plant
-from gyroctl.plant.parameters import SCALES
+from gyroctl.plant.parameters import POSITIVE, SCALES
 from gyroctl.tables import read_tables
 from gyroctl.writing import write_text
 
@@ -35,6 +35,9 @@ HEAD: dict[str, Entry] = {
     "excitation_phase": Entry("", '"complex", or "magnitude" as the paper has it'),
 }
 """Entries that are no numbers of the equations."""
+
+SMALLEST = 1e-12
+"""Size below which no length, mass, inertia or stiffness of a device is meant: what is divided by it would overflow."""
 
 OF_TABLE = ("k3", "Jh1", "Jh3")
 """Numbers that the hydrodynamics give where the file does not."""
@@ -105,6 +108,10 @@ def _built(given: dict[str, Any], folder: Path, stem: str) -> Plant:
         taken = OF_TABLE if table is not None else ()
         given = {**{key: getattr(usual, key) for key in ENTRIES if key not in taken}, **given}
     plant = zhang2017(variant, table, **choices, **given)
+    for key in POSITIVE:
+        value = getattr(plant.parameters, key)
+        if value < SMALLEST:
+            raise InputError(key, value, f"must be at least {SMALLEST:g}", f"Give {key} in SI units")
     return plant.replace(name=told(name, variant, plant, choices.get("radiation")))
 
 
