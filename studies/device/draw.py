@@ -46,7 +46,7 @@ def draw(plant: Plant) -> Figure:
         axes.plot(centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn), color=colour, label=name)
     axes.set_aspect("equal")
     axes.legend(loc="upper right")
-    label(axes, "", "from the float to the lee [m]", "above the mean water level [m]")
+    label(axes, "", "from the float, away from the hinge [m]", "above the mean water level [m]")
     return figure
 
 
