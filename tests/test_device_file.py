@@ -134,6 +134,8 @@ def test_new_check_and_scale_by_command(tmp_path: Path, run: Run) -> None:
     assert gy.device(big).parameters.J14 == pytest.approx(20**5 * 0.18355)
     assert run("device", "scale", mine, "--length", 0, "--out", tmp_path / "none.toml")[0] == 2
     assert not (tmp_path / "none.toml").exists()
+    assert run("device", "scale", mine, "--length", 20)[0] == 0
+    assert (tmp_path / "mine-x20.toml").read_bytes() == big.read_bytes()
 
 
 @pytest.mark.parametrize(

@@ -63,12 +63,15 @@ def check(
 def scale(
     file: File,
     length: Annotated[float, typer.Option(help="How many times as long the device is to be.")],
-    out: Annotated[Path, typer.Option(help="Device file to write.")],
+    out: Annotated[
+        Path | None, typer.Option(help="Device file to write; else mine-x20.toml beside mine.toml.", show_default=False)
+    ] = None,
 ) -> None:
     """Write the same device at another size, by Froude's law, in water that is as much deeper."""
     from gyroctl.devices.file import scaled_device, write_device
 
     entries = scaled_device(file, length)
+    out = file.with_name(f"{file.stem}-x{length:g}.toml") if out is None else out
     source = entries["hydrodynamics"]
     if source != "shipped":  # paths are relative to the file that names them
         import os
