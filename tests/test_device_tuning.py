@@ -62,7 +62,9 @@ def test_circumstances_of_a_device_are_in_its_units(big: gy.Plant) -> None:
 
 
 def test_settings_out_of_bounds_are_refused_by_the_size_of_the_device(big: gy.Plant) -> None:
-    actuators = gy.Actuators(cc_max=20.0)
+    actuators = gy.Actuators(cc_max=20.0, length=LENGTH)
+    with pytest.raises(gy.InputError, match=r"actuators\.cc_max"):
+        gy.Actuators(cc_max=20.0)
     actuators.fit(LENGTH)
     with pytest.raises(gy.InputError, match=r"actuators\.cc_max"):
         actuators.fit(1.0)

@@ -211,7 +211,7 @@ def build_experiment(
         run = dataclasses.replace(run, seeds=run.seeds[:4], duration=max(600.0 * growth("s", length), run.blend))
     if run.start == "locked":
         check_length(run.duration, run.blend, growth("s", length))
-    check_known("actuators", table["actuators"], names_of(Actuators))
+    check_known("actuators", table["actuators"], [name for name in names_of(Actuators) if name != "length"])
     trust = Trust(folder, asked_for(allow_code))
     for name in table["laws"]:
         name_of("laws", name)
