@@ -161,7 +161,7 @@ def test_experiment_names_a_device_relative_to_itself(tmp_path: Path) -> None:
     assert setup.plant.parameters.J14 == 0.18355 and setup.plant.parameters.d1 == 3.0
     assert setup.laws["load_angle"].J4 == 0.18355  # type: ignore[attr-defined]
     assert setup.foreign == ["load_angle"]
-    assert setup.record()["device"]["changed"]["J14"]["device"] == 0.18355
+    assert setup.record()["plant"]["J14"] == 0.18355
     with pytest.raises(gy.InputError, match=r"plant\.variant"):
         build_experiment({"plant": {"device": "mine.toml", "variant": "paper"}}, folder=tmp_path)
     with pytest.raises(gy.InputError, match="no such file"):

@@ -12,7 +12,6 @@ from typing import Any
 from gyroctl.comparison.compare import check_length, check_motion_limit
 from gyroctl.comparison.items import check_different
 from gyroctl.devices import VARIANTS, device, zhang2017
-from gyroctl.devices.identity import device_record
 from gyroctl.errors import InputError
 from gyroctl.froude import growth
 from gyroctl.harness.actuation import Actuators
@@ -158,15 +157,14 @@ class Experiment:
         """Tables with every default filled in, safe for JSON."""
         sea = _plain(dataclasses.asdict(self.sea))
         kinds = {SeaState: "jonswap", Regular: "regular", Bichromatic: "bichromatic"}
-        given = self.source.get("sea", {})
+        given, limits = self.source.get("sea", {}), dataclasses.asdict(self.actuators)
         return {
             "sea": {"kind": kinds.get(type(self.sea), given.get("kind", "")), **sea, **_plain(given)},
             "run": {**dataclasses.asdict(self.run), "seeds": list(self.run.seeds)},
             "plant": {"name": self.plant.name, **dataclasses.asdict(self.plant.parameters)},
-            "device": device_record(self.plant),
             "laws": {name: _plain(table) for name, table in self.source.get("laws", {}).items()},
             "sensors": dataclasses.asdict(self.sensors),
-            "actuators": dataclasses.asdict(self.actuators),
+            "actuators": {key: value for key, value in limits.items() if key != "length"},
         }
 
 
