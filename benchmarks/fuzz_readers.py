@@ -19,6 +19,8 @@ from gyroctl.comparison.compare import Realisations, compare
 from gyroctl.comparison.execution import outcome_of
 from gyroctl.comparison.experiment import Experiment, read_experiment
 from gyroctl.controllers.gain_scheduled.table import law_of, read_table, table_file
+from gyroctl.devices.file import new_device, write_device
+from gyroctl.devices.identity import changed
 from gyroctl.engine import Store
 from gyroctl.engine.record import MAGIC
 from gyroctl.harness.registry import tuned_sets
@@ -118,6 +120,13 @@ def task(path: Path) -> object:
         check_seeds(one, Circumstances(device()))
         found.append(one)
     return found
+
+
+def own_device(path: Path) -> object:
+    plant = gy.device(path)
+    numbers = [leaf for leaf in nested.leaves(plant.coefficients) if leaf is not None]
+    assert all(math.isfinite(number) for number in numbers) and plant.depth > 0.0 and changed(plant) is not None
+    return plant
 
 
 def tuned(path: Path) -> object:
@@ -365,6 +374,7 @@ def scatter(path: Path) -> object:
 READERS: dict[str, Reader] = {
     "experiment": Reader(experiments, experiment),
     "task": Reader(lambda folder: [write_text(folder / "0" / "law.toml", TASK)], task),
+    "device": Reader(lambda folder: [write_device(folder / "0" / "mine.toml", new_device())], own_device),
     "tuned": Reader(sets_of_load_angle, tuned),
     "table": Reader(copied(table_file("scheduled_lqr")), table),
     "ledger": Reader(copied(LEDGER), read_ledger),

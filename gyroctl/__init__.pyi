@@ -1,5 +1,5 @@
 from .comparison.compare import compare
-from .devices import zhang2017
+from .devices import device, zhang2017
 from .errors import InputError
 from .harness.actuation import Actuators
 from .harness.constant_pairs import scan
@@ -47,6 +47,7 @@ __all__ = [
     "WaveRealisation",
     "Yardstick",
     "compare",
+    "device",
     "find_yardstick",
     "law",
     "lock_orbit",

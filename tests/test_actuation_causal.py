@@ -301,7 +301,7 @@ def test_energy_of_a_lagged_generator_on_a_flywheel_at_constant_speed(
     course = Course(*np.zeros((6, 2)))
     for i in range(intervals):
         set_out(course, np.array([0.0, lag]), np.array([0.0, rate]), held, np.array([0.0, aim]))
-        move_into(y, work, moments, weight, k, now, course, PERIOD * i, PERIOD, 0.01, 1.0, still, 0.05, moved)
+        move_into(y, work, moments, weight, k, now, course, PERIOD * i, PERIOD, 0.01, 1.0, 1.0, still, 0.05, moved)
         held = moved[:2].copy()
     time = PERIOD * intervals
     ramp = max(aim / rate - lag, 0.0) if rate > 0.0 else 0.0

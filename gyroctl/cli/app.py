@@ -10,6 +10,7 @@ import typer
 from gyroctl.cli import (
     bound,
     compare,
+    device,
     evaluate,
     export,
     hydro,
@@ -33,6 +34,7 @@ for command in (*COMPARING, *STUDYING, *KEEPING):
     app.command(command.__name__)(command)
 app.add_typer(laws.app, name="laws")
 app.add_typer(hydro.app, name="hydro")
+app.add_typer(device.app, name="device")
 
 
 def _version(wanted: bool) -> None:

@@ -8,7 +8,18 @@ from typing import Annotated, Any
 
 import typer
 
-from gyroctl.cli.options import Gamma, Hs, PeakFrequency, Variant, answer, failures, parse
+from gyroctl.cli.options import (
+    Device,
+    Gamma,
+    Hs,
+    PeakFrequency,
+    Variant,
+    answer,
+    at_model_size,
+    failures,
+    parse,
+    plant_of,
+)
 
 WINDOWS_MAX = 1000
 """Most windows of one search."""
@@ -41,30 +52,31 @@ def bound(
             "pair's, 0.35 at least, and phi3 0.25."
         ),
     ] = None,
+    device: Device = None,
 ) -> None:
     """Search for the best that perfect foresight could do; in a pipe the numbers come as JSON."""
     import gyroctl as gy
     from gyroctl.studies.bound import Effort, bound_report, table
     from gyroctl.studies.bound import quick as quick_effort
 
-    named = {text: _law(text) for text in law or []}
+    plant = at_model_size(plant_of(device, variant), "the search of the bound")
+    named = {text: _law(text, None if device is None else plant) for text in law or []}
     sea, windows = gy.SeaState(hs, wp, gamma), _seeds(seeds)
-    plant = gy.zhang2017(variant)
     effort = quick_effort(plant) if quick else Effort()
     content = bound_report(plant, sea, windows, duration, named, out, free, effort, lag=lag, motion=motion)
     answer(content, [*table(content), f"Numbers and figure: {out}"])
     failures(content["failed"])
 
 
-def _law(text: str) -> Any:
-    """Build the law of "name key=value ...", or of "file.py:Name key=value ..."."""
+def _law(text: str, device: Any = None) -> Any:
+    """Build the law of "name key=value ...", or of "file.py:Name key=value ...", perhaps for a device."""
     import gyroctl as gy
     from gyroctl.harness.registry import build
 
     words = shlex.split(text)
     if not words:
         raise gy.InputError("law", text, "is empty", "Give a name, see gyroctl laws")
-    return build(words[0], parse(words[1:]))
+    return build(words[0], parse(words[1:]), device=device)
 
 
 def _seeds(text: str) -> list[int]:

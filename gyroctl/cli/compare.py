@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -48,6 +49,9 @@ def compare(
     say_notes(setup.sea, setup.plant)
     say_first_time("plant and laws", 30)
     say, on = partial(typer.echo, err=True), workers or None
+    strange = setup.foreign
+    if strange:
+        say(f"Note: tuned for another device: {', '.join(strange)}. For this one: gyroctl tune all --device FILE")
     pair = find_yardstick(setup.plant, setup.sea, setup.settings, limit, workers=on, search=search, say=say)
     ds = run(
         setup.plant,
@@ -64,7 +68,7 @@ def compare(
         full_series=full_series,
         scheduler=scheduler or None,
     )
-    write(ds.assign_attrs(command=command_line()), out)
+    write(ds.assign_attrs(command=command_line(), foreign_laws=json.dumps(strange)), out)
     for name in ds.law.values:
         reasons = [str(reason) for reason in ds.failure.sel(law=name).values if reason]
         if reasons:

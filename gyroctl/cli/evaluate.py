@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import AllowCode, Scheduler, Workers, failures
+from gyroctl.cli.options import AllowCode, Device, Scheduler, Workers, failures
 
 
 def evaluate(
@@ -54,10 +54,18 @@ def evaluate(
         bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a table judges nothing.")
     ] = False,
     allow_code: AllowCode = None,
+    device: Device = None,
 ) -> None:
     """Judge laws on spent or reserve realisations: seas, off the design, information, devices, real water."""
+    from gyroctl.errors import InputError
     from gyroctl.studies.evaluation import evaluate_tables, request
 
+    if device is not None:
+        problem = (
+            "judges the laws on the paper's device and on what differs from it: its cases, targets and pairs are so"
+        )
+        mend = f'Compare them on yours: [plant] device = "{device.name}" in an experiment file, gyroctl compare'
+        raise InputError("--device", device.name, problem, mend)
     chosen, say = seeds or (), partial(typer.echo, err=True)
     allowed = allow_code or ()
     asked = request(

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import MARKUP, check_file
+from gyroctl.cli.options import MARKUP, Device, check_file
 from gyroctl.errors import visible
 
 app = typer.Typer(
@@ -66,15 +66,21 @@ def fit_wetted_(
 def check(
     database: Annotated[Path | None, typer.Argument(help="NetCDF file; without it the shipped one.")] = None,
     out: Annotated[Path | None, typer.Option(help="JSON file for the rows.", show_default=False)] = None,
+    device: Device = None,
 ) -> None:
     """Check a database against Table 1, Haskind, Kramers-Kronig, symmetry and the passivity of its fits."""
+    from gyroctl.devices.file import database_of
+    from gyroctl.errors import InputError
     from gyroctl.hydrodynamics.check import check as run
     from gyroctl.provenance import made
     from gyroctl.writing import write_json
 
     if out is not None:
         check_file(out)
-    found = run(database)
+    if device is not None and database is not None:
+        problem, mend = "is a database beside that of the device", "Give one of the two"
+        raise InputError("database", str(database), problem, mend)
+    found = run(database if device is None else database_of(device))
     if out is not None:
         write_json(out, {**made(), "ok": found.ok, "rows": found.rows})
     typer.echo(str(found))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyroctl.cli.options import MARKUP
+from gyroctl.cli.options import MARKUP, Device, at_model_size, plant_of
 
 if TYPE_CHECKING:
     from gyroctl.harness.law_trials import Check
@@ -20,13 +20,14 @@ app = typer.Typer(help="List the registered laws; check a law.", invoke_without_
 
 
 @app.callback()
-def laws(context: typer.Context) -> None:
+def laws(context: typer.Context, device: Device = None) -> None:
     """List the registered laws with their shipped tuning."""
     if context.invoked_subcommand is not None:
         return
     from rich.console import Console
     from rich.table import Table
 
+    from gyroctl.harness.device_sets import foreign
     from gyroctl.harness.protocol import Sensing
     from gyroctl.harness.registry import describe, law, registered
 
@@ -38,12 +39,19 @@ def laws(context: typer.Context) -> None:
         reads = ", ".join(built.sensors) if isinstance(built, Sensing) else ""
         table.add_row(name, built.information, reads, f"{built.period:g}", parameters, summary)
     Console().print(table)
+    if device is not None:
+        strange = foreign({name: name for name in registered()}, plant_of(device, "corrected"), device)
+        for name in strange:
+            typer.echo(f"{name}: its tuned sets belong to another device than {device.name}")
+        if strange:
+            typer.echo(f"Sets for this one: gyroctl tune all --device {device.name}")
 
 
 @app.command("check")
 def check(
     name: Annotated[str, typer.Argument(help="FILE.py for all laws in it, FILE.py:NAME, or a registered name.")],
     runs: Annotated[int, typer.Option(min=2, max=1000, help="Realisations for the check of the integration step.")] = 8,
+    device: Device = None,
 ) -> None:
     """Check whether a law keeps the protocol; exit code 2 where it does not."""
     from rich.box import SIMPLE_HEAD
@@ -51,10 +59,9 @@ def check(
     from rich.markup import escape
     from rich.table import Table
 
-    from gyroctl.devices import zhang2017
     from gyroctl.harness.law_check import laws_of
 
-    plant, failed = zhang2017(), 0
+    plant, failed = at_model_size(plant_of(device, "corrected"), "the check"), 0
     for each in laws_of(Path(name)) if name.endswith(".py") else [name]:
         table = Table("check", "", "found", title=each, title_justify="left", box=SIMPLE_HEAD)
         for line in _checked(each, plant, runs):

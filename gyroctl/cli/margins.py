@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import Parameters, Variant, answer, failures, parse
+from gyroctl.cli.options import Device, Parameters, Variant, answer, at_model_size, failures, parse, plant_of
 
 CC = typer.Option(help="Magnetic coupling [Nms]; a law starts from it.")
 CG = typer.Option(help="Generator gain [Nms]; a law starts from it.")
@@ -36,13 +36,13 @@ def margins(
     choices: Choices = None,
     sense: Annotated[int, SENSE] = 1,
     variant: Variant = "corrected",
+    device: Device = None,
 ) -> None:
     """Measure how far a lock is from breaking; in a pipe the numbers come as JSON."""
-    from gyroctl.devices import zhang2017
     from gyroctl.studies.margins import margin_report, request
 
-    plant = zhang2017(variant, **parse(choices or [], "--plant"))
-    asked = request(plant, height, wp, cc, cg, sense, law, parse(settings or []))
+    plant = at_model_size(plant_of(device, variant, parse(choices or [], "--plant")), "the margin study")
+    asked = request(plant, height, wp, cc, cg, sense, law, parse(settings or []), device is not None)
     content = margin_report(asked, out, samples, maps, water=water)
     said = [f"{name.replace('_', ' ')}: {text}" for name, text in content["meaning"].items()]
     answer(content, [*said, f"Numbers and figures: {out}"])
@@ -59,16 +59,17 @@ def lockmap(
     choices: Choices = None,
     sense: Annotated[int, SENSE] = 1,
     variant: Variant = "corrected",
+    device: Device = None,
 ) -> None:
     """Map where lock exists and is stable; in a pipe the numbers come as JSON."""
-    from gyroctl.devices import zhang2017
     from gyroctl.errors import InputError
     from gyroctl.studies.margins import lock_map_report, request
 
     names = [name.strip() for name in axes.split(",")]
     if len(names) != 2:
         raise InputError("axes", axes, "must be two names with a comma between", "Give cc,cg or wp,height")
-    asked = request(zhang2017(variant, **parse(choices or [], "--plant")), height, wp, cc, cg, sense)
+    plant = at_model_size(plant_of(device, variant, parse(choices or [], "--plant")), "the lock map")
+    asked = request(plant, height, wp, cc, cg, sense)
     content = lock_map_report(asked, (names[0], names[1]), out)
     border = [value for value in content["map"]["border"] if value is not None]
     said = f"fold at {names[1]} = {min(border):.4g} to {max(border):.4g}" if border else "no fold within the map"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import typer
 
 if TYPE_CHECKING:
+    from gyroctl.plant import Plant
     from gyroctl.waves import Sea
 
 MARKUP: Literal["markdown"] = "markdown"
@@ -40,6 +41,72 @@ AllowCode = Annotated[
     ),
 ]
 Parameters = Annotated[list[str] | None, typer.Option("--set", help="Parameter of the law, key=value; may repeat.")]
+
+
+Device = Annotated[
+    Path | None, typer.Option("--device", help="A device of your own, see gyroctl device.", show_default=False)
+]
+OwnHs = Annotated[
+    float | None, typer.Option("--hs", help="Significant wave height [m].", show_default="0.283 times the length")
+]
+OwnPeak = Annotated[
+    float | None, typer.Option("--wp", help="Peak frequency [rad/s].", show_default="3.14 at the size of Table 1")
+]
+
+
+def plant_of(device: Path | None, variant: str, choices: Mapping[str, Any] | None = None) -> Plant:
+    """Return the plant that a command is asked for: of a device file, or the paper's in a variant, with some choices.
+
+    Raises
+    ------
+    InputError
+        For a variant beside a device file, which says its own, and whatever the device refuses.
+    """
+    from gyroctl.devices import device as read
+    from gyroctl.devices import zhang2017
+    from gyroctl.errors import InputError
+
+    if device is None:
+        return zhang2017(variant, **(choices or {}))
+    if variant != "corrected":
+        raise InputError("--variant", variant, "is said by the device file", f"Write it into {device.name}")
+    plant = read(device)
+    return plant.replace(**choices) if choices else plant
+
+
+def at_model_size(plant: Plant, what: str) -> Plant:
+    """Return a plant of the size of Table 1; refuse any other, whose study would be in wrong units.
+
+    Raises
+    ------
+    InputError
+        Field ``--device``.
+    """
+    from gyroctl.errors import InputError
+
+    length = plant.parameters.length_scale
+    if length != 1.0:
+        problem = f"is {length:g} times as long as Table 1, and {what} works in steps and limits of that size"
+        mend = f"By Froude's law its model does the same: gyroctl device scale FILE --length {1.0 / length:.6g}"
+        raise InputError("--device", plant.name, problem, mend)
+    return plant
+
+
+def own(value: float | None, usual: float, unit: str, plant: Plant) -> float:
+    """Return an option, or its usual value at the length of the device."""
+    from gyroctl.froude import growth
+
+    return usual * growth(unit, plant.parameters.length_scale) if value is None else value
+
+
+def warn_foreign(names: Mapping[str, str], plant: Plant, device: Path | None) -> None:
+    """Say on stderr which laws have tuned sets of another device only."""
+    from gyroctl.harness.device_sets import foreign
+
+    strange = foreign(names, plant, device)
+    if strange:
+        ask = f"gyroctl tune {' '.join(strange)} --device {device.name}" if device else "gyroctl tune"
+        typer.echo(f"Note: tuned for another device: {', '.join(strange)}. For this one: {ask}", err=True)
 
 
 def parse(pairs: list[str], option: str = "--set") -> dict[str, Any]:
@@ -90,22 +157,22 @@ def say_notes(sea: object, plant: Any = None) -> None:
         typer.echo(visible(f"sea: {note}"), err=True)
 
 
-def sea_of(path: Path | None, hs: float, wp: float, gamma: float) -> Sea:
-    """Sea of a TOML file with a table [sea], or by its numbers."""
+def sea_of(path: Path | None, hs: float | None, wp: float | None, gamma: float, plant: Plant) -> Sea:
+    """Sea of a TOML file with a table [sea], or by its numbers; those that are not given are of the plant's length."""
     from gyroctl.waves import SeaState
 
     if path is None:
-        return SeaState(hs, wp, gamma)
+        return SeaState(own(hs, SeaState.hs, "m", plant), own(wp, SeaState.wp, "rad/s", plant), gamma)
     from gyroctl.comparison.sea_table import build_sea
     from gyroctl.errors import InputError
     from gyroctl.tables import read_tables, table_of
 
-    if (hs, wp, gamma) != (0.283, 3.14, 5.0):
+    if hs is not None or wp is not None or gamma != SeaState.gamma:
         raise InputError("sea", str(path), "stands beside --hs, --wp or --gamma", "Give the file, or the numbers")
     tables = read_tables(path, "sea")
     if "sea" not in tables:
         raise InputError("sea", str(path), "has no table [sea]", "Write [sea] and its entries, as in an experiment")
-    return build_sea(table_of(tables, "sea"), path.parent)
+    return build_sea(table_of(tables, "sea"), path.parent, plant.parameters.length_scale)
 
 
 def failures(failed: Mapping[str, str]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,16 +13,20 @@ import typer
 
 from gyroctl.cli.first_time import say_first_time
 from gyroctl.cli.options import (
+    Device,
     Gamma,
-    Hs,
+    OwnHs,
+    OwnPeak,
     Parameters,
-    PeakFrequency,
     SeaFile,
     Variant,
     check_file,
+    own,
     parse,
+    plant_of,
     say_notes,
     sea_of,
+    warn_foreign,
 )
 
 if TYPE_CHECKING:
@@ -33,21 +38,30 @@ def simulate(
     out: Annotated[Path, typer.Option(help="NetCDF file to write.")],
     settings: Parameters = None,
     gamma: Gamma = 5.0,
-    hs: Hs = 0.283,
-    wp: PeakFrequency = 3.14,
+    hs: OwnHs = None,
+    wp: OwnPeak = None,
     sea: SeaFile = None,
     seed: Annotated[int, typer.Option(help="Seed of the realisation.")] = 1,
-    duration: Annotated[float, typer.Option(help="Length of the run [s].")] = 2000.0,
-    blend: Annotated[float, typer.Option(help="Blend from the regular wave at the start [s].")] = 100.0,
-    dt: Annotated[float, typer.Option(help="Longest step [s].")] = 0.01,
+    duration: Annotated[
+        float | None, typer.Option(help="Length of the run [s].", show_default="2000 at the size of Table 1")
+    ] = None,
+    blend: Annotated[
+        float | None,
+        typer.Option(help="Blend from the regular wave at the start [s].", show_default="100 at the size of Table 1"),
+    ] = None,
+    dt: Annotated[
+        float | None, typer.Option(help="Longest step [s].", show_default="0.01 at the size of Table 1")
+    ] = None,
     start: Annotated[str, typer.Option(help="Start: locked, or rest for a law that starts the device.")] = "locked",
     motor: Annotated[float, typer.Option(help="Largest gain of the generator as a motor [Nms].")] = 0.0,
     variant: Variant = "corrected",
+    device: Device = None,
 ) -> None:
     """Run one law on one realisation and write the trajectory."""
     import numpy as np
 
     import gyroctl as gy
+    from gyroctl.harness.device_sets import own_parameters
     from gyroctl.harness.registry import build
     from gyroctl.harness.run import lead_in
     from gyroctl.provenance import command_line
@@ -58,24 +72,32 @@ def simulate(
     from gyroctl.waves.checks import within
     from gyroctl.writing import written_whole
 
-    within("motor", motor, 0.0, 10.0, "Give the size of the gain in Nms, for example 0.02")
-    built = build(law, parse(settings or []))
+    plant = plant_of(device, variant)
+    duration, blend = own(duration, 2000.0, "s", plant), own(blend, 100.0, "s", plant)
+    dt = own(dt, 0.01, "s", plant)
+    most = own(None, 10.0, "Nms", plant)
+    within("motor", motor, 0.0, most, "Give the size of the gain in Nms, for example 0.02")
+    given = parse(settings or [])
+    if device is not None:
+        given = {**own_parameters(device, law, plant), **given}
+        warn_foreign({law: law}, plant, device)
+    built = build(law, given, device=None if device is None else plant)
     check_file(out)
     if start == "locked" and not duration > blend:
         problem, mend = f"is not longer than the blend of {blend:g} s", "Give a longer --duration, or a shorter --blend"
         raise gy.InputError("duration", duration, problem, mend)
-    setup = gy.Settings(dt=dt, blend=blend, actuators=gy.Actuators(cg_min=-motor), start=start)
-    plant = gy.zhang2017(variant)
-    chosen = sea_of(sea, hs, wp, gamma)
+    usual = gy.Settings(start=start).at(plant.parameters.length_scale)
+    setup = replace(usual, dt=dt, blend=blend, actuators=replace(usual.actuators, cg_min=-motor))
+    chosen = sea_of(sea, hs, wp, gamma, plant)
     say_notes(chosen, plant)
-    waves, wp = gy.realise(plant, chosen, seed, duration), chosen.wp
+    waves, peak = gy.realise(plant, chosen, seed, duration), chosen.wp
     acting = lead_in(waves, setup)
     say_first_time("plant and law", 4)
     with Progress("run", round(duration / built.period)) as progress:
         ds = gy.simulate(plant, built, acting, setup, law, progress=progress.advance)
     rest, scored = start == "rest", (setup.score_from, float("nan"))
     record = record_of(plant, ds)
-    found = evaluate(plant, record, acting.moments[1], acting.dt, wp, *scored, from_rest=rest)
+    found = evaluate(plant, record, acting.moments[1], acting.dt, peak, *scored, from_rest=rest)
     if not math.isfinite(found["mean_power"]):
         still = np.isfinite(ds.psi_rate.values)
         last = float(ds.time[int(still.argmin())])
@@ -83,7 +105,7 @@ def simulate(
         raise gy.InputError("law", law, problem, "Try smaller waves (--hs), a shorter step (--dt) or another law")
     with written_whole(out) as part:
         ds.assign_attrs(command=command_line()).to_netcdf(part, engine="h5netcdf")
-    typer.echo(f"{law}: {_closing(ds, found, wp, rest)}. Trajectory: {out}")
+    typer.echo(f"{law}: {_closing(ds, found, peak, rest)}. Trajectory: {out}")
     card = {name: math.nan if value is None else value for name, value in json.loads(ds.attrs["validity"]).items()}
     typer.echo(in_words(card))
 

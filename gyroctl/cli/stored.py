@@ -84,7 +84,7 @@ def verify(
     waves = Realisations(setup.sea, setup.run.seeds, setup.run.duration)
     say = partial(typer.echo, err=True)
     pair = find_yardstick(setup.plant, setup.sea, setup.settings, setup.run.motion_limit, search=False, say=say)
-    laws, _ = with_yardstick(dict(setup.laws), pair)
+    laws, _ = with_yardstick(dict(setup.laws), pair, setup.plant.parameters.length_scale)
     limit = setup.run.time_limit or max(60.0, waves.duration)
     items = work_items(setup.plant, laws, waves, setup.settings, limit, full_series)
     found = check(items, place, share, count, workers_wanted(workers), seed, say)

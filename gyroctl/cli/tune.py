@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gyroctl.cli.options import AllowCode, Scheduler, Workers, failures
+from gyroctl.cli.options import AllowCode, Device, Scheduler, Workers, failures
 
 if TYPE_CHECKING:
     from gyroctl.tuning.task import Task
@@ -17,11 +17,16 @@ if TYPE_CHECKING:
 
 
 def tune(
-    laws: Annotated[list[str], typer.Argument(help='Laws: registered name, "file.py:Name", or a task, TASK.toml.')],
+    laws: Annotated[
+        list[str], typer.Argument(help='Laws: registered name, "file.py:Name", or a task, TASK.toml; all of them: all.')
+    ],
     sets: Annotated[
         str, typer.Option("--for", help="Sets to tune, with commas: all (one for all seas), or seas of the task.")
     ] = "all",
-    budget: Annotated[float, typer.Option(help="Simulated time for each set of each law [s].")] = 4e6,
+    budget: Annotated[
+        float | None,
+        typer.Option(help="Simulated time for each set of each law [s].", show_default="4e6 at the size of Table 1"),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for steps, tables and figures.")] = Path("results/tuning"),
     workers: Workers = 0,
     scheduler: Scheduler = "",
@@ -37,20 +42,33 @@ def tune(
     ] = None,
     ship: Annotated[bool, typer.Option("--ship", help="Also write the sets beside the law.")] = False,
     allow_code: AllowCode = None,
+    device: Device = None,
 ) -> None:
     """Tune laws; a tuning that was stopped goes on where it was, one with a larger budget too."""
+    from gyroctl.errors import InputError
+    from gyroctl.froude import growth
     from gyroctl.harness.code_files import is_file
+    from gyroctl.harness.device_sets import sets_folder
     from gyroctl.harness.registry import home, tuned_sets
     from gyroctl.harness.tuned_sets import tuned_file, write_sets
     from gyroctl.names import file_in
     from gyroctl.tuning.bench import workers_wanted
-    from gyroctl.tuning.task import read_task
+    from gyroctl.tuning.task import read_task, tasked
+    from gyroctl.tuning.tune import BUDGET
     from gyroctl.tuning.tune import tune as run
     from gyroctl.writing import Kept
 
-    on, allowed = circumstances(experiment, water, allow_code or ()), allow_code or ()
+    on, allowed = circumstances(experiment, water, allow_code or (), device), allow_code or ()
+    if device is not None and ship:
+        problem = "ships sets of the paper's device, and --device tunes for another one"
+        raise InputError(
+            "--ship", True, problem, f"Leave it out: they are kept in {sets_folder(device).name} beside it"
+        )
+    length = on.plant.parameters.length_scale if on.own else 1.0
+    budget = BUDGET * growth("s", length) if budget is None else budget
     wanted = [name.strip() for name in sets.split(",") if name.strip()]
-    tasks = [read_task(name, water, allowed) for name in laws]
+    laws = [own for name in laws for own in (tasked() if name == "all" else [name])]
+    tasks = [read_task(name, water, allowed).at_length(length) for name in laws]
     for task in tasks:  # all that can be refused is refused before the first run
         for which in wanted:
             task.served(which)
@@ -62,6 +80,8 @@ def tune(
                 many = workers_wanted(workers)
                 found = run(task, which, on, budget, out, many, start=start, scheduler=scheduler or None)
                 write_sets(file_in(out, task.stem, ending=".json"), task.law, found.sets)
+                if device is not None:
+                    write_sets(file_in(sets_folder(device), task.stem, ending=".json"), task.law, found.sets)
                 if ship:
                     folder, stem = home(task.law)
                     write_sets(tuned_file(folder, stem), task.stem if is_file(task.law) else task.law, found.sets)
@@ -69,15 +89,26 @@ def tune(
                 _table(task, found)
     if len(kept.failed) == len(tasks) * len(wanted):
         raise kept.errors[0]
-    typer.echo(f"Written to {out}" + (" and beside the law" if ship else ""))
+    beside = " and beside the law" if ship else "" if device is None else f" and to {sets_folder(device)}"
+    typer.echo(f"Written to {out}{beside}")
     failures(kept.failed)
 
 
-def circumstances(experiment: Path | None, water: str = "linear", allow_code: Sequence[Path] = ()) -> Circumstances:
-    """Plant, sensors and actuators of an experiment, or those of a water."""
+def circumstances(
+    experiment: Path | None, water: str = "linear", allow_code: Sequence[Path] = (), device: Path | None = None
+) -> Circumstances:
+    """Plant, sensors and actuators of an experiment, those of a water, or those of a device of one's own."""
     from gyroctl.comparison.experiment import read_experiment
-    from gyroctl.tuning.waters import Circumstances, circumstances_of
+    from gyroctl.errors import InputError
+    from gyroctl.tuning.waters import Circumstances, circumstances_of, on_device
 
+    if device is not None:
+        from gyroctl.devices import device as read
+
+        if experiment is not None:
+            problem, mend = "says its own device", "Give one of the two"
+            raise InputError("--experiment", str(experiment), problem, mend)
+        return on_device(read(device), water)
     if experiment is None:
         return circumstances_of(water)
     setup = read_experiment(experiment, allow_code=allow_code)

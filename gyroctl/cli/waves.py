@@ -7,7 +7,19 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import Gamma, Hs, PeakFrequency, SeaFile, Variant, check_file, say_notes, sea_of
+from gyroctl.cli.options import (
+    Device,
+    Gamma,
+    OwnHs,
+    OwnPeak,
+    SeaFile,
+    Variant,
+    check_file,
+    own,
+    plant_of,
+    say_notes,
+    sea_of,
+)
 
 
 def waves(
@@ -17,13 +29,16 @@ def waves(
     ] = None,
     sea: SeaFile = None,
     gamma: Gamma = 5.0,
-    hs: Hs = 0.283,
-    wp: PeakFrequency = 3.14,
+    hs: OwnHs = None,
+    wp: OwnPeak = None,
     seed: Annotated[int, typer.Option(help="Seed of the realisation.")] = 1,
-    duration: Annotated[float, typer.Option(help="Length [s].")] = 2000.0,
-    dt: Annotated[float, typer.Option(help="Time step [s].")] = 0.05,
+    duration: Annotated[
+        float | None, typer.Option(help="Length [s].", show_default="2000 at the size of Table 1")
+    ] = None,
+    dt: Annotated[float | None, typer.Option(help="Time step [s].", show_default="0.05 at the size of Table 1")] = None,
     blend: Annotated[float, typer.Option(help="Blend from the regular wave at the start [s].")] = 0.0,
     variant: Variant = "corrected",
+    device: Device = None,
 ) -> None:
     """Tell a sea; with OUT, write elevation and moments of one realisation."""
     import math
@@ -37,8 +52,9 @@ def waves(
     if out is not None:
         form = form_of(out)
         check_file(out)
-    chosen = sea_of(sea, hs, wp, gamma)
-    plant = gy.zhang2017(variant)
+    plant = plant_of(device, variant)
+    duration, dt = own(duration, 2000.0, "s", plant), own(dt, 0.05, "s", plant)
+    chosen = sea_of(sea, hs, wp, gamma, plant)
     say_notes(chosen, plant)
     more = ""
     if isinstance(chosen, TabulatedSpectrum | DirectionalSpectrum):

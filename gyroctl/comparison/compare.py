@@ -17,6 +17,7 @@ import numpy as np
 from gyroctl.comparison.cluster import connected, run_far
 from gyroctl.comparison.execution import execute
 from gyroctl.comparison.items import COUNTERS, Outcome, Realisations, check_different, work_items
+from gyroctl.devices.identity import device_record
 from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.arguments import check_plant, laws_by_name
 from gyroctl.harness.protocol import Law
@@ -135,7 +136,7 @@ def compare(
         that differ, runs too short to judge lock, and whatever a run refuses.
     """
     check_plant(plant)
-    settings, built = checked_settings(settings), laws_by_name(laws)
+    settings, built = checked_settings(settings, plant), laws_by_name(laws)
     if not isinstance(waves, Realisations):
         waves = _from_realisations(waves)
     if not built:
@@ -143,10 +144,10 @@ def compare(
     check_workers(workers)
     check_motion_limit(motion_limit)
     run_size(waves.duration, settings.dt, settings.actuators.period)
-    built, yardstick = with_yardstick(built, yardstick)
+    built, yardstick = with_yardstick(built, yardstick, plant.parameters.length_scale)
     refused = refused_for(built.values()) if tuning_seeds is None else sorted(int(seed) for seed in tuning_seeds)
     check_seeds(waves.seeds, refused)
-    check_length(waves.duration, settings.score_from)
+    check_length(waves.duration, settings.score_from, plant.parameters.time_scale)
     for name, law in built.items():
         ticks_of(law, name, settings.actuators)
     limit = max(60.0, waves.duration) if time_limit is None else time_limit
@@ -169,6 +170,7 @@ def compare(
         start=settings.start,
         motion_limit=motion_limit,
         plant=plant.name,
+        device=json.dumps(device_record(plant)),
         contact=plant.parameters.contact,
         wp=waves.sea.wp,
         hs=waves.sea.hs,
@@ -188,13 +190,16 @@ def check_motion_limit(limit: float) -> None:
     within("run.motion_limit", limit, 0.0, 0.5 * math.pi, "Give an angle in rad, for example 0.35")
 
 
-def check_length(duration: float, blend: float) -> None:
-    """Refuse runs that end before their scoring begins, or so soon after that their lock cannot be judged."""
+def check_length(duration: float, blend: float, pace: float = 1.0) -> None:
+    """Refuse runs that end before their scoring begins, or so soon after that their lock cannot be judged.
+
+    `pace` is the unit of time of the device over that of Table 1.
+    """
     mend = "Give a longer duration, or a shorter run.blend"
     if not duration > blend:
         raise InputError("run.duration", duration, f"is not longer than the blend of {blend:g} s", mend)
-    if not can_judge(duration - blend):
-        problem = f"leaves {duration - blend:g} s to score, and lock is judged by means over {WINDOW:g} s"
+    if not can_judge((duration - blend) / pace):
+        problem = f"leaves {duration - blend:g} s to score, and lock is judged by means over {WINDOW * pace:g} s"
         raise InputError("run.duration", duration, problem, mend)
 
 

@@ -11,10 +11,12 @@ from typing import Any
 from gyroctl.comparison.compare import check_length, check_motion_limit
 from gyroctl.comparison.items import check_different
 from gyroctl.comparison.sea_table import build_sea
-from gyroctl.devices import VARIANTS, zhang2017
+from gyroctl.devices import VARIANTS, device, zhang2017
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.code_files import Trust, asked_for, is_file
+from gyroctl.harness.device_sets import foreign, own_parameters, own_seeds
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import build, registered
 from gyroctl.harness.run import Settings
@@ -108,11 +110,21 @@ class Experiment:
     actuators: Actuators
     source: Mapping[str, Any] = field(default_factory=dict)
     kinds: Mapping[str, str] = field(default_factory=dict)
+    device_file: Path | None = None
 
     @property
     def tuning_seeds(self) -> tuple[int, ...]:
-        """Seeds on which these laws may not be judged, those of tuned sets beside a user's law among them."""
-        return refused_for(self.laws.values(), self.kinds.values())
+        """Seeds on which these laws may not be judged, those of tuned sets beside a user's law or device among them."""
+        refused = refused_for(self.laws.values(), self.kinds.values())
+        if self.device_file is None:
+            return refused
+        return tuple(sorted({*refused, *own_seeds(self.device_file, self.kinds.values(), self.plant)}))
+
+    @property
+    def foreign(self) -> list[str]:
+        """Laws whose tuned sets all belong to another device, the yardstick aside."""
+        kinds = {name: kind for name, kind in self.kinds.items() if name != BASELINE}
+        return foreign(kinds, self.plant, self.device_file)
 
     @property
     def settings(self) -> Settings:
@@ -124,14 +136,14 @@ class Experiment:
         still = self.sea.sea if isinstance(self.sea, SpreadSea) else self.sea
         sea = _plain(dataclasses.asdict(still)) | _plain(dataclasses.asdict(self.sea))
         kinds = {SeaState: "jonswap", Regular: "regular", Bichromatic: "bichromatic"}
-        given = self.source.get("sea", {})
+        given, limits = self.source.get("sea", {}), dataclasses.asdict(self.actuators)
         return {
             "sea": {"kind": kinds.get(type(still), given.get("kind", "")), **sea, **_plain(given)},
             "run": {**dataclasses.asdict(self.run), "seeds": list(self.run.seeds)},
             "plant": {"name": self.plant.name, **dataclasses.asdict(self.plant.parameters)},
             "laws": {name: _plain(table) for name, table in self.source.get("laws", {}).items()},
             "sensors": dataclasses.asdict(self.sensors),
-            "actuators": dataclasses.asdict(self.actuators),
+            "actuators": {key: value for key, value in limits.items() if key != "length"},
         }
 
 
@@ -164,39 +176,49 @@ def build_experiment(
     """Build an experiment from tables as read from TOML; paths are relative to `folder`, from where laws may run."""
     check_known("", tables, TABLES)
     table = {name: table_of(tables, name) for name in TABLES}
-    sea, run = build_sea(table["sea"], folder), _run(table["run"])
+    file = device_file(table["plant"], folder)
+    plant = _plant(table["plant"], folder)
+    length = plant.parameters.length_scale
+    sea, run = build_sea(table["sea"], folder, length), _run(table["run"], length)
     if isinstance(sea, Regular | ElevationRecord):  # such a sea is the same for every seed
         if "seeds" not in table["run"]:
             run = dataclasses.replace(run, seeds=(1,))
         check_different([""] * len(run.seeds))
     if quick:
-        run = dataclasses.replace(run, seeds=run.seeds[:4], duration=max(600.0, run.blend))
+        run = dataclasses.replace(run, seeds=run.seeds[:4], duration=max(600.0 * growth("s", length), run.blend))
     if run.start == "locked":
-        check_length(run.duration, run.blend)
-    plant = _plant(table["plant"], folder)
+        check_length(run.duration, run.blend, growth("s", length))
     if plant.parameters.wetted == "surface" and isinstance(sea, SpreadSea | DirectionalSpectrum):
         check_headings(sea)
-    check_known("actuators", table["actuators"], names_of(Actuators))
+    check_known("actuators", table["actuators"], [name for name in names_of(Actuators) if name != "length"])
     trust = Trust(folder, asked_for(allow_code))
     for name in table["laws"]:
         name_of("laws", name)
     entries = {name: trust.names(f"laws.{name}", entry) for name, entry in table["laws"].items()}
     kinds = _kinds(entries)
-    actuators = Actuators(**table["actuators"])
+    actuators = Actuators(**(dataclasses.asdict(Actuators().at(length)) if length != 1.0 else {}) | table["actuators"])
+    actuators.fit(length)
     run_size(run.duration, run.dt, actuators.period)
     return Experiment(
         sea=sea,
         run=run,
         plant=plant,
-        laws=_laws(entries, kinds, sea, allow_code),
-        sensors=_sensors(table["sensors"]),
+        laws=_laws(entries, kinds, sea, allow_code, None if file is None else (plant, file)),
+        sensors=_sensors(table["sensors"], length),
         actuators=actuators,
         source=tables,
         kinds=kinds,
+        device_file=file,
     )
 
 
-def _run(table: dict[str, Any]) -> RunTable:
+def device_file(table: Mapping[str, Any], folder: Path) -> Path | None:
+    """Device file that the table [plant] names, None where it names none."""
+    file = table.get("device")
+    return folder / file if isinstance(file, str) else None
+
+
+def _run(table: dict[str, Any], length: float = 1.0) -> RunTable:
     check_known("run", table, names_of(RunTable))
     for name in ("duration", "dt", "blend", "motion_limit", "time_limit"):
         if name in table:
@@ -211,18 +233,35 @@ def _run(table: dict[str, Any]) -> RunTable:
             problem = "must be a list of whole numbers, zero or positive"
             raise InputError("run.seeds", seeds, problem, "For example seeds = [1, 2, 3]")
         table["seeds"] = tuple(seeds)
-    return RunTable(**table)
+    own = {name: getattr(RunTable, name) * growth("s", length) for name in ("duration", "dt", "blend")}
+    return RunTable(**(own if length != 1.0 else {}) | table)
 
 
 def _plant(table: dict[str, Any], folder: Path) -> Plant:
-    choices = ("variant", "hydrodynamics", "radiation", "excitation_phase")
+    choices = ("variant", "hydrodynamics", "radiation", "excitation_phase", "device")
     check_known("plant", table, (*choices, *names_of(Parameters)))
+    if "device" in table:
+        return _own_device(table, choices, folder)
     if "hydrodynamics" in table:
         table["hydrodynamics"] = folder / str(table["hydrodynamics"])
     variant = table.pop("variant", "corrected")
     if not isinstance(variant, str) or variant not in VARIANTS:
         raise InputError("plant.variant", variant, "unknown variant", f"Choose one of {', '.join(VARIANTS)}")
     return zhang2017(variant, **table)
+
+
+def _own_device(table: dict[str, Any], choices: Sequence[str], folder: Path) -> Plant:
+    """Device of a file, with some of its parameters changed; what else it is, its file says."""
+    file = table.pop("device")
+    if not isinstance(file, str):
+        raise InputError(
+            "plant.device", file, "must be a path", 'Give the path of a device file, for example "mine.toml"'
+        )
+    for name in choices:
+        if name in table:
+            raise InputError(f"plant.{name}", table[name], "is said by the device file", f"Write it into {file}")
+    built = device(folder / file)
+    return built.replace(**table) if table else built
 
 
 def _kinds(table: dict[str, Any]) -> dict[str, str]:
@@ -246,33 +285,52 @@ def _kinds(table: dict[str, Any]) -> dict[str, str]:
     return {**kinds, BASELINE: kinds.get(BASELINE, BASELINE)}
 
 
+OwnDevice = tuple[Plant, Path]
+"""A device of one's own and its file."""
+
+
 def _laws(
-    table: dict[str, Any], kinds: Mapping[str, str], sea: Sea, allow_code: Sequence[str | Path]
+    table: dict[str, Any],
+    kinds: Mapping[str, str],
+    sea: Sea,
+    allow_code: Sequence[str | Path],
+    own: OwnDevice | None = None,
 ) -> dict[str, Law]:
     built = {}
     for name, kind in kinds.items():
         parameters = {key: value for key, value in table.get(name, {}).items() if key != "law"}
-        built[name] = _law(name, kind, parameters, sea, allow_code)
+        built[name] = _law(name, kind, parameters, sea, allow_code, own)
     return built
 
 
-def _law(name: str, kind: str, parameters: dict[str, Any], sea: Sea, allow_code: Sequence[str | Path]) -> Law:
+def _law(
+    name: str,
+    kind: str,
+    parameters: dict[str, Any],
+    sea: Sea,
+    allow_code: Sequence[str | Path],
+    own: OwnDevice | None = None,
+) -> Law:
+    if own is not None and kind != BASELINE and "tuning" not in parameters:
+        parameters = {**own_parameters(own[1], kind, own[0]), **parameters}
     still = sea.sea if isinstance(sea, SpreadSea) else sea
     if kind == BASELINE and "gamma" not in parameters and isinstance(still, SeaState):
         parameters = {**parameters, "gamma": still.gamma}
     try:
-        return build(kind, parameters, None, allow_code)  # what data may run is not for data to say
+        plant = None if own is None else own[0]
+        return build(kind, parameters, None, allow_code, plant)  # what data may run is not for data to say
     except InputError as error:
         known = error.field.replace(f"laws.{kind}", f"laws.{name}") if error.field != "law" else f"laws.{name}.law"
         raise InputError(known, error.value, error.problem, error.mend) from None
 
 
-def _sensors(table: dict[str, Any]) -> Sensors:
+def _sensors(table: dict[str, Any], length: float = 1.0) -> Sensors:
     ideal = table.pop("ideal", False)
     if not isinstance(ideal, bool):
         raise InputError("sensors.ideal", ideal, "must be true or false", "Leave it out for sensors with noise")
     check_known("sensors", table, CHANNELS)
     sensors = Sensors.ideal() if ideal else Sensors()
+    sensors = sensors if length == 1.0 else sensors.at(length)
     changes = {}
     for name, entry in table.items():
         channel = checked_table(f"sensors.{name}", entry)

@@ -52,14 +52,16 @@ class Realisations:
         The waves.
     seeds : tuple of int
         One realisation each.
-    duration, dt : float
-        Length and grid of the moments. [s]
+    duration : float
+        Length. [s]
+    dt : float, optional
+        Grid of the moments, by default that of `realise`. [s]
     """
 
     sea: Sea
     seeds: tuple[int, ...]
     duration: float = 2000.0
-    dt: float = 0.05
+    dt: float | None = None
 
     def at(self, plant: Plant, seed: int, settings: Settings) -> WaveRealisation:
         """Return the waves of a seed as they act on the plant."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.tables import check_known, number
 from gyroctl.waves import (
     Bichromatic,
@@ -41,8 +42,8 @@ SPREADABLE, SPREAD = ("jonswap", "two peaks", "spectrum"), ("spreading", "width"
 WIDTH = "Give width = the exponent s of cos2s, or the standard deviation of normal in degrees"
 
 
-def build_sea(table: dict[str, Any], folder: Path) -> Sea:
-    """Build a sea from its table; a file is relative to `folder`.
+def build_sea(table: dict[str, Any], folder: Path, length: float = 1.0) -> Sea:
+    """Build a sea from its table; a file is relative to `folder`, the usual sea is that of a device of this length.
 
     Raises
     ------
@@ -54,7 +55,7 @@ def build_sea(table: dict[str, Any], folder: Path) -> Sea:
     if not isinstance(kind, str) or kind not in SEAS:
         raise InputError("sea.kind", kind, "unknown kind of sea", f"Choose one of {', '.join(SEAS)}")
     spread = {name: table.pop(name) for name in SPREAD if name in table} if kind in SPREADABLE else {}
-    sea = _of_file(kind, table, folder) if kind in ("spectrum", "record") else _of_numbers(kind, table)
+    sea = _of_file(kind, table, folder) if kind in ("spectrum", "record") else _of_numbers(kind, table, length)
     return _spread(sea, **spread) if spread else sea
 
 
@@ -65,9 +66,11 @@ def _spread(sea: Any, spreading: Any = None, width: Any = None) -> Sea:
     return SpreadSea(sea, spreading, number("sea.width", width))
 
 
-def _of_numbers(kind: str, table: dict[str, Any]) -> Sea:
+def _of_numbers(kind: str, table: dict[str, Any], length: float) -> Sea:
     parameters = inspect.signature(SEAS[kind]).parameters
     check_known("sea", table, parameters)
+    if length != 1.0 and SEAS[kind] is SeaState:
+        table = {"hs": SeaState.hs * length, "wp": SeaState.wp * growth("rad/s", length), **table}
     for name, value in table.items():
         several = isinstance(value, list)
         table[name] = tuple(number(f"sea.{name}", v) for v in value) if several else number(f"sea.{name}", value)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.plant.compiled import inlined
 from gyroctl.reading import is_finite
 
@@ -26,8 +27,17 @@ BOUNDS = {
     "cg_quantum": (1e-9, 10.0),
     "delay": (1, 10_000),
     "cc_gain": (1e-3, 1e3),
+    "length": (1e-2, 1e3),
 }
-"""Least and largest size of each setting that is not zero, in its unit: beyond them it is a slip of the unit."""
+"""Least and largest size of each setting that is not zero, in its unit: beyond them it is a slip of the unit. Of a
+device of the size of Table 1; those with a unit grow with the device, see `UNITS`."""
+
+UNITS = {
+    **dict.fromkeys(("cc_max", "cg_max", "cg_min", "cc_quantum", "cg_quantum"), "Nms"),
+    **dict.fromkeys(("period", "cc_lag", "cg_lag"), "s"),
+    **dict.fromkeys(("cc_rate", "cg_rate"), "Nm"),
+}
+"""Units of the settings that have one; Nms/s of the rates are Nm."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +68,8 @@ class Actuators:
         start the device (those with a member ``motors`` that is true). For every other law the limit is 0. [Nms]
     cc_gain : float
         What the coupling gives as a part of what it is set to: 1 where its calibration is right. The limit stays. [-]
+    length : float
+        Length of the device over that of Table 1, by which the bounds of the other settings go, see `at`. [-]
 
     Raises
     ------
@@ -77,6 +89,7 @@ class Actuators:
     delay: int = 0
     cg_min: float = 0.0
     cc_gain: float = 1.0
+    length: float = 1.0
 
     def __post_init__(self) -> None:
         for f in fields(self):
@@ -97,16 +110,32 @@ class Actuators:
                     "must be a finite number, zero or positive",
                     f"The default is {f.default}",
                 )
-        for name, (low, high) in BOUNDS.items():
-            value = getattr(self, name)
-            if value != 0 and not low <= abs(value) <= high:
-                mend = f"Give it from {low:g} to {high:g}; the default is {getattr(type(self), name):g}"
-                raise InputError(f"actuators.{name}", value, "is out of bounds", mend)
-        for name in ("cc_max", "cg_max", "period", "cc_gain"):
+        self.fit(self.length if BOUNDS["length"][0] <= self.length <= BOUNDS["length"][1] else 1.0)
+        for name in ("cc_max", "cg_max", "period", "cc_gain", "length"):
             if getattr(self, name) == 0:
                 raise InputError(f"actuators.{name}", 0, "must be positive", "Leave it out for the default")
         if int(self.delay) != self.delay:
             raise InputError("actuators.delay", self.delay, "must be whole samples", "Give an integer")
+
+    def fit(self, length: float) -> None:
+        """Refuse a setting that is out of bounds for a device of a `length` over that of Table 1.
+
+        Raises
+        ------
+        InputError
+            Its field is that of the setting.
+        """
+        for name, (low, high) in BOUNDS.items():
+            value, unit = getattr(self, name), UNITS.get(name, "-")
+            least, most = low * growth(unit, min(length, 1.0)), high * growth(unit, max(length, 1.0))
+            if value != 0 and not least <= abs(value) <= most:
+                mend = f"Give it from {least:g} to {most:g}; the default is {getattr(type(self), name):g}"
+                raise InputError(f"actuators.{name}", value, "is out of bounds", mend)
+
+    def at(self, length: float) -> Actuators:
+        """Return the actuators of a device that is `length` times as long: all settings by Froude's law."""
+        own = {name: getattr(self, name) * growth(unit, length) for name, unit in UNITS.items()}
+        return replace(self, length=self.length * length, **own)
 
     @property
     def moves(self) -> bool:

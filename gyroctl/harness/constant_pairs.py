@@ -21,7 +21,7 @@ def scan(
     seeds: Sequence[int],
     duration: float = 2000.0,
     blend: float = 100.0,
-    dt: float = 0.01,
+    dt: float | None = None,
     workers: int | None = None,
     title: str = "scan",
     quiet: bool = False,

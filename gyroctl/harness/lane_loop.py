@@ -33,6 +33,7 @@ class LaneKernel(NamedTuple):
     waves: NDArray[np.float64]  # (LANES, 2 n), of each run sample by sample [Nm]
     waves_dt: float  # [s]
     dt: NDArray[np.float64]  # (runs,) longest step [s]
+    pace: float = 1.0  # unit of time of the device over that of Table 1 [-]
 
 
 class LaneRuns(NamedTuple):
@@ -143,7 +144,7 @@ def advance_all(
             put(aim[l], held[l])
             put(aim[l], controls[l, now])
             lanes.cc[l], lanes.cg[l] = held[l, 0], held[l, 1]
-            steps[l] = steps_for(tick, kernel.dt[l], finer * slip_rate(k, held[l, 0]))
+            steps[l] = steps_for(tick, kernel.dt[l], finer * kernel.pace * slip_rate(k, held[l, 0]))
             set_out(lanes, l, begin, tick / steps[l])
             anew = True
         if going == 0:
@@ -164,7 +165,7 @@ def lent_runs(a: LaneRuns) -> LaneRuns:
 @inlined
 def lent_kernel(a: LaneKernel) -> LaneKernel:
     """See `lent`."""
-    return LaneKernel(a.k, lent(a.waves), a.waves_dt, lent(a.dt))
+    return LaneKernel(a.k, lent(a.waves), a.waves_dt, lent(a.dt), a.pace)
 
 
 @inlined

@@ -35,6 +35,7 @@ class Kernel(NamedTuple):
     waves_dt: float  # [s]
     dt: float  # [s]
     held: Any = None  # moments that are held from outside, see `gyroctl.plant.held`
+    pace: float = 1.0  # unit of time of the device over that of Table 1 [-]
 
 
 def _closed_loop(stamp: str) -> Callable[..., int]:
@@ -115,6 +116,7 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
                     tick,
                     kernel.dt,
                     finer,
+                    kernel.pace,
                     kernel.waves,
                     kernel.waves_dt,
                     moved[sample],
@@ -125,7 +127,7 @@ def _closed_loop(stamp: str) -> Callable[..., int]:
                 put(aim, held)
                 put(aim, controls[sample])
                 now[0, 0], now[1, 0] = held[0], held[1]
-                steps = steps_for(tick, kernel.dt, finer * slip_rate(kernel.k, held[0]))
+                steps = steps_for(tick, kernel.dt, finer * kernel.pace * slip_rate(kernel.k, held[0]))
                 hold_into(
                     state,
                     work,

@@ -18,9 +18,11 @@ from typing import Any, cast
 
 from gyroctl import nested
 from gyroctl.devices import zhang2017
+from gyroctl.devices.identity import is_shipped
 from gyroctl.errors import InputError, check_kind
 from gyroctl.fingerprint.local import noted, sources
 from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
+from gyroctl.harness.for_device import design_in, in_model_scale, numbers_of
 from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
 from gyroctl.plant import Plant
@@ -91,7 +93,14 @@ def real_set(name: str, allow_code: Sequence[str | Path] = ()) -> str | None:
     return next((choice for choice in (REAL, f"{REAL}-{DEFAULT_SEA}") if choice in sets), None)
 
 
-def law(name: str, tuning: str | None = None, *, allow_code: Sequence[str | Path] = (), **parameters: Any) -> Law:
+def law(
+    name: str,
+    tuning: str | None = None,
+    *,
+    device: Plant | None = None,
+    allow_code: Sequence[str | Path] = (),
+    **parameters: Any,
+) -> Law:
     """Build a law.
 
     Parameters
@@ -102,6 +111,10 @@ def law(name: str, tuning: str | None = None, *, allow_code: Sequence[str | Path
         A set of its tuned parameters: "all", or one for a sea alone, as "gamma1", "gamma5", "gamma50"; "real" for all
         seas in real water, or that of `real_set`. A law whose design model goes beyond the linear one takes "real"
         unless told otherwise; one without a design model cannot know of the water, and is told.
+    device : Plant, optional
+        The device that the law is to serve, where it is not that of the paper: gear ratio, inertia of the flywheel and
+        design model are then those of the device, and one of another length is controlled as its model at the size of
+        Table 1, see `gyroctl.harness.model_scale`: all parameters but the pair of a constant law are the model's.
     allow_code : sequence of str or Path, optional
         Files that may run where a tuned set names a law in a file outside the folder of this one.
     **parameters
@@ -118,10 +131,44 @@ def law(name: str, tuning: str | None = None, *, allow_code: Sequence[str | Path
         For an unknown name, set or parameter, a missing file, a value that is not a finite number, or an object that
         is no law.
     """
-    return build(name, parameters, tuning, allow_code)
+    return build(name, parameters, tuning, allow_code, device)
 
 
-def build(name: str, given: Mapping[str, Any], tuning: str | None = None, allow_code: Sequence[str | Path] = ()) -> Law:
+def build(
+    name: str,
+    given: Mapping[str, Any],
+    tuning: str | None = None,
+    allow_code: Sequence[str | Path] = (),
+    device: Plant | None = None,
+) -> Law:
+    """Build a law from a table of parameters, as `_build`, for a device of one's own where there is one.
+
+    Raises
+    ------
+    InputError
+        As `law`.
+    """
+    if device is None or is_shipped(device):
+        return _build(name, given, tuning, allow_code)
+    parameters = dict(given)
+    if isinstance(given.get("plant"), str | Mapping):
+        parameters["plant"] = design_in(device, given["plant"])
+    plain = _build(name, given, tuning, allow_code)
+    taken = _names(_factory(name))
+    wraps = given.get("wraps", taken.get("wraps"))
+    if isinstance(plain, Wrapping) and isinstance(wraps, str | Mapping):  # the law within is given them too
+        table = {"law": wraps} if isinstance(wraps, str) else dict(wraps)
+        inner, names = _wrapped(name, table, allow_code), _names(_factory(str(table["law"])))
+        parameters["wraps"] = {k: v for k, v in numbers_of(inner, device).items() if k in names} | table
+    known = numbers_of(plain, device)
+    own = {key: value for key, value in known.items() if key in taken and key not in given}
+    built = _build(name, {**own, **parameters}, tuning, allow_code)
+    return in_model_scale(built, device.parameters.length_scale, name, given)
+
+
+def _build(
+    name: str, given: Mapping[str, Any], tuning: str | None = None, allow_code: Sequence[str | Path] = ()
+) -> Law:
     """Build a law from a table of parameters that somebody else has written: none of its names is one of `law`.
 
     As `law`, but that a set may stand in the table, as ``tuning``.
@@ -145,13 +192,9 @@ def build(name: str, given: Mapping[str, Any], tuning: str | None = None, allow_
     if tuning is None and isinstance(design, Plant) and design.coefficients.beyond is not None:
         known_set = real_set(name, allow_code)
         parameters = {**(_tuned_parameters(name, known_set, allow_code) if known_set else {}), **parameters}
-    factory = _from_file(name) if is_file(name) else _from_name(name)
-    if not callable(factory):
-        raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")
-    own_names = _defaults(factory)
-    known = dict(own_names)
-    groups = {key: default for key, default in known.items() if hasattr(default, "_fields")}
-    known |= {key: value for group in groups.values() for key, value in nested.named(group).items()}
+    factory = _factory(name)
+    own_names, known = _defaults(factory), _names(factory)
+    groups = {key: default for key, default in own_names.items() if hasattr(default, "_fields")}
     for key, value in parameters.items():
         _check_parameter(name, key, value, known)
     grouped = {key: value for key, value in parameters.items() if key not in own_names}
@@ -181,6 +224,21 @@ def build(name: str, given: Mapping[str, Any], tuning: str | None = None, allow_
 def _defaults(factory: Callable[..., Any]) -> Mapping[str, Any]:
     """Parameters of a law with their defaults; a search builds a law thousands of times."""
     return {key: parameter.default for key, parameter in inspect.signature(factory).parameters.items()}
+
+
+def _factory(name: str) -> Callable[..., Any]:
+    """What builds a law of that name."""
+    factory = _from_file(name) if is_file(name) else _from_name(name)
+    if not callable(factory):
+        raise InputError("law", name, f"is a {type(factory).__name__}, no law", "Name a class or function of the file")
+    return factory
+
+
+def _names(factory: Callable[..., Any]) -> dict[str, Any]:
+    """Parameters that a law takes, those of its groups among them, with their defaults."""
+    own = dict(_defaults(factory))
+    groups = [default for default in own.values() if hasattr(default, "_fields")]
+    return own | {key: value for group in groups for key, value in nested.named(group).items()}
 
 
 def describe(built: Law) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import time
 from collections.abc import Callable, Mapping
@@ -11,7 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.devices.identity import device_record
 from gyroctl.errors import InputError, check_kind
+from gyroctl.froude import growth
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.arguments import check_plant, law_of
 from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law, last_state, why_it_stopped
@@ -76,6 +79,14 @@ class Settings:
         within("run.blend", self.blend, 0.0, DURATION_MAX, "Give its length in seconds, 0 for none, for example 100")
         check_kind("sensors", self.sensors, Sensors, "sensors", "Give gyroctl.Sensors(), or leave it out")
         check_kind("actuators", self.actuators, Actuators, "actuators", "Give gyroctl.Actuators(), or leave it out")
+
+    def at(self, length: float) -> Settings:
+        """Return what serves a device that is `length` times as long, in that device's units by Froude's law."""
+        if length == 1.0:
+            return self
+        time = growth("s", length)
+        sensors, actuators = self.sensors.at(length), self.actuators.at(length)
+        return replace(self, dt=self.dt * time, blend=self.blend * time, sensors=sensors, actuators=actuators)
 
     @property
     def score_from(self) -> float:
@@ -148,7 +159,7 @@ def run_law(
     commands, controls, moved = np.zeros((samples, 2)), np.zeros((samples, 2)), actuators.room(samples)
     held, saturations = np.array(controls_before), np.zeros(1, np.int64)
     signals, wetted = np.ascontiguousarray(waves.signals(plant).T).ravel(), waves.held(plant)
-    kernel = Kernel(plant.coefficients, signals, waves.dt, settings.dt, wetted)
+    kernel = Kernel(plant.coefficients, signals, waves.dt, settings.dt, wetted, plant.parameters.time_scale)
     law, shutter = informed(law, waves, plant)
     machine = compile_law(law) if compiled else None
     arguments = (
@@ -194,6 +205,7 @@ def checked_run(plant: Plant, law: Law, waves: WaveRealisation, settings: Settin
         As `run_law`.
     """
     actuators = settings.actuators
+    actuators.fit(plant.parameters.length_scale)
     run_size(waves.duration, settings.dt, actuators.period)
     every = ticks_of(law, name, actuators)
     largest = describe(law).get("cc", actuators.cc_max)  # a law that fixes cc, or else all that the actuator can give
@@ -251,7 +263,7 @@ def simulate(
     waves : WaveRealisation
         The sea, from `realise`; the start is blended in here unless that was done already.
     settings : Settings, optional
-        Steps, blend, sensors, actuators.
+        Steps, blend, sensors, actuators; by default those of `Settings` in the units of the device, see `Settings.at`.
     name : str
         Kept in the result.
     compiled : bool
@@ -272,7 +284,7 @@ def simulate(
         Where the law breaks the protocol.
     """
     check_plant(plant)
-    settings = checked_settings(settings)
+    settings = checked_settings(settings, plant)
     name = law if isinstance(law, str) and name == "law" else name
     built = law_of(law)
     check_kind("waves", waves, WaveRealisation, "a realisation", "Give gyroctl.realise(plant, sea, seed)")
@@ -294,6 +306,7 @@ def simulate(
         "blend": acting.blend,
         "dt": settings.dt,
         "plant": plant.name,
+        "device": json.dumps(device_record(plant)),
         "wp": waves.sea.wp,
         "hs": waves.sea.hs,
         "saturations": record.saturations,
@@ -305,9 +318,9 @@ def simulate(
     return trajectory(plant, record, signals, attributes)
 
 
-def checked_settings(settings: Settings | None) -> Settings:
-    """Return the settings, the default ones where there are none."""
-    settings = Settings() if settings is None else settings
+def checked_settings(settings: Settings | None, plant: Plant) -> Settings:
+    """Return the settings, the default ones in the units of the device where there are none."""
+    settings = Settings().at(plant.parameters.length_scale) if settings is None else settings
     check_kind("settings", settings, Settings, "settings", "Give gyroctl.Settings(...), or leave it out")
     return settings
 

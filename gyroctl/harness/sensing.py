@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import lru_cache
 from typing import Any, Literal, NamedTuple
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError, check_kind
+from gyroctl.froude import growth
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.measurement import CHANNELS, ROWS
 from gyroctl.reading import is_finite
@@ -119,6 +120,18 @@ class Sensors:
     def ideal(cls) -> Sensors:
         """Sensors without any error."""
         return cls(*(Channel() for _ in CHANNELS))
+
+    def at(self, length: float) -> Sensors:
+        """Return the sensors of a device that is `length` times as long: rates and times by Froude's law."""
+        rate, time = growth("rad/s", length), growth("s", length)
+        changed: dict[str, Channel] = {}
+        for name in CHANNELS:
+            channel = getattr(self, name)
+            by = rate if name.endswith("_rate") else 1.0
+            errors = {part: getattr(channel, part) * by for part in ("noise", "bias", "quantum")}
+            times = {part: getattr(channel, part) * time for part in ("lost_from", "lost_for")}
+            changed[name] = replace(channel, **errors, **times)
+        return Sensors(**changed)
 
     def arrays(self, samples: int, seed: int, period: float = 0.1) -> SensorArrays:
         """Errors of one realisation, a sample each `period` [s]: the same for every law that is run on it.

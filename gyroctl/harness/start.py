@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.nested import leaves
 from gyroctl.orbits.search import search_orbit
 from gyroctl.plant import Plant, equations
@@ -34,7 +35,7 @@ STARTS = ("locked", "rest")
 STREAM = 0x57A7  # separates the ring's angle at rest from the other random numbers of the same seed
 
 REFERENCE = ((0.052, 3.5e-4), (0.104, 1.5e-4), (0.052, 1e-4), (0.104, 3e-5))
-"""Controls on the starting orbit, in the order in which they are tried. [Nms]"""
+"""Controls on the starting orbit, in the order in which they are tried; at the size of Table 1. [Nms]"""
 
 
 def locked_start(plant: Plant, sea: Sea) -> tuple[NDArray[np.float64], tuple[float, float]]:
@@ -53,7 +54,8 @@ def locked_start(plant: Plant, sea: Sea) -> tuple[NDArray[np.float64], tuple[flo
         return np.append(rolling, plant.parameters.N * rolling[PSI_RATE]), controls
     plant = plant.smooth
     wave = equivalent(sea)
-    key = (plant.coefficients, plant.water, plant.excitation.sha256, wave.height, wave.wp, wave.heading)
+    about = plant.water, plant.parameters.length_scale, plant.excitation.sha256
+    key = (plant.coefficients, *about, wave.height, wave.wp, wave.heading)
     if key not in _found:
         _found[key] = shipped().get(key_of(plant, wave)) or search(plant, wave)
     return _found[key]
@@ -116,7 +118,8 @@ def ship(cases: dict[str, tuple[Plant, Sea]], file: Path = SHIPPED) -> None:
 def search(plant: Plant, wave: Regular) -> Start:
     """Find the orbit to start on; errors as of `locked_start`."""
     unstable = None
-    for cc, cg in REFERENCE:
+    unit = growth("Nms", plant.parameters.length_scale)
+    for cc, cg in ((unit * cc, unit * cg) for cc, cg in REFERENCE):
         orbit = search_orbit(plant, wave, cc, cg)
         if orbit.status == "stable":
             return orbit.x, (cc, cg)
@@ -137,5 +140,5 @@ def search(plant: Plant, wave: Regular) -> Start:
         "sea.hs",
         wave.height * math.sqrt(2.0),
         "the equivalent regular wave is too small, or too far off the device's frequency, for a locked orbit",
-        "Raise Hs, or bring wp nearer to 3.14 rad/s",
+        f"Raise Hs, or bring wp nearer to {3.14 / plant.parameters.time_scale:.3g} rad/s",
     )

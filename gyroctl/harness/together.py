@@ -182,7 +182,8 @@ def _in_lanes(plant: Plant, told: Sequence[_Told]) -> list[Outcome]:
         room=lane_room(rows(plant.coefficients)),
         own=np.zeros((2, LANES, 2)),
     )
-    kernel = LaneKernel(plant.coefficients, signals, waves[0].dt, np.array([loop.settings.dt for loop in loops]))
+    steps, pace = np.array([loop.settings.dt for loop in loops]), plant.parameters.time_scale
+    kernel = LaneKernel(plant.coefficients, signals, waves[0].dt, steps, pace)
     sensors = SensorArrays(*_stacked([loop.settings.sensors.arrays(samples, loop.waves.seed, tick) for loop in loops]))
     actuators = ActuatorArrays(*_stacked([_actuators(one) for one in told]))
     compiled_lane_loop(machines[0].entry, lanes, kernel, sensors, actuators, tick)

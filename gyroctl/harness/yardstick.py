@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.harness.protocol import Law
-from gyroctl.harness.registry import law, tuned_sets
+from gyroctl.harness.registry import build, law, tuned_sets
 
 BASELINE = "best_constant"
 """Name of the yardstick in every comparison: no other law may bear it."""
 
 PAIR = "constant"
 """The registered law that holds a pair."""
+
+PERIOD = 0.1
+"""Its period, for a device of the size of Table 1. [s]"""
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,12 @@ class Yardstick:
     @property
     def law(self) -> Law:
         """The pair as a law."""
-        return law(PAIR, cc=self.cc, cg=self.cg)
+        return self.on(1.0)
+
+    def on(self, length: float) -> Law:
+        """The pair as a law, whose period is that of a device of a `length` over that of Table 1."""
+        period = {} if length == 1.0 else {"period": PERIOD * growth("s", length)}
+        return build(PAIR, {"cc": self.cc, "cg": self.cg, **period})
 
     def record(self) -> str:
         """As JSON, for the attributes of a dataset."""
@@ -55,8 +65,12 @@ def shipped_pairs() -> dict[str, tuple[float, float]]:
     return {name: (entry["parameters"]["cc"], entry["parameters"]["cg"]) for name, entry in sets.items()}
 
 
-def with_yardstick(laws: Mapping[str, Law], yardstick: Yardstick | None) -> tuple[dict[str, Law], Yardstick | None]:
+def with_yardstick(
+    laws: Mapping[str, Law], yardstick: Yardstick | None, length: float = 1.0
+) -> tuple[dict[str, Law], Yardstick | None]:
     """Put the yardstick among the laws, in the place of a shipped pair that stands there under its name.
+
+    `length` is that of the device over that of Table 1: a shipped pair is then as large as the device.
 
     Returns
     -------
@@ -72,16 +86,24 @@ def with_yardstick(laws: Mapping[str, Law], yardstick: Yardstick | None) -> tupl
     """
     taken = laws.get(BASELINE)
     if taken is None:
-        return (dict(laws), None) if yardstick is None else ({**laws, BASELINE: yardstick.law}, yardstick)
+        return (dict(laws), None) if yardstick is None else ({**laws, BASELINE: yardstick.on(length)}, yardstick)
     if type(taken) is not type(law(PAIR)):
         _refuse(type(taken).__name__)
     pair = (float(taken.cc), float(taken.cg))  # type: ignore[attr-defined]  # the type of the registered law has both
-    known = pair in shipped_pairs().values() or (yardstick is not None and pair == (yardstick.cc, yardstick.cg))
+    known = _ships(pair, length) or (yardstick is not None and pair == (yardstick.cc, yardstick.cg))
     if not known:
         _refuse(pair)
     if yardstick is None:
         yardstick = Yardstick(*pair, searched=False, words="the pair that ships for the default device was taken")
-    return {**laws, BASELINE: yardstick.law}, yardstick
+    return {**laws, BASELINE: yardstick.on(length)}, yardstick
+
+
+def _ships(pair: tuple[float, float], length: float) -> bool:
+    """Whether a pair is one that ships, at the size of the device."""
+    unit, pairs = growth("Nms", length), shipped_pairs().values()
+    if length == 1.0:
+        return pair in pairs
+    return any(all(math.isclose(a, unit * b, rel_tol=1e-9) for a, b in zip(pair, one, strict=True)) for one in pairs)
 
 
 def _refuse(value: object) -> None:

@@ -68,7 +68,8 @@ class HeldFlow:
     @cached_property
     def steps(self) -> int:
         """Runge-Kutta steps per sample."""
-        return step_count(self.plant.coefficients, self.cc_max, self.period, self.dt)
+        pace = self.plant.parameters.time_scale
+        return step_count(self.plant.coefficients, self.cc_max, self.period, self.dt, pace)
 
     @cached_property
     def _waves(self) -> Vector:

@@ -69,7 +69,7 @@ def lock_orbit(
     cc: float,
     cg: float,
     sense: int = 1,
-    dt: float = 0.01,
+    dt: float | None = None,
     guess: NDArray[np.float64] | None = None,
     nearest: bool = True,
 ) -> PeriodicOrbit:
@@ -85,8 +85,8 @@ def lock_orbit(
         Controls. [Nms]
     sense : {1, -1}
         Sense of rotation of the ring.
-    dt : float
-        Longest step. [s]
+    dt : float, optional
+        Longest step; 0.01 s at the size of Table 1. [s]
     guess : (n,) array, optional
         State at phase zero; by default from harmonic balance.
     nearest : bool

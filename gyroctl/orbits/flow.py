@@ -113,9 +113,9 @@ def changes(
     return y[0, :n].real.copy(), np.ascontiguousarray(y[:, :n].T).imag / STEP
 
 
-def step_count(k: Coefficients, cc: float, duration: float, dt: float) -> int:
-    """Number of Runge-Kutta steps for `duration` [s], as the simulation would take."""
-    return int(steps_for(duration, dt, float(slip_rate(k, cc))))
+def step_count(k: Coefficients, cc: float, duration: float, dt: float, pace: float = 1.0) -> int:
+    """Number of Runge-Kutta steps for `duration` [s], as the simulation would take, in a device's unit of time."""
+    return int(steps_for(duration, dt, pace * float(slip_rate(k, cc))))
 
 
 def flow(
@@ -153,7 +153,7 @@ def stretch_of(plant: Plant, cc: float, forcing: Forcing, periods: float, dt: fl
     periods = float(periods)
     duration = periods * forcing.period
     halves = max(1, round(2.0 * periods)) if (2.0 * periods).is_integer() else 1  # same step in half and full map
-    steps = halves * step_count(plant.coefficients, cc, duration / halves, dt)
+    steps = halves * step_count(plant.coefficients, cc, duration / halves, dt, plant.parameters.time_scale)
     # the grid begins before phase zero so that the interpolation is central everywhere
     return Stretch(PADDING * forcing.dt, duration, steps, forcing.grid(periods), forcing.dt)
 

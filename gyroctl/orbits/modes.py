@@ -82,7 +82,8 @@ def segment_jacobians(orbit: Orbit, segments: int, halves: int = 1) -> NDArray[n
     plant, forcing = orbit.plant, orbit.forcing
     k, n, free = plant.coefficients, orbit.x.size, free_rows(plant)
     hold = 0.5 * halves * orbit.period / segments
-    steps, waves = step_count(k, orbit.cc, hold, orbit.dt), forcing.grid(0.5 * halves)
+    steps = step_count(k, orbit.cc, hold, orbit.dt, plant.parameters.time_scale)
+    waves = forcing.grid(0.5 * halves)
     gear = k.N if plant.parameters.connection == "rigid" else None
     state, blocks = orbit.x.astype(float), []
     for i in range(segments):

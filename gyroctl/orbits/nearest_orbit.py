@@ -22,11 +22,17 @@ LOWER = (0.8, 0.5, 0.25)
 """And in the unit of the height itself: too high a wave can leave no orbit either."""
 
 HIGHEST = 5.0
-"""No search above this height. [m]"""
+"""No search above this height, for a device of the size of Table 1. [m]"""
 
 
 def find_orbit(
-    plant: Plant, wave: RegularWave, cc: float, cg: float, sense: int = 1, dt: float = 0.01, guess: Vector | None = None
+    plant: Plant,
+    wave: RegularWave,
+    cc: float,
+    cg: float,
+    sense: int = 1,
+    dt: float | None = None,
+    guess: Vector | None = None,
 ) -> Orbit:
     """Find the locked orbit as `search_orbit`; where there is none, its advice names the nearest height with one."""
     orbit = search_orbit(plant, wave, cc, cg, sense, dt, guess)
@@ -49,7 +55,7 @@ def nearest_height(missing: Orbit) -> float:
     wave, share = missing.wave, missing.lock_share
     unit = wave.height * max(share, 1.0) if np.isfinite(share) else wave.height
     for height in [unit * f for f in FACTORS] + [wave.height * f for f in LOWER]:
-        if height > HIGHEST:
+        if height > HIGHEST * missing.plant.parameters.length_scale:
             continue
         other = dataclasses.replace(wave, height=height)
         orbit = search_orbit(missing.plant, other, missing.cc, missing.cg, missing.sense, missing.dt)

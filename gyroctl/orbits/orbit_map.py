@@ -205,7 +205,7 @@ class OrbitMap:
         free, state = free_rows(self.plant), self.full(x, setting)
         n, halves = state.size, 1 if self.symmetric else 2
         hold = 0.5 * halves * forcing.period
-        steps = halves * step_count(k, cc, hold / halves, self.dt)
+        steps = halves * step_count(k, cc, hold / halves, self.dt, self.plant.parameters.time_scale)
         stretch = Stretch(PADDING * forcing.dt, hold, steps, forcing.grid(0.5 * halves), forcing.dt)
         sign = signs(n) if self.symmetric else np.ones(n)
         turn = np.zeros(n)

@@ -23,7 +23,13 @@ TOO_HEAVY = "the load asks for more than the wave can pull"
 
 
 def search_orbit(
-    plant: Plant, wave: RegularWave, cc: float, cg: float, sense: int = 1, dt: float = 0.01, guess: Vector | None = None
+    plant: Plant,
+    wave: RegularWave,
+    cc: float,
+    cg: float,
+    sense: int = 1,
+    dt: float | None = None,
+    guess: Vector | None = None,
 ) -> Orbit:
     """Find the locked orbit; parameters, result and errors as of `gyroctl.lock_orbit`, without the nearest height."""
     if not wave.height > 0.0:
@@ -41,7 +47,7 @@ def search_orbit(
         low, high = plant.excitation.omega[[0, -1]]
         mend = f"Give a frequency in the tabulated band, {low:g} to {high:g} rad/s"
         raise InputError("wp", wave.wp, "the excitation is not known at this frequency", mend)
-    problem = LockProblem(plant, float(cc), float(cg), sense, dt, at)
+    problem = LockProblem(plant, float(cc), float(cg), sense, plant.step if dt is None else dt, at)
     guesses = [guess] if guess is not None else harmonic_balance(plant, forcing, problem.cc, problem.cg, sense)
     found: list[Orbit] = []
     for first in guesses:

@@ -27,12 +27,22 @@ SOFT = 0.01
 """Square of the moment about which the load on the contact changes its sign. [N^2 m^2]"""
 
 
+CHANGING, CHANGE = 15.0, 8000.0
+"""Load below which the axis may be about to change sides within 0.01 s [Nm], and the rate at which that is followed
+[1/s]."""
+
+
 class Friction(NamedTuple):
-    """Friction between spin axis and track."""
+    """Friction between spin axis and track; its widths are those of a device of the size of Table 1."""
 
     traction: float  # coefficient over the gear ratio: torque on the axis over the moment M3 [-]
     N: float  # gear ratio [-]
     ring: float  # inverse inertia of ring, axis and flywheel about the axis of the ring [1/(kg m^2)]
+    side: float = SIDE  # [Nm]
+    creep: float = CREEP  # [rad/s]
+    soft: float = SOFT  # [N^2 m^2]
+    changing: float = CHANGING  # [Nm]
+    change: float = CHANGE  # [1/s]
 
 
 @inlined
@@ -97,9 +107,9 @@ def rubbing(contact: Any, load: Any, axis: Any, w: Any) -> Any:
     """
     if contact is None:
         return -0.0, 0.0, 0.0 * w  # the first as `beyond.NOTHING`
-    side = -np.tanh(load / SIDE) * contact.N
+    side = -np.tanh(load / contact.side) * contact.N
     slip = axis - side * w
-    torque = -contact.traction * np.sqrt(load * load + SOFT) * np.tanh(slip / CREEP)
+    torque = -contact.traction * np.sqrt(load * load + contact.soft) * np.tanh(slip / contact.creep)
     return torque, -side * torque, -torque * slip
 
 

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from gyroctl.plant.compiled import INLINED, inlined
 
 EVERY = 0.01
-"""Least time between two evaluations, which take place at the beginning of a Runge-Kutta step. [s]"""
+"""Least time between two evaluations, which take place at the beginning of a Runge-Kutta step; that of a device of the
+size of Table 1. [s]"""
 
 
 class Held(NamedTuple):
@@ -27,11 +28,12 @@ class Held(NamedTuple):
     model: Any
     fields: Any  # what the model needs of the realisation
     last: NDArray[np.float64]  # (4 L + 2,) R1 and R3 before, R1 and R3 now [Nm], their two times [s]
+    every: float = EVERY  # least time between two evaluations [s]
 
     @classmethod
-    def begun(cls, model: Any, fields: Any, runs: int) -> Held:
-        """Return the moments before the first evaluation of so many runs."""
-        return cls(model, fields, np.full(4 * runs + 2, np.nan))
+    def begun(cls, model: Any, fields: Any, runs: int, every: float = EVERY) -> Held:
+        """Return the moments before the first evaluation of so many runs, at least `every` [s] apart."""
+        return cls(model, fields, np.full(4 * runs + 2, np.nan), every)
 
 
 def moments_of(model: Any, fields: Any, t: Any, x: Any, L: int, l: int) -> Any:
@@ -44,14 +46,14 @@ def renew(held: Any, t: float, x: Any, L: int) -> None:
     """Evaluate the moments at the beginning of a step where it is time to."""
     if held is not None:
         last, now = held.last, 4 * L + 1
-        if not t - last[now] < EVERY - 1e-9:  # true before the first evaluation too, when the time is no number
+        if not t - last[now] < held.every - 1e-9:  # true before the first evaluation too, when the time is no number
             first = not last[now] <= t
             for l in range(L):
                 last[l], last[L + l] = last[2 * L + l], last[3 * L + l]
                 last[2 * L + l], last[3 * L + l] = moments_of(held.model, held.fields, t, x, L, l)
                 if first:
                     last[l], last[L + l] = last[2 * L + l], last[3 * L + l]
-            last[now - 1] = t - EVERY if first else last[now]
+            last[now - 1] = t - held.every if first else last[now]
             last[now] = t
 
 

@@ -83,7 +83,11 @@ def slip_rate(k: Coefficients, cc: Any) -> Any:
 
 @inlined
 def steps_for(hold: float, dt: float, rate: float) -> int:
-    """Number of equal steps over `hold` [s]: none longer than `dt` [s], none longer than the slip allows."""
+    """Number of equal steps over `hold` [s]: none longer than `dt` [s], none longer than the slip allows.
+
+    `rate` [1/s] is in units of the device's own time, the slip's times `Parameters.time_scale`: at another size the
+    same accuracy is asked for.
+    """
     return max(int(math.ceil(hold / dt - 1e-9)), int(math.ceil(hold * rate / (ACCURATE * dt) - 1e-9)), 1)
 
 
@@ -219,6 +223,7 @@ def move_into(
     hold: float,
     dt: float,
     finer: float,
+    pace: float,
     waves: Floats,
     waves_dt: float,
     moved: Floats,
@@ -238,6 +243,8 @@ def move_into(
         Longest step. [s]
     finer : float
         How much finer the slip is resolved than under a steady coupling.
+    pace : float
+        Unit of time of the device over that of Table 1, see `steps_for`.
     moved : (3,) array
         Receives cc, cg at the end, and the root of the mean square of cg over the interval. [Nms]
     """
@@ -248,7 +255,7 @@ def move_into(
         cc[0], cg[0] = instant(moving, since)
         largest = max(cc[0], control_at(moving, 0, until))  # the course is monotone
         rate = max(finer * slip_rate(k, largest), LAGGED * lag_rate(moving, since))
-        steps = steps_for(until - since, dt, rate)
+        steps = steps_for(until - since, dt, pace * rate)
         t, part = start + since, until - since
         advance(y, x, slope, moments, weight, 1, k, cc, cg, t, part, steps, waves, waves_dt, moving, since, held, more)
         since = until

@@ -6,6 +6,7 @@ from dataclasses import dataclass, fields
 from typing import Literal
 
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.reading import is_finite
 
 POSITIVE = ("a", "b", "d", "r1", "r2", "m1", "m2", "m3", "m4", "J11", "J22", "J13", "J14", "k1", "k3")
@@ -13,8 +14,13 @@ NOT_NEGATIVE = ("c", "Jh1", "Jh3", "d1", "d3")
 FURTHER = ("drag", "coupling_cap", "coupling_slip", "bearing", "windage", "rolling_resistance")
 """Numbers beyond the linear model: zero leaves the term out."""
 
+SHARES = ("traction", "generator_efficiency")
+
 LARGEST = 1e15
 """Size beyond which no number of a device is meant."""
+
+SCALES = (1e-2, 1e3)
+"""Least and largest length of a device over that of Table 1."""
 
 NAMED: dict[str, tuple[str, ...]] = {
     "connection": ("magnetic", "rigid"),
@@ -87,6 +93,9 @@ class Parameters:
         Lever arm of the rolling resistance of the spin axis on its track. [m]
     generator_efficiency : float
         Electrical over mechanical energy, of what is stored alike. [-]
+    length_scale : float
+        Length of the device over that of Table 1: steps, grids of the waves, and the widths over which a term beyond
+        the linear model changes its sign are in its units, by Froude's law. It enters no equation of motion. [-]
 
     Raises
     ------
@@ -130,14 +139,15 @@ class Parameters:
     windage: float = 0.0
     rolling_resistance: float = 0.0
     generator_efficiency: float = 1.0
+    length_scale: float = 1.0
 
     def __post_init__(self) -> None:
-        for name in (*POSITIVE, *NOT_NEGATIVE, *FURTHER, "traction", "generator_efficiency", "drag_height"):
+        for name in (*POSITIVE, *NOT_NEGATIVE, *FURTHER, *SHARES, "length_scale", "drag_height"):
             value = getattr(self, name)
             _check_number(name, value)
             if name == "drag_height":
                 continue
-            positive = name in (*POSITIVE, "traction", "generator_efficiency")
+            positive = name in (*POSITIVE, *SHARES, "length_scale")
             if value < 0.0 or (value == 0.0 and positive):
                 kind = "positive" if positive else "zero or positive"
                 default = next(f.default for f in fields(self) if f.name == name)
@@ -168,7 +178,14 @@ class Parameters:
             if value < 0.0:
                 raise InputError("plant.drag_area", area, "must be zero or positive", "Give areas in m^2")
         object.__setattr__(self, "drag_area", (float(area[0]), float(area[1])))
-        if not -100.0 <= self.drag_height <= 0.0:
+        low, high = SCALES
+        if not low <= self.length_scale <= high:
+            problem, mend = (
+                f"must be between {low:g} and {high:g}",
+                "Give the length over that of Table 1, 1 for its own",
+            )
+            raise InputError("plant.length_scale", self.length_scale, problem, mend)
+        if not -100.0 * max(1.0, self.length_scale) <= self.drag_height <= 0.0:
             mend = "Give a height above the mean water level between -100 and 0 m, for example -0.1"
             raise InputError("plant.drag_height", self.drag_height, "must lie in the water", mend)
         if self.generator_efficiency > 1.0:
@@ -192,6 +209,11 @@ class Parameters:
     def symmetric(self) -> bool:
         """Whether half a wave later the device moves mirrored: not where the float meets another wave there."""
         return self.position == "rest" and self.wetted == "linear"
+
+    @property
+    def time_scale(self) -> float:
+        """Unit of time of the device over that of Table 1, by Froude's law. [-]"""
+        return growth("s", self.length_scale)
 
     @property
     def N(self) -> float:

@@ -24,6 +24,9 @@ from gyroctl.plant.reduced import undisturbed_names
 from gyroctl.plant.symbolic import casadi_derivative
 from gyroctl.plant.terms import terms
 
+STEP = 0.01
+"""Longest Runge-Kutta step of verdicts, for a device of the size of Table 1. [s]"""
+
 
 class Excitation(Protocol):
     """Wave excitation moments per metre of amplitude."""
@@ -217,6 +220,11 @@ class Plant:
         chain = [f"z{j}_{i + 1}" for j, r in zip((1, 3), self.radiation, strict=True) for i in range(len(r.q))]
         mechanical = ("phi1", "phi3", "psi", "omega", "phi1_rate", "phi3_rate", "psi_rate", "omega_rate")
         return (*mechanical, *chain, *(("theta_rate",) if self.slips else ()))
+
+    @property
+    def step(self) -> float:
+        """Longest Runge-Kutta step where none is asked for: 0.01 s at the size of Table 1. [s]"""
+        return STEP * self.parameters.time_scale
 
     @property
     def slips(self) -> bool:

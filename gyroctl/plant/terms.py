@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from gyroctl.plant.beyond import Beyond, Cap, Curve, Drag, Losses, Position
-from gyroctl.plant.friction import Friction
+from gyroctl.froude import growth
+from gyroctl.plant.beyond import SLOW, STILL, Beyond, Cap, Curve, Drag, Losses, Position
+from gyroctl.plant.friction import CHANGE, CHANGING, CREEP, SIDE, SOFT, Friction
 from gyroctl.plant.parameters import Parameters
 from gyroctl.plant.reduced import reduced
 
@@ -31,10 +32,12 @@ def terms(p: Parameters, geometry: Any) -> Beyond | None:
     drag = None
     if p.drag > 0.0:
         factor = 0.5 * geometry.rho * p.drag * geometry.reach
-        drag = Drag(factor * p.drag_area[0], factor * p.drag_area[1], float(geometry.reach))
+        still = STILL * growth("m^2/s^2", p.length_scale)
+        drag = Drag(factor * p.drag_area[0], factor * p.drag_area[1], float(geometry.reach), still)
     losses = None
     if p.bearing > 0.0 or p.windage > 0.0 or p.rolling_resistance > 0.0:
-        losses = Losses(float(p.bearing), float(p.windage), p.rolling_resistance / p.r2)
+        slow, soft = SLOW * growth("rad/s", p.length_scale), SOFT * growth("N^2 m^2", p.length_scale)
+        losses = Losses(float(p.bearing), float(p.windage), p.rolling_resistance / p.r2, slow, soft)
     found = Beyond(
         position=Position() if moving else None,
         drag=drag,
@@ -43,6 +46,13 @@ def terms(p: Parameters, geometry: Any) -> Beyond | None:
         losses=losses,
         reduced=polynomials,
         surface=None if surface is None else 1.0,
-        contact=Friction(p.traction / p.N, p.N, 1.0 / p.lever_inertia) if p.contact == "friction" else None,
+        contact=friction(p) if p.contact == "friction" else None,
     )
     return None if all(term is None for term in found) else found
+
+
+def friction(p: Parameters) -> Friction:
+    """Friction of the contact, its widths in the units of the device: what is smooth at one size is so at any other."""
+    moment, rate = growth("Nm", p.length_scale), growth("rad/s", p.length_scale)
+    widths = SIDE * moment, CREEP * rate, SOFT * moment * moment, CHANGING * moment, CHANGE * rate
+    return Friction(p.traction / p.N, p.N, 1.0 / p.lever_inertia, *widths)

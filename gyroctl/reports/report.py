@@ -109,7 +109,7 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
     return environment.get_template("report.html.j2").render(
         evaluation=found,
         verdict=verdict,
-        sentences=[_emphasised(sentence, layout.names(ds)) for sentence in verdict.sentences],
+        sentences=[_emphasised(sentence, layout.names(ds)) for sentence in (*verdict.sentences, *_foreign(ds))],
         created=str(ds.attrs["created"])[:16].replace("T", " "),
         laws=found.by_power,
         broken=[law for law in found.by_power if law.failures],
@@ -223,10 +223,32 @@ def _provenance(ds: xr.Dataset) -> list[tuple[str, str]]:
         "Libraries": ", ".join(f"{name} {version}" for name, version in libraries) or None,
         "Hydrodynamics SHA-256": ds.attrs.get("hydrodynamics_sha256"),
         "Plant": ds.attrs.get("plant"),
+        "Changed against Table 1": _changed(ds),
         "Platform": ds.attrs.get("platform"),
         "Commit": ds.attrs.get("commit") or None,
     }
     return [(name, str(value)) for name, value in known.items() if value is not None]
+
+
+def _foreign(ds: xr.Dataset) -> list[str]:
+    """Sentence on the laws whose parameters were tuned for another device, where there are any."""
+    names = layout.read_json(ds, "foreign_laws", [])
+    if not isinstance(names, list) or not names:
+        return []
+    listed = ", ".join(str(name) for name in names)
+    return [f"Tuned for another device than this one: {listed}."]
+
+
+def _changed(ds: xr.Dataset) -> str | None:
+    """What of the device was changed against Table 1, None where the file does not say."""
+    device = layout.read_json(ds, "device", None)
+    if not isinstance(device, dict) or not isinstance(device.get("changed"), dict):
+        return None
+    rows = [f"{name} = {row.get('device')} ({row.get('table_1')})" for name, row in device["changed"].items()]
+    length = device.get("length_scale", 1.0)
+    size = [] if length == 1.0 else [f"{length:g} times the length"]
+    own = ["own hydrodynamics"] if device.get("hydrodynamics") == "own" else []
+    return ", ".join([*size, *rows, *own]) or "nothing"
 
 
 def _experiment_text(ds: xr.Dataset) -> str:

@@ -28,8 +28,8 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
     -------
     dict
         Keys ``experiment``, ``realisations``, ``laws``, and beside the contract ``yardstick``, ``tuning_seeds``,
-        ``seed_states``, ``duration_s``, ``motion_limit_rad``, ``plant``, ``power_differences``, ``created``,
-        ``gyroctl_version``.
+        ``seed_states``, ``duration_s``, ``motion_limit_rad``, ``plant``, ``device``, ``tuned_for_another_device``,
+        ``power_differences``, ``created``, ``gyroctl_version``.
         ``preview_s`` is None for all of the waves. Units are in the names: ``_w`` [W], ``_s`` [s], ``_ms`` [ms];
         motion [rad]; cycle slips per 1000 waves; ratios, CV and probabilities [1]. Intervals are at 95 %.
 
@@ -56,6 +56,8 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
             "duration_s": found.duration,
             "motion_limit_rad": found.motion_limit,
             "plant": found.plant,
+            "device": layout.read_json(ds, "device", None),
+            "tuned_for_another_device": layout.read_json(ds, "foreign_laws", []),
             "created": str(ds.attrs["created"]),
             "gyroctl_version": str(ds.attrs["gyroctl_version"]),
         }

@@ -35,6 +35,9 @@ from gyroctl.waves.wetted import held_moments
 UNSTABLE = 2.5
 """Product of step and slip rate beyond which Runge-Kutta 4 is unstable."""
 
+PERIOD = 0.1
+"""Spacing of the samples where none is asked for, for a device of the size of Table 1. [s]"""
+
 CHUNK = 512
 """Samples of the waves that are put side by side at a time, so that what is moved stays in the cache."""
 
@@ -90,8 +93,8 @@ def run_ensemble(
     start: NDArray[np.float64],
     duration: float = 2000.0,
     blend: float = 100.0,
-    dt: float = 0.01,
-    period: float = 0.1,
+    dt: float | None = None,
+    period: float | None = None,
     workers: int = 2,
     sense: int = 1,
     title: str = "ensemble",
@@ -114,8 +117,9 @@ def run_ensemble(
         State at t = 0, commonly the locked orbit of the equivalent regular wave.
     duration, blend : float
         Length of the run and of the blend from the regular wave; scoring starts after the blend. [s]
-    dt, period : float
-        Longest step, and spacing of the samples of ring angle, speed and motion. [s]
+    dt, period : float, optional
+        Longest step, and spacing of the samples of ring angle, speed and motion; 0.01 and 0.1 s at the size of Table 1.
+        [s]
     workers : int
         Threads.
     sense : {1, -1}
@@ -135,8 +139,10 @@ def run_ensemble(
     InputError
         For controls below zero or a step too long for the slip.
     """
+    dt = plant.step if dt is None else dt
+    period = PERIOD * plant.parameters.time_scale if period is None else period
     check_pairs(plant, pairs, dt)
-    synthesis = prepare(plant, sea, duration, 0.05)
+    synthesis = prepare(plant, sea, duration)
     jobs = _jobs(plant, pairs, seeds, dt, period)
     results = np.full((8, len(pairs), len(seeds)), np.nan)
     response = synthesis.prepared(plant) if len(plant.channels) > 2 else None
@@ -193,7 +199,9 @@ def _jobs(
     """Fill the lanes: runs of the same number of steps may stand side by side, seeds together to share their waves."""
 
     def steps(run: tuple[int, int]) -> int:
-        return int(steps_for(period, dt, float(slip_rate(plant.coefficients, pairs[run[0]][0]))))
+        return int(
+            steps_for(period, dt, plant.parameters.time_scale * float(slip_rate(plant.coefficients, pairs[run[0]][0])))
+        )
 
     runs = sorted(((p, s) for s in range(len(seeds)) for p in range(len(pairs))), key=steps)
     jobs = []
@@ -247,7 +255,7 @@ class _Every(NamedTuple):
             return self._run(room, steps, controls, seeds)
 
     def _run(self, room: _Room, steps: int, controls: NDArray[np.float64], seeds: Sequence[int]) -> NDArray[np.float64]:
-        plant, intervals, first = self.plant, self.intervals, self.first
+        plant, intervals, first, pace = self.plant, self.intervals, self.first, self.plant.parameters.time_scale
         k, n, used = plant.coefficients, len(plant.labels), len(seeds)
         lane_of = np.minimum(np.arange(LANES), used - 1)  # idle lanes repeat the last run
         unique = list(dict.fromkeys(seeds))
@@ -282,7 +290,7 @@ class _Every(NamedTuple):
         second = (np.sum(power**2, axis=0) - edge) / (intervals - first)
         with np.errstate(invalid="ignore", divide="ignore"):
             results = (
-                loss_time(psi, self.period, self.synthesis.sea.wp, self.sense),
+                pace * loss_time(psi, self.period / pace, self.synthesis.sea.wp * pace, self.sense),
                 mean,
                 np.sqrt(np.maximum(second - mean**2, 0.0)) / mean,
                 size_quantile(phi1[first:], 0.98),

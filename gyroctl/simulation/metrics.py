@@ -134,15 +134,17 @@ def evaluate(
     """
     n = len(plant.labels)
     period, states = record.period, record.states
+    pace = plant.parameters.time_scale  # lock is judged in the device's own time: ten seconds at the size of Table 1
+    beat, turning = period / pace, wp * pace
     first = round(score_from / period)
     worth = plant.parameters.generator_efficiency
     psi, net = states[:, PSI], electrical(states[:, n + LEDGER.index("generator")], worth)
-    in_production = production(psi, net, period, wp, sense)
+    in_production = production(psi, net, beat, turning, sense)
     begins = float(np.argmax(in_production)) * period if np.any(in_production) else np.nan
     if from_rest and np.isfinite(begins):
-        lost = float(loss_time(psi[round(begins / period) :], period, wp, sense)) + begins
+        lost = pace * float(loss_time(psi[round(begins / period) :], beat, turning, sense)) + begins
     else:
-        lost = float(loss_time(psi, period, wp, sense))
+        lost = pace * float(loss_time(psi, beat, turning, sense))
 
     scored = (states.shape[0] - 1 - first) * period
     energy = dict(zip(plant.ledger, states[-1, n:] - states[first, n:], strict=True))
@@ -157,13 +159,13 @@ def evaluate(
     begin, end = cg * speed[:-1] ** 2, cg * speed[1:] ** 2  # cg jumps at the samples: both ends of each interval
     power = worth * record.controls[first:, 1] * speed[:-1] ** 2
     second = 0.5 * float(np.mean(begin**2) + np.mean(end**2))
-    per_second = round(1.0 / period)
+    per_second = round(1.0 / beat)
     mean_1s = np.diff(net[first::per_second]) / (per_second * period)
     negative = np.flatnonzero(net < 0.0)
     repaid = negative[-1] + 1 if negative.size else 0
     phi1, phi3 = np.abs(states[first:, PHI1]), np.abs(states[first:, PHI3])
     held = round(begins / period) if from_rest and np.isfinite(begins) else first  # turns count once lock has begun
-    phase = phase_of_moment(moment, moment_dt, wp, held, states.shape[0], period)
+    phase = phase_of_moment(moment, moment_dt / pace, turning, held, states.shape[0], beat)
     waves = (states.shape[0] - 1 - held) * period * wp / (2.0 * np.pi)
     return {
         "mean_power": judged,
@@ -172,7 +174,7 @@ def evaluate(
         "power_cv": float(np.sqrt(max(second - generated**2, 0.0)) / generated) if generated > 0 else np.nan,
         "p98_over_mean": float(np.quantile(power, 0.98) / generated) if generated > 0 else np.nan,
         "power_cv_1s": float(np.std(mean_1s) / generated) if generated > 0 else np.nan,
-        "locked": float(np.isnan(lost)) if can_judge(scored) else np.nan,
+        "locked": float(np.isnan(lost)) if can_judge(scored / pace) else np.nan,
         "loss_time": lost,
         "cycle_slips": 1000.0 * phase.slips(psi[held:], sense) / waves,
         "waves_counted": waves,
@@ -189,7 +191,7 @@ def evaluate(
         "slip_loss_w": energy["slip"] / scored,
         "ledger_residual": float(abs(whole["wave_input"] - taken) / abs(whole["wave_input"])),
         "capture_width_ratio": judged / available,
-        "availability": float(np.mean(in_production[max(first, round(WINDOW / period)) :])),
+        "availability": float(np.mean(in_production[max(first, round(WINDOW / beat)) :])),
         "motor_energy": float(np.sum(np.maximum(-np.diff(net[first:]), 0.0))),
         "net_energy": given,
         "lock_begins": begins,

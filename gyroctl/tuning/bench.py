@@ -56,13 +56,13 @@ class Job(NamedTuple):
 class Runner:
     """Performs jobs on one plant; keeps the last realisations."""
 
-    def __init__(self, plant: Plant, settings: Settings) -> None:
-        self.plant, self.settings = plant, settings
+    def __init__(self, plant: Plant, settings: Settings, device: Plant | None = None) -> None:
+        self.plant, self.settings, self.device = plant, settings, device
         self.waves: OrderedDict[tuple[Sea, int, float], WaveRealisation] = OrderedDict()
 
     def __call__(self, jobs: Sequence[Job], laws: Sequence[Law] | None = None) -> list[tuple[float, ...]]:
         """Run jobs, of these laws where they have been built, side by side where possible; `METRICS` of each."""
-        built = laws or [build(job.law, dict[str, Any](job.parameters)) for job in jobs]
+        built = laws or [build(job.law, dict[str, Any](job.parameters), device=self.device) for job in jobs]
         loops = [self._loop(job, law) for job, law in zip(jobs, built, strict=True)]
         outcomes = run_together(self.plant, loops)
         return [self._metrics(loop.waves, outcome) for loop, outcome in zip(loops, outcomes, strict=True)]
@@ -76,9 +76,10 @@ class Runner:
             return WORST
         record, wp = outcome[0], acting.sea.wp
         found = evaluate(self.plant, record, acting.moments[1], acting.dt, wp, acting.blend, np.nan)
-        span = round(WINDOW / record.period)
+        window = WINDOW * self.plant.parameters.time_scale
+        span = round(window / record.period)
         psi = record.states[:, PSI]
-        reserve = np.min(psi[span:] - psi[:-span]) / (WINDOW * wp) if np.all(np.isfinite(psi)) else 0.0
+        reserve = np.min(psi[span:] - psi[:-span]) / (window * wp) if np.all(np.isfinite(psi)) else 0.0
         found["short_reserve"] = max(0.0, RESERVE - float(reserve))
         found["reversed"] = float(self._reversed(record.states[round(acting.blend / record.period) :]))
         values = [found[name] for name in METRICS]
@@ -129,10 +130,20 @@ class Bench(AbstractContextManager["Bench"]):
         How many.
     client : dask.distributed.Client, optional
         Of other machines that perform them instead.
+    device : Plant, optional
+        The device that the laws are built for, where it is one of one's own.
     """
 
-    def __init__(self, plant: Plant, settings: Settings, example: Law, workers: int, client: Any = None) -> None:
-        self.runner, self.client = Runner(plant, settings), client
+    def __init__(
+        self,
+        plant: Plant,
+        settings: Settings,
+        example: Law,
+        workers: int,
+        client: Any = None,
+        device: Plant | None = None,
+    ) -> None:
+        self.runner, self.client = Runner(plant, settings, device), client
         self.modules = tuple(sorted({__name__, *modules_of(example)}))
         self.workers = max(1, workers)
         self.compiled = compile_law(example) is not None
@@ -144,7 +155,7 @@ class Bench(AbstractContextManager["Bench"]):
             self.pool = ThreadPoolExecutor(self.workers)
         elif self.workers > 1:
             self.pool = ProcessPoolExecutor(
-                self.workers, mp_context=get_context("spawn"), initializer=_equip, initargs=(plant, settings)
+                self.workers, mp_context=get_context("spawn"), initializer=_equip, initargs=(plant, settings, device)
             )
             self.call = _perform
 
@@ -181,7 +192,8 @@ class Bench(AbstractContextManager["Bench"]):
         """Perform batches on other machines, where a law is known by its content: its file is here."""
         on, code = cloudpickle.dumps((self.runner.plant, self.runner.settings)), code_of(*self.modules)
         points = {(job.law, job.parameters) for job in jobs}
-        laws = {point: by_value(build(point[0], dict[str, Any](point[1]))) for point in points}
+        device = self.runner.device
+        laws = {point: by_value(build(point[0], dict[str, Any](point[1]), device=device)) for point in points}
         tasks = []
         for numbers in batches:
             some = [jobs[number] for number in numbers]
@@ -232,9 +244,9 @@ def workers_wanted(workers: int) -> int:
 _runner: Runner | None = None
 
 
-def _equip(plant: Plant, settings: Settings) -> None:
+def _equip(plant: Plant, settings: Settings, device: Plant | None) -> None:
     global _runner
-    _runner = Runner(plant, settings)
+    _runner = Runner(plant, settings, device)
 
 
 def _perform(jobs: Sequence[Job]) -> list[tuple[float, ...]]:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.harness.run import Settings
 from gyroctl.plant import Plant
 from gyroctl.plant.kernel import slip_rate
@@ -58,6 +59,10 @@ class Lengths(NamedTuple):
     dt: float  # longest step of the grids [s]
     window: float  # runs of the first grid [s]
     full: float  # runs of the fine grid and of the confirmation [s]
+
+    def at(self, length: float) -> Lengths:
+        """Return them in the time of a device that is `length` times as long."""
+        return Lengths(*(value * growth("s", length) for value in self))
 
 
 class BestPair(NamedTuple):
@@ -123,8 +128,9 @@ def best_pair(
     InputError
         For a budget that is too small.
     """
-    goal, (coarse, window, full) = goal or Goal(), lengths or Lengths(COARSE, WINDOW, FULL)
-    settings = searching(plant, settings or Settings(), coarse)
+    length = plant.parameters.length_scale
+    goal, (coarse, window, full) = goal or Goal(), lengths or Lengths(COARSE, WINDOW, FULL).at(length)
+    settings, unit_of_pair = searching(plant, settings or Settings().at(length), coarse), growth("Nms", length)
     limits = settings.actuators
     seen: list[tuple[Pair, Means, str]] = []
     spent = 0.0
@@ -141,9 +147,9 @@ def best_pair(
         spent += len(pairs) * count * duration
         return rows
 
-    grid = first_grid(settings)
+    grid = first_grid(settings, unit=unit_of_pair)
     if SHARES[0] * budget < FEWEST * len(grid) * window:  # what lies between is left to the fine grid
-        grid = first_grid(settings, EVERY_OTHER)
+        grid = first_grid(settings, EVERY_OTHER, unit_of_pair)
     unit, few = 1.0, _count(budget, 0, len(grid), window, len(seeds))
     first = dict(zip(grid, run(grid, few, window, coarse, "search"), strict=True))
     cc, cg = max(first, key=lambda pair: order(first[pair]))
@@ -156,7 +162,8 @@ def best_pair(
     finer = _around(cc, cg, FINER_CC, FINER_CG, settings)
     second = run(finer, _count(budget, 1, len(finer), full, len(seeds)), full, coarse, "search")
     each = len(seeds) * full
-    known = [(a, b) for a, b in KNOWN if a <= limits.cc_max and b <= limits.cg_max and _close((a, b), (cc, cg))]
+    good = [(a * unit_of_pair, b * unit_of_pair) for a, b in KNOWN]
+    known = [(a, b) for a, b in good if a <= limits.cc_max and b <= limits.cg_max and _close((a, b), (cc, cg))]
     edge = [pair for pair in _edge(finer, [order(means) for means in second]) if pair not in known]
     batch = [*known, *edge][: max(1, int(SHARES[2] * budget / each))]
     confirmed: dict[Pair, Means] = {}
@@ -183,14 +190,17 @@ def searching(plant: Plant, settings: Settings, coarse: float = COARSE) -> Setti
     return replace(settings, actuators=replace(limits, cc_max=min(limits.cc_max, stable)))
 
 
-def first_grid(settings: Settings, step: int = 1) -> list[Pair]:
+def first_grid(settings: Settings, step: int = 1, unit: float = 1.0) -> list[Pair]:
     """Pairs of the first grid that the actuators can give; where they can give none of them, parts of their limits.
+
+    `unit` is that of cc and cg of the device over that of Table 1.
 
     Of every row of values only each `step`-th is taken, the second one of `step` first.
     """
     limits = settings.actuators
-    ccs = [cc for cc in CC[step - 1 :: step] if cc <= limits.cc_max] or [part * limits.cc_max for part in PARTS]
-    cgs = [cg for cg in CG[step - 1 :: step] if cg <= limits.cg_max] or [part * limits.cg_max for part in PARTS]
+    of_cc, of_cg = [unit * cc for cc in CC[step - 1 :: step]], [unit * cg for cg in CG[step - 1 :: step]]
+    ccs = [cc for cc in of_cc if cc <= limits.cc_max] or [part * limits.cc_max for part in PARTS]
+    cgs = [cg for cg in of_cg if cg <= limits.cg_max] or [part * limits.cg_max for part in PARTS]
     return [(cc, cg) for cc in ccs for cg in cgs]
 
 

@@ -77,7 +77,7 @@ def _on_the_bench(pairs: Sequence[Pair], on: Trial) -> list[Means]:
         Job(PAIR, (("cc", cc), ("cg", cg)), on.sea, seed, on.duration, step) for seed in on.seeds for cc, cg in pairs
     ]
     with (
-        Bench(on.plant, on.settings, law(PAIR), on.workers) as bench,
+        Bench(on.plant, on.settings, law(PAIR), on.workers, device=on.plant) as bench,
         Progress(on.title, len(jobs), on.quiet) as progress,
     ):
         table = np.array(bench.perform(jobs, lambda _: progress.advance()))

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from gyroctl.devices.identity import identity
 from gyroctl.plant import Plant
 from gyroctl.statistics import wilson
 from gyroctl.tuning.goal import Goal
@@ -55,10 +56,14 @@ def provenance(task: Task, on: Circumstances) -> dict[str, Any]:
         "plant": on.plant.name,
         "plant_sha256": plant_hash(on.plant),
         "hydrodynamics_sha256": on.plant.excitation.sha256,
+        "device_sha256": identity(on.plant),
         **({} if task.water == LINEAR else {"water": task.water, "cc_lag": on.settings.actuators.cc_lag}),
     }
 
 
 def plant_hash(plant: Plant) -> str:
-    """SHA-256 of every number of the plant's equations."""
-    return hashlib.sha256(json.dumps([plant.coefficients, asdict(plant.parameters), *plant.water]).encode()).hexdigest()
+    """SHA-256 of every number of the plant's equations, and of its length where that is not Table 1's."""
+    own = asdict(plant.parameters)
+    if plant.parameters.length_scale == 1.0:
+        del own["length_scale"]
+    return hashlib.sha256(json.dumps([plant.coefficients, own, *plant.water]).encode()).hexdigest()

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.harness.code_files import PARAMETER, Trust, asked_for, is_file, parted
-from gyroctl.harness.registry import home
+from gyroctl.harness.registry import home, registered
 from gyroctl.harness.run_size import DT
 from gyroctl.harness.tuned_sets import SEEDS_MAX, task_file
 from gyroctl.names import name_of, part_of_path
@@ -173,6 +174,21 @@ class Task:
         found = {knob.name: knob.value(float(value)) for knob, value in zip(self.knobs, x, strict=True)}
         return {**self.fixed, **found}
 
+    def at_length(self, length: float) -> Task:
+        """Return the task for a device that is `length` times as long: seas, lengths of runs, steps by Froude's law.
+
+        The knobs stay: a law is given the numbers of the device's model, in which they are meant.
+        """
+        if length == 1.0:
+            return self
+        time, power = growth("s", length), growth("W", length)
+        seas = {}
+        for name, one in self.seas.items():
+            sea = dataclasses.replace(one.sea, hs=one.sea.hs * length, wp=one.sea.wp / time)
+            seas[name] = dataclasses.replace(one, sea=sea, power=one.power * power)
+        own = {name: getattr(self.search, name) * time for name in ("window", "dt", "confirm")}
+        return dataclasses.replace(self, seas=seas, search=dataclasses.replace(self.search, **own))
+
     def served(self, which: str) -> dict[str, TuningSea]:
         """Seas that the set `which` serves: one, or all of them.
 
@@ -224,6 +240,11 @@ def read_task(name: str, water: str = LINEAR, allow_code: Sequence[str | Path] =
             problem = f"ships no task for its tuning: there is no {path.name} in {path.parent}"
             raise InputError("law", name, problem, "Write one, see docs/tuning.md, and give its path")
     return build_task(read_tables(path, "task"), stem, path.parent, water, allow_code)
+
+
+def tasked() -> list[str]:
+    """Names of the registered laws that ship a task, the one that a constant pair stands for aside."""
+    return [name for name in registered() if name not in PAIRS and task_file(*home(name)).is_file()]
 
 
 def build_task(

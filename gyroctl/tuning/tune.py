@@ -121,14 +121,14 @@ def tune(
     seas = task.served(which)
     if start:
         task = starting(task, start.parameters)
-    example = build(task.law, task.at(np.zeros(len(task.knobs))))
+    example = build(task.law, task.at(np.zeros(len(task.knobs))), device=on.device)
     plan = planned(task, seas, budget)
     parts = (task.stem, which, _key(task, which, on))
     log = TuningLog(file_in(folder, *parts, ending=".jsonl") if folder is not None else None)
     total = plan.generations * plan.generation + plan.points * plan.confirmation
     with (
         connected(scheduler) if scheduler is not None else nullcontext() as client,
-        Bench(on.plant, on.settings, example, workers, client) as bench,
+        Bench(on.plant, on.settings, example, workers, client, on.device) as bench,
         Progress(f"tune {task.stem} for {which}", round(total), quiet) as progress,
         noted(folder, log, f"{task.stem} for {which}", plan),
     ):
@@ -215,7 +215,7 @@ def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: in
 
 def _key(task: Task, which: str, on: Circumstances) -> str:
     """Hash of all that can change a bit of the search but its length: by it a tuning finds itself again."""
-    built = build(task.law, task.at(np.zeros(len(task.knobs))))
+    built = build(task.law, task.at(np.zeros(len(task.knobs))), device=on.device)
     surroundings = [plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), code_of(__name__)]
     # a law is built from its name and numbers alone, so that its source tells it even where it hides a state; of files
     # their last names and contents count, so that a tuning may move

@@ -32,11 +32,19 @@ class Circumstances:
         Steps of the confirming runs, sensors, actuators.
     evaluation : frozenset of int
         Seeds of an experiment that must not be tuned on, beside those that the ledger keeps for judging.
+    own : bool
+        Whether the plant is a device of one's own: laws are then built for it, see `gyroctl.harness.for_device`.
     """
 
     plant: Plant
     settings: Settings = field(default_factory=Settings)
     evaluation: frozenset[int] = frozenset()
+    own: bool = False
+
+    @property
+    def device(self) -> Plant | None:
+        """The device that laws are built for, where it is one of one's own."""
+        return self.plant if self.own else None
 
 
 def _real() -> Circumstances:
@@ -67,6 +75,22 @@ def circumstances_of(water: str) -> Circumstances:
     if water not in WATERS:
         raise InputError("--water", water, "unknown water", f"Choose one of {', '.join(WATERS)}")
     return WATERS[water]()
+
+
+def on_device(plant: Plant, water: str) -> Circumstances:
+    """Circumstances of a device of one's own, in the units of its length: a panelled surface becomes polynomials.
+
+    Raises
+    ------
+    InputError
+        For an unknown water.
+    """
+    if water not in WATERS:
+        raise InputError("--water", water, "unknown water", f"Choose one of {', '.join(WATERS)}")
+    if plant.parameters.wetted == "surface":
+        plant = plant.replace(wetted="reduced", name=plant.name)
+    actuators = Actuators(cc_lag=LAG if water == REAL else 0.0)
+    return Circumstances(plant, Settings(actuators=actuators).at(plant.parameters.length_scale), own=True)
 
 
 def in_water(tables: Mapping[str, Any], water: str) -> dict[str, Any]:

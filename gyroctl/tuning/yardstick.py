@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 from gyroctl.cache import cache_folder
 from gyroctl.engine import Store
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.harness.registry import REAL, tuned_sets
 from gyroctl.harness.run import Settings
 from gyroctl.harness.start import locked_start
@@ -64,7 +65,8 @@ class Search(NamedTuple):
         """As JSON can hold it. A constant pair looks at no sensor and never changes: those, lags and delays are out."""
         parameters, coefficients = self.plant.parameters, self.plant.coefficients
         off = {"traction"}  # the contact of a device that is searched for rolls
-        off |= {f.name for f in fields(parameters) if f.name in CHOICES and getattr(parameters, f.name) == f.default}
+        usual = (*CHOICES, "length_scale")
+        off |= {f.name for f in fields(parameters) if f.name in usual and getattr(parameters, f.name) == f.default}
         further: dict[str, Any] = {}  # what is off is no part of the key, and the keys that ship stay what they are
         if coefficients.beyond is not None:
             terms = source_stamp([beyond.__file__, friction.__file__, reduced.__file__, wetted.__file__])
@@ -100,7 +102,7 @@ def find_yardstick(
     sea: Sea,
     settings: Settings | None = None,
     motion_limit: float = 0.35,
-    budget: float = BUDGET,
+    budget: float | None = None,
     workers: int | None = None,
     quiet: bool = False,
     search: bool = True,
@@ -122,8 +124,8 @@ def find_yardstick(
         Actuators of the comparison; its steps are not those of the search.
     motion_limit : float
         Limit of the 98 % motion. [rad]
-    budget : float
-        Simulated time of the search. [s]
+    budget : float, optional
+        Simulated time of the search; 8e6 s at the size of Table 1. [s]
     workers : int, optional
         Threads, all cores by default; they change no bit of the result.
     quiet : bool
@@ -145,8 +147,11 @@ def find_yardstick(
         For a budget that is too small.
     """
     if isinstance(sea, ElevationRecord):
-        return unsearched(sea, "an elevation record is one realisation, on which a pair must not be tuned")
-    acting = Settings(actuators=(settings or Settings()).actuators)
+        return unsearched(sea, "an elevation record is one realisation, on which a pair must not be tuned", plant)
+    length, pace = plant.parameters.length_scale, plant.parameters.time_scale
+    usual = Settings().at(length)
+    acting = replace(usual, sensors=Settings().sensors, actuators=(settings or usual).actuators)
+    budget = BUDGET * pace if budget is None else budget
     seeds = SEEDS[:1] if isinstance(sea, Regular) else SEEDS  # of a regular wave every seed is the same
     searched = plant.rolling.smooth
     wanted = Search(searched, sea, acting, Goal(locked=LOCKED, motion=motion_limit), budget, seeds)
@@ -155,14 +160,14 @@ def find_yardstick(
     if kept is not None:
         return replace(kept, words=kept.words + simpler)
     if not search:
-        return unsearched(sea, "no search was wanted")
+        return unsearched(sea, "no search was wanted", plant)
     try:
         locked_start(plant, sea)
         found = _kept(wanted, workers, quiet, say)
     except InputError as error:
         if error.field == "budget":
             raise
-        return unsearched(sea, f"the search failed: {error.problem}")
+        return unsearched(sea, f"the search failed: {error.problem}", plant)
     return replace(found, words=found.words + simpler)
 
 
@@ -202,14 +207,16 @@ def find_real_yardstick(
     return _known(wanted) or _kept(wanted, workers, quiet, say, lengths)
 
 
-def unsearched(sea: Sea, why: str) -> Yardstick:
-    """Pair that ships for the sea that is nearest, and why none was searched."""
+def unsearched(sea: Sea, why: str, plant: Plant | None = None) -> Yardstick:
+    """Pair that ships for the sea that is nearest, at the size of the plant, and why none was searched."""
     still = sea.sea if isinstance(sea, SpreadSea) else sea
     pairs, gamma = shipped_pairs(), still.gamma if isinstance(still, SeaState) else 5.0
     seas = {name: entry["found"]["seas"] for name, entry in tuned_sets(PAIR).items()}
     gammas = {name: own[name]["sea"]["gamma"] for name, own in seas.items() if name in own}  # not those of real water
     nearest = min(gammas, key=lambda name: abs(math.log(gammas[name] / gamma)))
-    return Yardstick(*pairs[nearest], searched=False, words=why)
+    length = 1.0 if plant is None else plant.parameters.length_scale
+    cc, cg = pairs[nearest] if length == 1.0 else (value * growth("Nms", length) for value in pairs[nearest])
+    return Yardstick(cc, cg, searched=False, words=why)
 
 
 def _kept(

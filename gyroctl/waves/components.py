@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.waves.directional import DirectionalSpectrum, SpreadSea
 from gyroctl.waves.drifting import DriftingSea, FadedSum
-from gyroctl.waves.grid import OMEGA_MAX, TimeGrid
+from gyroctl.waves.grid import TimeGrid
 from gyroctl.waves.record import ElevationRecord
 from gyroctl.waves.regular import Bichromatic, Regular
 from gyroctl.waves.spectrum import SeaState
@@ -91,7 +91,7 @@ def _of_spectrum(sea: Spectral, grid: TimeGrid) -> Components:
     amplitude = np.sqrt(2.0 * sea.spectrum(omega) * (2.0 * np.pi / grid.period))
     variance, wanted = 0.5 * float(amplitude @ amplitude), sea.hs**2 / 16.0
     if variance == 0.0:
-        mend = f"Give a spectrum with its energy between {omega[0]:.4g} and {OMEGA_MAX:.4g} rad/s"
+        mend = f"Give a spectrum with its energy between {omega[0]:.4g} and {grid.omega_max:.4g} rad/s"
         raise InputError("sea.wp", sea.wp, "no wave energy falls on the harmonics", mend)
     # The harmonics stop at 12.566 rad/s and the tail beyond is lost (0.5 % of the variance at gamma 1 and 3.14 rad/s),
     # so every amplitude is scaled: each realisation then has variance Hs^2/16 exactly, and seas of equal Hs compare.
@@ -131,7 +131,7 @@ def _of_record(sea: ElevationRecord, grid: TimeGrid) -> Components:
     if grid.duration > sea.duration + 1e-6 * grid.dt:
         mend = f"Give a duration up to that of the record, {sea.duration:g} s, or a longer record"
         raise InputError("run.duration", grid.duration, "is longer than the elevation record", mend)
-    period, amplitude = sea.harmonics(OMEGA_MAX)
+    period, amplitude = sea.harmonics(grid.omega_max)
     omega = 2.0 * np.pi / period * np.arange(1, amplitude.size + 1, dtype=np.float64)
     whole = sea.harmonics(np.pi / sea.step).coefficients
     captured = float(np.vdot(amplitude, amplitude).real / np.vdot(whole, whole).real)

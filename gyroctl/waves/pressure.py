@@ -30,7 +30,9 @@ SWING = 0.5
 """The polynomials reach as far along the waves as the hull at phi1 of this size. [rad]"""
 
 
-def wetted_surface(hull: Hull, depth: float, heading: float = 0.0, rho: float = 1000.0, g: float = 9.81) -> Surface:
+def wetted_surface(
+    hull: Hull, depth: float, heading: float = 0.0, rho: float = 1000.0, g: float = 9.81, length: float = 1.0
+) -> Surface:
     """Prepare a hull for the compiled evaluation.
 
     Parameters
@@ -43,6 +45,8 @@ def wetted_surface(hull: Hull, depth: float, heading: float = 0.0, rho: float = 
         Direction the waves travel to. [deg]
     rho, g : float
         Density of the water [kg/m^3] and gravity [m/s^2].
+    length : float
+        Length of the device over that of Table 1. [-]
 
     Returns
     -------
@@ -56,7 +60,7 @@ def wetted_surface(hull: Hull, depth: float, heading: float = 0.0, rho: float = 
     place, weight, extent = np.zeros((3, 3, count))
     place[:, : len(centres)] = centres.T
     weight[:, : len(centres)] = rho * g * np.stack([turning[:, 1], turning[:, 2], -turning[:, 0]])
-    extent[0], extent[2] = 1e-12, 1e-12  # empty panels divide by their extent too
+    extent[0], extent[2] = 1e-12 * length**2, 1e-12 * length**2  # empty panels divide by their extent too
     # a panel counts as one whose height is spread evenly with the same variance: half width^2 = 3 variance
     extent[:, : len(centres)] += 3.0 * np.stack([spread[:, 1, 1], spread[:, 1, 2], spread[:, 2, 2]])
     angle = np.deg2rad(heading)

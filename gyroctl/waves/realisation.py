@@ -123,7 +123,9 @@ class WaveRealisation:
             self._further[key] = found
         kept: Held = self._further[key]
         room = {name: np.empty_like(getattr(kept.fields, name)) for name in ("now", "weight", "work")}
-        return kept.begun(kept.model, kept.fields._replace(**room), 1)  # each run has working space of its own
+        return kept.begun(
+            kept.model, kept.fields._replace(**room), 1, kept.every
+        )  # each run has working space of its own
 
     def _components(self) -> Synthesis:
         if self.synthesis is None:
@@ -201,7 +203,7 @@ class WaveRealisation:
         return replace(self, moments=moments, elevation=elevation[0], blend=length)
 
 
-def realise(plant: Excited, sea: Sea, seed: int, duration: float = 2000.0, dt: float = 0.05) -> WaveRealisation:
+def realise(plant: Excited, sea: Sea, seed: int, duration: float = 2000.0, dt: float | None = None) -> WaveRealisation:
     """Realise a sea: random phases on deterministic amplitudes, (41)-(43) with the complex He_j.
 
     Parameters
@@ -214,8 +216,9 @@ def realise(plant: Excited, sea: Sea, seed: int, duration: float = 2000.0, dt: f
         Seed of the phases. The same seed gives the same sea whatever `dt` and, up to 2000 s, `duration`.
     duration : float
         Time from the first instant to the last, a multiple of `dt`. [s]
-    dt : float
-        Time step; it divides 2000 s and is below 0.25 s. [s]
+    dt : float, optional
+        Time step; it divides 2000 s and is below 0.25 s, 0.05 s where it is left out. These times, and the cut of the
+        frequencies, are those of a device of the size of Table 1, see `Parameters.length_scale`. [s]
 
     Returns
     -------
@@ -241,10 +244,10 @@ def realise(plant: Excited, sea: Sea, seed: int, duration: float = 2000.0, dt: f
     )
 
 
-_latest: tuple[Excited, Sea, float, float, Synthesis] | None = None
+_latest: tuple[Excited, Sea, float, float | None, Synthesis] | None = None
 
 
-def _prepared(plant: Excited, sea: Sea, duration: float, dt: float) -> Synthesis:
+def _prepared(plant: Excited, sea: Sea, duration: float, dt: float | None) -> Synthesis:
     """Synthesis of a sea; the one of the call before where it is the same: seed after seed is asked for."""
     global _latest
     last = _latest

@@ -168,7 +168,7 @@ class Synthesis:
         return amplitudes * turned
 
 
-def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float = 0.05) -> Synthesis:
+def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float | None = None) -> Synthesis:
     """Prepare the synthesis of `sea` on `plant`.
 
     Parameters
@@ -179,8 +179,9 @@ def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float = 0.05
         The waves.
     duration : float
         Time from the first instant to the last, a multiple of `dt`. [s]
-    dt : float
-        Time step; it divides 2000 s and is below 0.25 s. [s]
+    dt : float, optional
+        Time step; it divides 2000 s and is below 0.25 s, 0.05 s where it is left out. These times, and the cut of the
+        frequencies, are those of a device of the size of Table 1, see `Parameters.length_scale`. [s]
 
     Returns
     -------
@@ -196,7 +197,7 @@ def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float = 0.05
     check_kind("sea", sea, get_args(Sea), "a sea", f"Give one of {', '.join(kind.__name__ for kind in get_args(Sea))}")
     if isinstance(sea, ElevationRecord):
         sea.check()
-    grid = time_grid(duration, dt)
+    grid = time_grid(duration, dt, plant.parameters.time_scale if isinstance(plant, Sized) else 1.0)
     waves = components(sea, grid)
     regular = regular_amplitude(plant, sea)
     _check_share(sea, waves, plant.excitation)

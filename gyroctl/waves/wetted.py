@@ -40,7 +40,7 @@ def held_moments(
     blend : float
         Length of the blend from the regular wave. [s]
     """
-    from gyroctl.plant.held import Held
+    from gyroctl.plant.held import EVERY, Held
     from gyroctl.plant.wetted import ROWS, Pressure, WettedSurface
 
     beyond, geometry = plant.coefficients.beyond, plant.geometry
@@ -48,7 +48,8 @@ def held_moments(
         return None
     check_headings(synthesis.waves.bearings)
     sea, length = synthesis.sea, check_blend(blend, synthesis.grid.duration)
-    surface = wetted_surface(geometry.hull, plant.depth, sea.heading, geometry.rho, geometry.g)
+    own = plant.parameters
+    surface = wetted_surface(geometry.hull, plant.depth, sea.heading, geometry.rho, geometry.g, own.length_scale)
 
     def rows_of(omega: NDArray[np.float64], heading: float) -> NDArray[np.complex128]:
         facing = np.deg2rad(heading)
@@ -66,4 +67,5 @@ def held_moments(
     if isinstance(sea, TurningSea):
         turning = np.array([np.deg2rad(sea.heading), np.deg2rad(sea.heading_end), sea.over])
     fields = Pressure.of(surface, rows, synthesis.grid.dt, np.array(of_run, dtype=np.int64), turning)
-    return Held.begun(WettedSurface(surface, float(beyond.position is not None)), fields, len(of_run))
+    every = EVERY * own.time_scale
+    return Held.begun(WettedSurface(surface, float(beyond.position is not None)), fields, len(of_run), every)

@@ -42,7 +42,9 @@ def replay(cut: Cut, control: Control, intervals: int) -> Record:
     commands, controls, moved = np.zeros((intervals, 2)), np.zeros((intervals, 2)), actuators.room(intervals)
     held, saturations = np.array(beginning(plant, waves, cut.settings)[1]), np.zeros(1, np.int64)
     signals = np.ascontiguousarray(waves.signals(plant).T).ravel()
-    kernel = Kernel(plant.coefficients, signals, waves.dt, cut.settings.dt, waves.held(plant))
+    kernel = Kernel(
+        plant.coefficients, signals, waves.dt, cut.settings.dt, waves.held(plant), plant.parameters.time_scale
+    )
 
     def entry(t: float, y: Any, p: Any, s: Any, u: Any) -> None:
         i = round(t / actuators.period)

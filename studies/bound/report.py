@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gyroctl.devices.identity import device_record
 from gyroctl.engine.state import RUNS
 from gyroctl.engine.steps import Asked, Steps, planned
 from gyroctl.errors import InputError
@@ -91,6 +92,7 @@ def bound_report(
     stages = ticks(plant, len(laws), effort, free) + len(laws) + 2
     request = {"gamma": sea.gamma, "hs": sea.hs, "wp": sea.wp, "seeds": list(seeds), "duration_s": duration}
     request |= {"device": plant.name, "lag_s": lag_of(plant, lag), "laws": list(laws)}
+    request["device_record"] = device_record(plant)
     request |= {"motion_limit_rad": motion, "beyond_linear": beyond_linear(plant)}
     request["seed_states"] = ledger().states(seeds)
     content: dict[str, Any] = {**made(), "request": request, "meaning": MEANING, "windows": []}

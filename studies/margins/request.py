@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from gyroctl.devices.identity import device_record
 from gyroctl.errors import InputError
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import build, describe
@@ -64,6 +65,7 @@ class Request:
         """Numbers for JSON."""
         return {
             "device": self.plant.name,
+            "device_record": device_record(self.plant),
             "wave": {"height_m": self.wave.height, "wp_rad_s": self.wave.wp, "equal_energy_hs_m": self.wave.hs},
             "controls": {"cc_nms": self.cc, "cg_nms": self.cg},
             "sense": self.sense,
@@ -80,8 +82,9 @@ def request(
     sense: int = 1,
     law_name: str = "",
     parameters: Mapping[str, Any] | None = None,
+    own_device: bool = False,
 ) -> Request:
-    """Check and gather what a report is asked for.
+    """Check and gather what a report is asked for; for an `own_device` the law takes its numbers.
 
     Raises
     ------
@@ -109,7 +112,7 @@ def request(
     check_wave(plant, wave)
     check_stiffness(plant, cc)
     within("cg", cg, 0.0, 10.0, "Give it in Nms, for example 3.5e-4")
-    built = _law(law_name, parameters or {}, wp, cc, cg) if law_name else None
+    built = _law(law_name, parameters or {}, wp, cc, cg, plant if own_device else None) if law_name else None
     return Request(plant, wave, cc, cg, sense, law_name, built)
 
 
@@ -136,10 +139,10 @@ def find_orbit(asked: Request) -> PeriodicOrbit:
     return orbit
 
 
-def _law(name: str, parameters: Mapping[str, Any], wp: float, cc: float, cg: float) -> Law:
+def _law(name: str, parameters: Mapping[str, Any], wp: float, cc: float, cg: float, device: Plant | None = None) -> Law:
     """Build the law; a constant law takes the pair, and a law that is told the peak frequency that of the wave."""
-    built = build(name, parameters)
+    built = build(name, parameters, device=device)
     own = describe(built)
     wanted = {"wp": wp, **({"cc": cc, "cg": cg} if built.information == "none" else {})}
     changes = {key: value for key, value in wanted.items() if key in own and key not in parameters}
-    return build(name, {**parameters, **changes})
+    return build(name, {**parameters, **changes}, device=device)
