@@ -114,6 +114,20 @@ def test_steps_that_are_left_are_told(tmp_path: Path) -> None:
     assert found == {"one": (1, 0, 0), "two": (0, 1, 0), "three": (0, 0, 1)}
 
 
+def test_step_that_ends_its_study_is_told_as_failed(tmp_path: Path) -> None:
+    steps = Steps(tmp_path, "a device", ("gyroctl.studies.margins.measures",), (), "a wave")
+
+    def fails() -> float:
+        raise ArithmeticError("no end")
+
+    asked = [Asked(steps, name, name) for name in ("one", "two")]
+    with pytest.raises(ArithmeticError), planned(tmp_path, "a wave", asked):
+        steps("one", fails)
+    one, two = state(tmp_path).lines
+    assert (one.law, one.done, one.failed, one.left) == ("one", 0, 1, 0) and "ArithmeticError: no end" in one.why
+    assert (two.law, two.done, two.failed, two.left) == ("two", 0, 0, 1)
+
+
 def test_sample_is_withheld_and_compared_bit_by_bit(tmp_path: Path) -> None:
     folder, copy = tmp_path / "study", tmp_path / "copy"
     steps = Steps(folder / RUNS, "a device", ("gyroctl.studies.margins.measures",), ())

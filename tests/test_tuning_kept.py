@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
 from command_line import Run
 
-from gyroctl.engine.plan import Plan
 from gyroctl.tuning.log import TuningLog
 from gyroctl.tuning.stages import Plan as Budget
 from gyroctl.tuning.steps_kept import compared, done, noted, withhold
@@ -37,7 +37,7 @@ count = 2
 """
 
 
-def tuned(folder: Path, steps: int = 3) -> Plan:
+def tuned(folder: Path, steps: int = 3) -> AbstractContextManager[None]:
     """A folder with so many steps of a tuning that is not at its end."""
     log = TuningLog(folder / "law.all.jsonl")
     plan = noted(folder, log, "law for all", Budget(3, 2, 1.0, 1.0))
@@ -54,9 +54,18 @@ def test_status_tells_the_steps_that_are_left(tmp_path: Path, run: Run) -> None:
     assert code == 0 and told["running"], said
     counts = {line["law"]: (line["done"], line["left"]) for line in told["lines"]}
     assert counts == {"search": (2, 1), "confirm": (1, 1)}
-    plan.__exit__(None)  # of points that were the same one was confirmed
+    plan.__exit__(None, None, None)  # of points that were the same one was confirmed
     told = json.loads(run("status", tmp_path)[1])
     assert not told["running"] and sum(line["left"] for line in told["lines"]) == 0
+
+
+def test_step_at_which_a_tuning_fails_is_told(tmp_path: Path, run: Run) -> None:
+    log = TuningLog(tmp_path / "law.all.jsonl")
+    with pytest.raises(ArithmeticError), noted(tmp_path, log, "law for all", Budget(3, 2, 1.0, 1.0)):
+        log.add("search 0", STEPS["search 0"])
+        raise ArithmeticError("no end")
+    search = next(line for line in json.loads(run("status", tmp_path)[1])["lines"] if line["law"] == "search")
+    assert (search["done"], search["failed"], search["left"]) == (1, 1, 1) and "no end" in search["why"]
 
 
 def test_steps_are_withheld_and_compared_bit_by_bit(tmp_path: Path) -> None:

@@ -81,6 +81,9 @@ class Plan(AbstractContextManager["Plan"]):
                 self.disk.remove(self.path)
                 for folder in self.made:
                     self.disk.remove_folder(folder)
+        elif kind is not None and issubclass(kind, Exception) and self.noted.failures:
+            with suppress(OSError):  # it may be the disk that ended the work
+                self._write()
         if kind is None:
             self.noted = replace(self.noted, ended=_now())
             self._write()

@@ -6,24 +6,33 @@ import json
 import math
 import random
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from gyroctl.engine.again import Again, copy_study
 from gyroctl.engine.plan import Plan, Wanted, plans
+from gyroctl.errors import in_words
 from gyroctl.tuning.log import TuningLog
 from gyroctl.tuning.stages import Plan as Budget
 
 LOG = "*.jsonl"
 
 
-def noted(folder: Path | None, log: TuningLog, case: str, budget: Budget) -> Plan:
-    """Note which steps a tuning is going to take: by it `gyroctl status` tells what is left."""
+@contextmanager
+def noted(folder: Path | None, log: TuningLog, case: str, budget: Budget) -> Iterator[None]:
+    """Note which steps a tuning is going to take, and at which it fails: by it `gyroctl status` tells what is left."""
     name = log.path.name if log.path is not None else ""
     counts = {"search": budget.generations, "confirm": budget.points}
-    return Plan(
-        folder, case, [Wanted(f"{name} {what} {n}", what, n) for what, most in counts.items() for n in range(most)]
-    )
+    items = [Wanted(f"{name} {what} {n}", what, n) for what, most in counts.items() for n in range(most)]
+    with Plan(folder, case, items) as plan:
+        try:
+            yield
+        except Exception as error:
+            kept = done(folder) if folder is not None else ()
+            for item in [item for item in items if item.key not in kept][:1]:
+                plan.failed(item.key, in_words(error))
+            raise
 
 
 def done(folder: Path) -> set[str]:
