@@ -16,7 +16,8 @@ PARTS = (
     ("synced_wall_ms", "waiting for the disk, beside other work", "ms"),
     ("found_ms", "finding it again, instead of all that", "ms"),
     ("told_ms", "table, statistics and report", "ms"),
-    ("held_kb", "memory of the process that was started", "kB"),
+    ("asked_kb", "memory of the process that was started, for what is asked", "kB"),
+    ("held_kb", "and for what came of it", "kB"),
     ("record_kb", "on disk", "kB"),
     ("told_kb", "of report and summary", "kB"),
 )
