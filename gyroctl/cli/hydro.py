@@ -153,13 +153,8 @@ def export(
     database: Annotated[Path | None, typer.Argument(help="NetCDF file; without it the shipped one.")] = None,
     format: Annotated[str, typer.Option(help="wamit or capytaine.")] = "wamit",
 ) -> None:
-    """Write a database as WAMIT's .1, .3 and .hst, or as Capytaine's NetCDF with the modes Roll and Yaw."""
-    from gyroctl.hydrodynamics import load, shipped
-    from gyroctl.hydrodynamics.export import export_results
+    """Write a database as WAMIT's .1, .3, .hst and .out (the water), or as Capytaine's NetCDF with Roll and Yaw."""
+    from gyroctl.hydrodynamics import export_results, shipped
 
-    hydro = shipped() if database is None else load(database)
-    for path in export_results(hydro, format, out):
+    for path in export_results(database or shipped(), format, out):
         typer.echo(f"Written: {path}")
-    if format == "wamit":
-        water = f"--rho {hydro.rho:g} --g {hydro.g:g} --depth {hydro.depth:g}"
-        typer.echo(f"Read it with ULEN 1 and the water that its files do not tell: {water}")
