@@ -134,6 +134,8 @@ def test_the_import_ends_with_its_report_and_the_database_keeps_it(tmp_path: Pat
     base = ("hydro", "import", path, tmp_path / "out.nc", "--format", "wamit", "--depth", "0.7")
     code, out, err = run(*base)
     assert code == 2 and "--frequency" in err and not (tmp_path / "out.nc").exists()
+    code, out, err = run(*base, "--frequency", "rad/s", "--inclination", "10")
+    assert code == 2 and "--mesh" in err and not (tmp_path / "out.nc").exists()
     code, out, err = run(*base, "--frequency", "rad/s", "--stiffness", "2944.9", "--modes", "-yaw", "roll")
     assert code == 0, err
     for text in (f"0.35 to {omega()[-1]:.4g} rad/s", "by --frequency", "row of infinite frequency", "verdict"):

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from gyroctl.cli.options import MARKUP, check_file
-from gyroctl.errors import visible
+from gyroctl.errors import InputError, visible
 
 app = typer.Typer(
     help="Hydrodynamic databases: build, check, import, report, export.", no_args_is_help=True, rich_markup_mode=MARKUP
@@ -110,7 +110,9 @@ def import_(
     hinge: Annotated[
         tuple[float, float] | None, typer.Option(help="y (negative) and z of the hinge from the float's centre [m].")
     ] = None,
-    inclination: Annotated[float, typer.Option(help="Lever below the horizontal [deg].")] = 0.0,
+    inclination: Annotated[
+        float | None, typer.Option(help="Lever below the horizontal, with --mesh [deg]; usual: 0.")
+    ] = None,
 ) -> None:
     """Read results of another solver, fit the radiation passively, write a database and report what was read."""
     from gyroctl.hydrodynamics.import_report import import_report
@@ -121,7 +123,11 @@ def import_(
     site = Site(
         rho, g, depth, length, stiffness, modes, frequency, headings, phases, about=about, centre=centre, hinge=hinge
     )
-    hull = None if mesh is None else read_hull(mesh, hinge or (0.0, 0.0), inclination)
+    if mesh is None and inclination is not None:
+        raise InputError(
+            "inclination", inclination, "turns the lever of a mesh, and there is none", "Give --mesh as well"
+        )
+    hull = None if mesh is None else read_hull(mesh, hinge or (0.0, 0.0), inclination or 0.0)
     path = import_results(source, format, out, site, hull)
     typer.echo(visible(str(import_report(path))))
     typer.echo(f"Database: {path}")
