@@ -31,8 +31,8 @@ def as_shipped(read: Hydrodynamics, digits: float = 1e-6) -> None:
 
 def test_the_database_comes_back_from_wamit_and_from_capytaine(tmp_path: Path) -> None:
     files = export_results(shipped(), "wamit", tmp_path / "float.1")
-    assert {path.name for path in files} == {"float.1", "float.3", "float.3fk", "float.hst"}
-    read = read_wamit(tmp_path / "float", Site(depth=0.7))
+    assert {path.name for path in files} == {"float.1", "float.3", "float.3fk", "float.hst", "float.out"}
+    read = read_wamit(tmp_path / "float")
     as_shipped(read, 1e-8)
     assert read.froude_krylov is not None
     part = shipped().froude_krylov
@@ -44,7 +44,7 @@ def test_the_database_comes_back_from_wamit_and_from_capytaine(tmp_path: Path) -
 def test_other_water_and_limits_come_back_as_well(tmp_path: Path) -> None:
     hydro = replace(shipped(), rho=1025.0, g=9.8, depth=np.inf, added_mass_zero=np.array([30.0, np.nan]))
     wamit(hydro, tmp_path / "deep")
-    read = read_wamit(tmp_path / "deep", Site(rho=1025.0, g=9.8))
+    read = read_wamit(tmp_path / "deep")
     for name in TABLES:
         assert np.allclose(getattr(read, name), getattr(hydro, name), rtol=1e-7, atol=1e-6), name
     assert read.added_mass_zero is not None and read.added_mass_zero[0] == pytest.approx(30.0)
@@ -134,6 +134,8 @@ def test_the_import_ends_with_its_report_and_the_database_keeps_it(tmp_path: Pat
     base = ("hydro", "import", path, tmp_path / "out.nc", "--format", "wamit", "--depth", "0.7")
     code, out, err = run(*base)
     assert code == 2 and "--frequency" in err and not (tmp_path / "out.nc").exists()
+    code, out, err = run(*base, "--frequency", "rad/s", "--inclination", "10")
+    assert code == 2 and "--mesh" in err and not (tmp_path / "out.nc").exists()
     code, out, err = run(*base, "--frequency", "rad/s", "--stiffness", "2944.9", "--modes", "-yaw", "roll")
     assert code == 0, err
     for text in (f"0.35 to {omega()[-1]:.4g} rad/s", "by --frequency", "row of infinite frequency", "verdict"):

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from gyroctl.cli.options import MARKUP, Device, check_file
-from gyroctl.errors import visible
+from gyroctl.errors import InputError, visible
 
 app = typer.Typer(
     help="Hydrodynamic databases: build, check, import, report, export.", no_args_is_help=True, rich_markup_mode=MARKUP
@@ -116,7 +116,9 @@ def import_(
     hinge: Annotated[
         tuple[float, float] | None, typer.Option(help="y (negative) and z of the hinge from the float's centre [m].")
     ] = None,
-    inclination: Annotated[float, typer.Option(help="Lever below the horizontal [deg].")] = 0.0,
+    inclination: Annotated[
+        float | None, typer.Option(help="Lever below the horizontal, with --mesh [deg]; usual: 0.")
+    ] = None,
 ) -> None:
     """Read results of another solver, fit the radiation passively, write a database and report what was read."""
     from gyroctl.hydrodynamics.import_report import import_report
@@ -127,7 +129,11 @@ def import_(
     site = Site(
         rho, g, depth, length, stiffness, modes, frequency, headings, phases, about=about, centre=centre, hinge=hinge
     )
-    hull = None if mesh is None else read_hull(mesh, hinge or (0.0, 0.0), inclination)
+    if mesh is None and inclination is not None:
+        raise InputError(
+            "inclination", inclination, "turns the lever of a mesh, and there is none", "Give --mesh as well"
+        )
+    hull = None if mesh is None else read_hull(mesh, hinge or (0.0, 0.0), inclination or 0.0)
     path = import_results(source, format, out, site, hull)
     typer.echo(visible(str(import_report(path))))
     typer.echo(f"Database: {path}")
@@ -159,13 +165,8 @@ def export(
     database: Annotated[Path | None, typer.Argument(help="NetCDF file; without it the shipped one.")] = None,
     format: Annotated[str, typer.Option(help="wamit or capytaine.")] = "wamit",
 ) -> None:
-    """Write a database as WAMIT's .1, .3 and .hst, or as Capytaine's NetCDF with the modes Roll and Yaw."""
-    from gyroctl.hydrodynamics import load, shipped
-    from gyroctl.hydrodynamics.export import export_results
+    """Write a database as WAMIT's .1, .3, .hst and .out (the water), or as Capytaine's NetCDF with Roll and Yaw."""
+    from gyroctl.hydrodynamics import export_results, shipped
 
-    hydro = shipped() if database is None else load(database)
-    for path in export_results(hydro, format, out):
+    for path in export_results(database or shipped(), format, out):
         typer.echo(f"Written: {path}")
-    if format == "wamit":
-        water = f"--rho {hydro.rho:g} --g {hydro.g:g} --depth {hydro.depth:g}"
-        typer.echo(f"Read it with ULEN 1 and the water that its files do not tell: {water}")

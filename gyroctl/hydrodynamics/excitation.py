@@ -118,8 +118,8 @@ class ExcitationTable:
         if len(wide) == 1 and wide[0] == count - 1:
             problem = f"lies outside the tabulated headings {knots[0]:g} to {knots[-1]:g} deg"
         else:
-            turn = knots[0] + (heading - knots[0]) % 360.0
-            k = int(np.searchsorted(knots, turn)) - 1
+            beyond = (heading - knots[0]) % 360.0
+            k = int(np.searchsorted(knots - knots[0], beyond)) - 1
             low, high = knots[k], knots[(k + 1) % count]
             apart = (high - low) % 360.0
             problem = f"lies between the tabulated headings {low:g} and {high:g} deg, {apart:g} deg apart"

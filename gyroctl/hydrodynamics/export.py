@@ -29,7 +29,8 @@ def export_results(source: Hydrodynamics | Path | str, format: str, out: Path | 
     source : Hydrodynamics, Path or str
         A database or its file.
     format : {"wamit", "capytaine"}
-        NAME.1, NAME.3, NAME.hst (where k3 is known) and NAME.3fk (where Froude-Krylov is), or one NetCDF file.
+        NAME.1, NAME.3, NAME.hst (where k3 is known), NAME.3fk (where Froude-Krylov is) and the water in NAME.out; or
+        one NetCDF file.
     out : Path or str
         NAME, with or without a suffix of these, or the NetCDF file.
 
@@ -56,8 +57,8 @@ def export_results(source: Hydrodynamics | Path | str, format: str, out: Path | 
 
 
 def wamit(hydro: Hydrodynamics, out: Path) -> list[Path]:
-    """Write WAMIT's numeric files, by periods and with ULEN 1; density, gravity and depth stand in none of them."""
-    base = out.with_suffix("") if out.suffix in (".1", ".3", ".3fk", ".hst") else out
+    """Write WAMIT's numeric files, by periods and with ULEN 1, and the water in the words of its printed output."""
+    base = out.with_suffix("") if out.suffix in (".1", ".3", ".3fk", ".hst", ".out") else out
     radiation = []
     for mark, limit in ((0.0, hydro.added_mass_inf), (-1.0, hydro.added_mass_zero)):
         for j, (_, mode, _) in enumerate(MODES):
@@ -68,13 +69,23 @@ def wamit(hydro: Hydrodynamics, out: Path) -> list[Path]:
         for j, (_, mode, _) in enumerate(MODES):
             values = hydro.added_mass[j, n] / hydro.rho, hydro.damping[j, n] / hydro.rho / w
             radiation.append(_line(2.0 * np.pi / w, mode, mode, *values))
-    texts = {".1": radiation, ".3": _forces(hydro, hydro.excitation)}
+    texts = {".1": radiation, ".3": _forces(hydro, hydro.excitation), ".out": _water(hydro)}
     if hydro.froude_krylov is not None:
         texts[".3fk"] = _forces(hydro, hydro.froude_krylov)
     if hydro.stiffness > 0.0:
         whole = {(4, 4): hydro.stiffness / (hydro.rho * hydro.g)}
         texts[".hst"] = [_line(i, j, whole.get((i, j), 0.0)) for i in range(1, 7) for j in range(1, 7)]
     return [write_text(base.with_name(base.name + suffix), "\n".join(rows) + "\n") for suffix, rows in texts.items()]
+
+
+def _water(hydro: Hydrodynamics) -> list[str]:
+    """Gravity, ULEN, depth and density, which stand in none of the numeric files."""
+    depth = "infinite" if np.isinf(hydro.depth) else f"{hydro.depth:.9E}"
+    return [
+        "A hydrodynamic database of gyroctl: roll and yaw about the hinge, waves referred to the float's centre",
+        f" Gravity:      {hydro.g:.9E}      Length scale:   {1.0:.9E}",
+        f" Water depth:  {depth}      Water density:  {hydro.rho:.9E}",
+    ]
 
 
 def _forces(hydro: Hydrodynamics, moments: Complexes) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Literal
 
 import numpy as np
 
@@ -54,7 +55,7 @@ def departure(omega: Floats, added: Floats, damping: Floats) -> float:
     return float(np.sqrt(np.mean((estimates - np.median(estimates)) ** 2)) / spread)
 
 
-def runs_as_period(values: Floats, tables: Iterable[tuple[Floats, Floats]]) -> bool | None:
+def runs_as_period(values: Floats, tables: Iterable[tuple[Floats, Floats]]) -> Literal["yes", "no", "open", "torn"]:
     """Decide whether a column of positive numbers holds periods or frequencies, from what stands beside it.
 
     Parameters
@@ -66,11 +67,10 @@ def runs_as_period(values: Floats, tables: Iterable[tuple[Floats, Floats]]) -> b
 
     Returns
     -------
-    bool or None
-        None where the numbers contradict each other; true where they cannot tell, as the format has it. Causality
-        decides: added mass follows from the damping by Kramers-Kronig on the right axis, and has the opposite sign on
-        the reversed one. Whether frequencies are rad/s or Hz, it cannot tell, since damping over frequency knows no
-        unit of time.
+    {"yes", "no", "open", "torn"}
+        "open" where the numbers cannot tell, "torn" where they contradict each other. Causality decides: added mass
+        follows from the damping by Kramers-Kronig on the right axis, and has the opposite sign on the reversed one.
+        Whether frequencies are rad/s or Hz, it cannot tell, since damping over frequency knows no unit of time.
     """
     score, known = 0.0, False
     thin = slice(None, None, len(values) // MANY + 1)
@@ -88,10 +88,10 @@ def runs_as_period(values: Floats, tables: Iterable[tuple[Floats, Floats]]) -> b
             known = True
             score += float(np.log(max(ends[0], 1e-6) / max(ends[1], 1e-6)))
     if not known:
-        return True
+        return "open"
     if abs(score) < np.log(CLEAR):
-        return None
-    return score < 0.0
+        return "torn"
+    return "yes" if score < 0.0 else "no"
 
 
 def settled(given: str | None, told: dict[str, str], name: str) -> tuple[str, str]:

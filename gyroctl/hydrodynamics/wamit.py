@@ -122,12 +122,14 @@ def _unit(reading: Reading, path: Path, rows: list[tuple[Row, float, int, int]],
             if i == j and value > 0.0:
                 tables[i, :, at[value]] = row.values[3:5]
         period = runs_as_period(np.array(axis), [(one[0], one[1]) for one in tables])
-        if period is None:
-            raise InputError(f"{path.name}: frequency", "column 1", "can be read as periods or frequencies", ASK)
-        if not period:
-            problem = "holds no periods, by added mass and damping (Kramers-Kronig)"
-            raise InputError(f"{path.name}: frequency", "column 1", problem, ASK)
-        told["the format, with which added mass and damping agree"] = "period"
+        if period == "torn":
+            problem = "could be periods or frequencies"
+            raise InputError(f"{path.name}: frequency", f"{axis[0]:g} to {axis[-1]:g}", problem, ASK)
+        if period == "no":
+            problem = "are no periods, by added mass and damping (Kramers-Kronig)"
+            raise InputError(f"{path.name}: frequency", f"{axis[0]:g} to {axis[-1]:g}", problem, ASK)
+        alone = "the format alone" if period == "open" else "the format, with which added mass and damping agree"
+        told[alone] = "period"
     unit, source = settled(reading.site.frequency, told, path.name)
     reading.told["frequency"] = f"{unit}, by {source}"
     return unit
