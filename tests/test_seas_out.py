@@ -89,6 +89,17 @@ def test_the_command_refuses_in_one_line(
     assert sorted(path.name for path in tmp_path.iterdir()) == ["empty.toml", "sea.toml"]
 
 
+def test_one_run_in_a_sea_of_a_file(tmp_path: Path, run: Run) -> None:
+    omega = np.linspace(1.5, 8.0, 200)
+    density = gy.SeaState().spectrum(omega)
+    rows = "".join(f"{w:.3f},{s:.8f}\n" for w, s in zip(omega.tolist(), density.tolist(), strict=True))
+    (tmp_path / "s.csv").write_text("omega [rad/s],S [m2 s/rad]\n" + rows)
+    (tmp_path / "sea.toml").write_text('[sea]\nkind = "spectrum"\nfile = "s.csv"\nspreading = "cos2s"\nwidth = 30.0\n')
+    asked = ("--law", "constant", "--sea", tmp_path / "sea.toml", "--duration", 60, "--blend", 20)
+    code, out, err = run("simulate", *asked, "--out", tmp_path / "run.nc")
+    assert code == 0 and "W mean power" in out and (tmp_path / "run.nc").is_file(), err
+
+
 TIME = np.arange(0.0, 400.0, 0.2)
 LEVEL = 0.1 * np.cos(3.1 * TIME) + 0.03 * np.cos(2.6 * TIME + 1.0) + 0.03 * np.cos(3.6 * TIME + 2.0)
 

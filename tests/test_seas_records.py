@@ -100,6 +100,18 @@ def test_uneven_samples_are_resampled_and_it_is_told(tmp_path: Path) -> None:
     assert record.hs == pytest.approx(HS, rel=0.01)
 
 
+def test_a_spike_is_pointed_at_and_a_probe_that_is_stuck_is_told(tmp_path: Path) -> None:
+    spike = ETA.copy()
+    spike[500] = 9.9
+    refused("sea.eta", lambda: read_record(table(tmp_path / "a.csv", DENSE, spike)), "stands out", "25 s after")
+    spike[500] = 1.1 * ETA[500]
+    assert not read_record(table(tmp_path / "a.csv", DENSE, spike)).notes
+    stuck = ETA.copy()
+    stuck[500:540] = stuck[500]
+    record = read_record(table(tmp_path / "b.csv", DENSE, stuck))
+    assert record.notes == ("the elevation stands still for 1.95 s from 25 s on",)
+
+
 # --- gaps ----------------------------------------------------------------------------------------------------------
 
 
@@ -197,6 +209,15 @@ def test_columns_by_name(tmp_path: Path) -> None:
     refused("sea.file", lambda: read_record(path), "4 columns", "probe 1")
     refused("sea.column", lambda: read_record(path, clock="t", column="probe"), "probe 1")
     refused("sea.column", lambda: read_record(path, clock="t", column="t"), "different")
+
+
+def test_quotes_and_counted_samples(tmp_path: Path) -> None:
+    path = tmp_path / "a.csv"
+    rows = "".join(f'"{t:.3f}","{1000.0 * e:.3f}"\n' for t, e in zip(DENSE, ETA, strict=True))
+    path.write_text('"t [s]","eta [mm]"\n' + rows)
+    assert read_record(path).hs == pytest.approx(HS, rel=1e-3)
+    counted = table(tmp_path / "b.csv", np.arange(DENSE.size), ETA, "sample,eta")
+    refused("sea.clock", lambda: read_record(counted), "counts")
 
 
 def test_decimal_commas_between_semicolons_and_nowhere_else(tmp_path: Path) -> None:

@@ -137,6 +137,8 @@ class Experiment:
         sea = _plain(dataclasses.asdict(still)) | _plain(dataclasses.asdict(self.sea))
         kinds = {SeaState: "jonswap", Regular: "regular", Bichromatic: "bichromatic"}
         given, limits = self.source.get("sea", {}), dataclasses.asdict(self.actuators)
+        notes = list(getattr(self.sea, "notes", ()))
+        sea |= {"notes": notes} if notes else {}
         return {
             "sea": {"kind": kinds.get(type(still), given.get("kind", "")), **sea, **_plain(given)},
             "run": {**dataclasses.asdict(self.run), "seeds": list(self.run.seeds)},

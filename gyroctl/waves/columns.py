@@ -160,12 +160,17 @@ def _split(line: str, least: int) -> list[str]:
     bare = line.strip(" ")
     for mark in ";\t,"[: 3 - least]:
         if mark in bare:
-            return [cell.strip() for cell in bare.split(mark)]
+            return [_unquoted(cell.strip()) for cell in bare.split(mark)]
     bare = bare.strip()
     stamp = _STAMP.match(bare)
     if stamp:
         bare = re.sub(r"\s+", "T", bare[: stamp.end()], count=1) + bare[stamp.end() :]
     return bare.split()
+
+
+def _unquoted(cell: str) -> str:
+    """Cell without the quotes about it that spreadsheets write."""
+    return cell[1:-1].strip() if len(cell) > 1 and cell[0] == cell[-1] == '"' else cell
 
 
 def _number(cell: str) -> float:
@@ -184,7 +189,7 @@ def _labels(text: str, count: int, header: bool) -> list[str] | None:
     """Names of `count` columns from their line; without a header from a comment, where that has as many; else none."""
     for mark in (";", "\t", ","):
         if mark in text:
-            parts = [part.strip() for part in text.split(mark)]
+            parts = [_unquoted(part.strip()) for part in text.split(mark)]
             if len(parts) == count:
                 return parts
     for parts in (_LABEL.findall(text), text.split()):

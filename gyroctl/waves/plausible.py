@@ -19,6 +19,9 @@ DRIFT_SAID, DRIFT_MAX = 0.005, 0.1
 CUT_SAID, CUT_MAX = 0.01, 0.1
 """Part of the variance beyond the Nyquist frequency, if the tail goes on, from which on it is told, and refused. [-]"""
 
+ALONE = 20.0
+"""Distance of a sample from the middle of its neighbours over that of all but a hundredth that is no water. [-]"""
+
 FEW = 3.0
 """Nyquist frequency over that of the waves below which it is told: all of a narrow peak may be folded unseen. [-]"""
 
@@ -61,8 +64,10 @@ def check_content(surface: NDArray[np.float64], step: float) -> tuple[str, ...]:
     Raises
     ------
     InputError
-        Field ``sea.eta``: mostly drift. Field ``sea.time``: sampled too rarely for its waves.
+        Field ``sea.eta``: mostly drift, or with a sample that stands out alone.
+        Field ``sea.time``: sampled too rarely for its waves.
     """
+    _check_spikes(surface, step)
     found = content_of(surface, step)
     said = []
     hs = 4.0 * float(np.std(surface))
@@ -85,3 +90,13 @@ def check_content(surface: NDArray[np.float64], step: float) -> tuple[str, ...]:
         slow = hs * math.sqrt(found.drift / (1.0 + found.drift)) / 4.0
         said.append(f"drift of {slow:.2g} m (standard deviation) below {SLOW * found.peak:.2g} rad/s is left in")
     return tuple(said)
+
+
+def _check_spikes(surface: NDArray[np.float64], step: float) -> None:
+    """Refuse a record in which a single sample is far from both neighbours, by a deviation of the record or more."""
+    off = np.abs(surface[1:-1] - 0.5 * (surface[:-2] + surface[2:]))
+    worst = int(np.argmax(off))
+    if off[worst] > max(ALONE * float(np.quantile(off, 0.99)), float(np.std(surface))):
+        problem = f"a single sample stands out, {step * (worst + 1):.4g} s after the first, as no water moves"
+        mend = 'Leave its cell empty, and give gaps = "linear" and longest = the longest gap to fill [s]'
+        raise InputError("sea.eta", round(float(surface[worst + 1]), 4), problem, mend)

@@ -23,6 +23,12 @@ DETREND = ("linear", "high-pass")
 SCALE_MAX = 1000.0
 """Largest length of a prototype over that of its model."""
 
+COUNTS = ("n", "i", "k", "#", "no", "no.", "nr", "number", "index", "sample", "samples", "count", "row")
+"""Names of columns that count."""
+
+STILL = 8
+"""Fewest equal elevations in a row, over a quarter of a wave at least, that are told: a probe that stood still."""
+
 _WHAT = "time [s], elevation [m]"
 
 
@@ -90,7 +96,20 @@ def read_record(
         notes.append(f"elevations converted from {unit or second.unit} to m")
     time, eta = _filled(time, eta, second, gaps, longest, str(path), notes)
     record = _without_drift(ElevationRecord(time, eta, heading), detrend, cutoff, notes)
-    return record.noted((*notes, *record.notes, *check_content(record.surface, record.step)))
+    told = (*check_content(record.surface, record.step), *_standing(record))
+    return record.noted((*notes, *record.notes, *told))
+
+
+def _standing(record: ElevationRecord) -> tuple[str, ...]:
+    """Tell the longest stretch in which the elevation does not change at all: a probe that is stuck, or dry."""
+    changes = np.flatnonzero(np.append(np.diff(record.eta) != 0.0, True))
+    lengths = np.diff(np.insert(changes, 0, -1))
+    longest = int(np.argmax(lengths))
+    count, last = int(lengths[longest]), int(changes[longest])
+    if count < STILL or (count - 1) * record.step < 0.25 * 2.0 * math.pi / record.wp:
+        return ()
+    begin = float(record.time[last - count + 1])
+    return (f"the elevation stands still for {(count - 1) * record.step:.3g} s from {begin:.6g} s on",)
 
 
 def scale_factor(scale: object) -> float:
@@ -127,6 +146,9 @@ def _check_choices(gaps: object, longest: object, detrend: object, cutoff: objec
 
 def _times(column: Column, path: str, mend: str) -> NDArray[np.float64]:
     """Times in seconds: numbers in the heading's unit, or ISO 8601 stamps, counted from the first."""
+    if column.name.lower() in COUNTS:
+        problem = "counts samples: their time is not said"
+        raise InputError("sea.clock", column.name, problem, "Give clock = the name of a column of times")
     if "-" not in column.cells[0][1:] or "e-" in column.cells[0].lower():
         return column.numbers(path, mend) * scale_of("sea.clock", None, column.unit, TIMES, "s")
     stamps: list[datetime] = []

@@ -15,7 +15,7 @@ from gyroctl.waves.columns import digest
 TABLE_MAX, DENSITY_MAX = 1e4, 1e6
 """Frequency [rad/s] and density [m^2 s] beyond which no spectrum is meant."""
 
-_OMEGA = "Give frequencies in rad/s (not Hz), rising from line to line"
+_OMEGA = "Give frequencies that rise from line to line, from 0 or above; in Python in rad/s"
 _DENSITY = "Give one-sided densities in m^2 s per rad/s, none negative, some positive"
 
 
