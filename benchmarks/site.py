@@ -23,14 +23,14 @@ from gyroctl.studies.site import Bin, Scatter, site_report, site_request
 BAR = 600.0
 """Longest time of the command. [s]"""
 
-HEIGHTS = (1.0, 1.5, 2.0, 2.5, 3.0)
-PERIODS = (7.0, 7.5, 8.0, 8.5, 9.0, 9.5, 10.0, 10.5)
+HEIGHTS = (2.6, 3.0, 3.4, 3.8, 4.2)
+PERIODS = (7.5, 8.0, 8.5, 9.0, 9.5, 10.0, 10.5, 11.0)
 SCALE, LAWS, DURATION = 20.0, "coupling,load_angle", 600.0
 
 
 def table() -> Scatter:
     """Forty sea states that all are run, the middle ones most often."""
-    weight = {(hs, tp): math.exp(-((hs - 2.0) ** 2) - 0.5 * (tp - 8.5) ** 2) for hs in HEIGHTS for tp in PERIODS}
+    weight = {(hs, tp): math.exp(-((hs - 3.0) ** 2) - 0.5 * (tp - 9.0) ** 2) for hs in HEIGHTS for tp in PERIODS}
     total = sum(weight.values())
     return Scatter(tuple(sorted(Bin(hs, tp, w / total) for (hs, tp), w in weight.items())), "Tp")
 

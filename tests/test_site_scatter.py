@@ -36,6 +36,8 @@ SAME = {
     "ranges": '"Hs (m) | Tp (s), %",4-6,6 - 8,8–10\n0..1,10,20,5\n1 to 2,5,30,30\n',
     "lower edges": "# bins: lower edges\n# occurrence: percent\nHs/Tp,4,6,8\n0,10,20,5\n1,5,30,30\n",
     "upper edges": "# bins: upper edges\n# occurrence: percent\nHs/Tp,6,8,10\n1,10,20,5\n2,5,30,30\n",
+    "a line that says the separator": "sep=;\n"
+    + matrix('"Hs [m] \\ Tp [s], occurrence [%]"').replace(",", ";").replace("; occ", ", occ"),
     "list": "hs_m,tp_s,percent\n" + "".join(f"{h},{t},{100 * p:g}\n" for h, t, p in ROWS),
     "list in another order": "occurrence [1];Peak period [s];Hm0\n"
     + "".join(f"{p};{t};{h}\n" for h, t, p in reversed(ROWS)),
@@ -86,6 +88,8 @@ def test_nothing_is_guessed(tmp_path, text, said, field):
 
 HEAD = "hs [m],tp [s],hours\n"
 REFUSED = {
+    "four columns": ("hs [m],tp [s],heading [deg],hours\n1,5,0,100\n", "does not name three columns"),
+    "two columns": ("hs [m],tp [s]\n1,5\n", "does not name three columns"),
     "negative": (HEAD + "1,5,100\n2,6,-3\n", "line 3, column 3"),
     "not a number": (HEAD + "1,5,100\n2,6,NaN\n", "line 3, column 3"),
     "infinite": (HEAD + "1,5,inf\n", "line 2, column 3"),
@@ -132,6 +136,9 @@ def test_what_is_not_in_the_table_is_said(tmp_path):
     found = read(tmp_path, "hs,tp,percent\n1,5,60\n2,6,27.7\n")
     assert found.missing == pytest.approx(0.123) and [one.share for one in found.bins] == pytest.approx([0.6, 0.277])
     assert any("12.3 %" in note for note in found.notes)
+    calendar = read(tmp_path, "hs,tp,hours\n1,5,4000\n2,6,4760\n")
+    assert calendar.missing == 0.0 and sum(one.share for one in calendar.bins) == pytest.approx(1.0)
+    assert any("8760" in note for note in calendar.notes)
     rounded = read(tmp_path, "hs,tp,percent\n1,5,60.2\n2,6,40\n")
     assert sum(one.share for one in rounded.bins) == pytest.approx(1.0) and any(
         "100.2" in note for note in rounded.notes

@@ -7,6 +7,7 @@ lower``, or it is said beside it. What two of them say differently, and what non
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
@@ -28,6 +29,11 @@ LARGEST = 4 << 20
 
 BINS_MAX, WIDE = 5000, 500
 """Most sea states, and cells of a line."""
+
+SEPARATOR = re.compile(r"sep=([,;\t])", re.IGNORECASE)
+
+NOTE = 2000
+"""Characters of a line that says where a table is from."""
 
 LAYOUTS = ("matrix", "matrix-by-period", "list")
 """Rows of heights, rows of periods, one sea state a row."""
@@ -93,7 +99,8 @@ def read_scatter(
     )
     notes += [f"{key}: {text}" for key, text in directives.items() if key not in ("period", "occurrence", "bins")]
     head = [heading(cell) for cell in lines[0].cells]
-    is_list = layout == "list" or (not layout and all(one.kind for one in head) and len(head) == 3)
+    kinds = {one.kind for one in head}
+    is_list = layout == "list" or (not layout and "Hs" in kinds and bool(kinds & set(PERIODS)))
     return _list(lines, head, said, comma, notes) if is_list else _matrix(lines, said, comma, notes)
 
 
@@ -105,12 +112,15 @@ def _lines(path: Path) -> tuple[list[Line], dict[str, str], bool, list[str]]:
         if line.lstrip().startswith("#"):
             key, colon, value = line.lstrip("# \t").partition(":")
             if colon and value.strip():
-                directives[key.strip().lower()[:40]] = text_of(f"{FIELD}, line {count}", value.strip())
+                directives[key.strip().lower()[:40]] = text_of(f"{FIELD}, line {count}", value.strip(), NOTE)
         elif line.strip(" \t,;"):
             table.append((count, line))
-    if len(table) < 2:
+    if len(table) < 2 + (bool(table) and bool(SEPARATOR.fullmatch(table[0][1].strip()))):
         raise InputError(FIELD, str(path), f"has {len(table)} lines of a table", MEND)
-    sign = next((sign for sign in "\t;" if sign in table[0][1]), ",")
+    told = SEPARATOR.fullmatch(table[0][1].strip())  # a line that spreadsheets write and read
+    if told:
+        table = table[1:]
+    sign = told[1] if told else next((sign for sign in "\t;" if sign in table[0][1]), ",")
     try:
         rows = [Line(count, _cells(line, sign)) for count, line in table]
     except csv.Error as error:

@@ -19,6 +19,9 @@ FULL = {"hours": YEAR, "percent": 100.0, "fraction": 1.0}
 ABOVE = 0.005
 """By how much a sum may be above that, from the rounding of its parts: it is brought back to the whole year. [1]"""
 
+CALENDAR = (8760.0, 8784.0)
+"""Hours of a year of the calendar: a table that sums to them, or between, misses nothing. [h]"""
+
 ALL_THERE = 1e-9
 """Time that is not missed. [1]"""
 
@@ -96,7 +99,8 @@ def shares(values: list[float], told: str, field: str) -> tuple[list[float], flo
     if told == "percent" and part <= 0.02:
         mend = "Say --occurrence fraction if these are parts of one, or correct the table"
         raise InputError(field, round(total, 6), "sum of the table, in percent of a year", mend)
-    if part > 1.0 + ALL_THERE:
+    of_calendar = told == "hours" and CALENDAR[0] - 0.5 <= total <= CALENDAR[1] + 0.5
+    if part > 1.0 + ALL_THERE or (of_calendar and part < 1.0 - 1e-6):
         said = f"the table sums to {total:.6g} of {full:g} {told}: brought back to the whole year"
         return [value / total for value in values], 0.0, [said]
     missing = max(0.0, 1.0 - part)
