@@ -69,6 +69,8 @@ def test_elevation_stays_and_the_hash_tells(device: gy.Plant) -> None:
     )
     assert np.array_equal(one.elevation, still.elevation) and not np.allclose(one.moments, still.moments)
     assert len({one.sha256, other.sha256, still.sha256}) == 3
+    lower = gy.realise(device, SpreadSea(gy.SeaState(hs=0.2, heading=20.0), "cos2s", 5.0), 3, 100.0)
+    assert lower.sha256 != one.sha256
     assert one.sha256 == gy.realise(device, SpreadSea(gy.SeaState(heading=20.0), "cos2s", 5.0), 3, 100.0).sha256
 
 
