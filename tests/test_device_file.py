@@ -14,7 +14,7 @@ from command_line import Run
 import gyroctl as gy
 from gyroctl.comparison.experiment import build_experiment
 from gyroctl.devices.entries import ENTRIES
-from gyroctl.devices.file import HEAD, new_device, write_device
+from gyroctl.devices.file import HEAD, database_of, new_device, write_device
 from gyroctl.devices.identity import changed, device_record, identity, is_shipped
 from gyroctl.froude import power
 from gyroctl.hydrodynamics import save, shipped
@@ -116,6 +116,14 @@ def test_bad_entry_is_refused_by_file_and_entry(tmp_path: Path, text: str, field
     with pytest.raises(gy.InputError) as caught:
         gy.device(file)
     assert caught.value.field == f"bad.toml: {field}" and mend in caught.value.mend
+
+
+def test_database_of_a_device_is_that_of_its_model(tmp_path: Path) -> None:
+    file = tmp_path / "long.toml"
+    file.write_text("length_scale = 4\nhydrodynamics_length = 4\n", encoding="utf-8")
+    assert database_of(file).sha256 == shipped().sha256
+    file.write_text("length_scale = 4\nhydrodynamics_length = 8\n", encoding="utf-8")
+    assert database_of(file).stiffness == pytest.approx(16.0 * shipped().stiffness)
 
 
 # --- commands and experiments

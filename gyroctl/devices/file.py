@@ -150,7 +150,7 @@ def _table(source: Any, folder: Path) -> Hydrodynamics | None:
 
 
 def database_of(path: Path | str) -> Hydrodynamics:
-    """Hydrodynamics of the device that a file describes, at its length.
+    """Hydrodynamics of the device that a file describes, as those of its model at the size of Table 1.
 
     Raises
     ------
@@ -158,10 +158,10 @@ def database_of(path: Path | str) -> Hydrodynamics:
         As `device`.
     """
     file = Path(path)
-    device(file)  # refuses what the file says wrong
+    plant = device(file)  # refuses what the file says wrong
     given = read_tables(file, "device")
     table = _table(given.get("hydrodynamics", SHIPPED), file.parent) or shipped()
-    by = check_by(given.get("hydrodynamics_length", 1.0))
+    by = check_by(given.get("hydrodynamics_length", 1.0)) / plant.parameters.length_scale
     return table if by == 1.0 else scaled(table, by)
 
 
