@@ -334,10 +334,15 @@ def test_folder_that_others_share_is_left_as_it_is(tmp_path: Path, monkeypatch: 
     """$NUMBA_CACHE_DIR is numba's, for all projects of a machine: ours is a folder in it, and no more."""
     shared = tmp_path / "shared"
     shared.mkdir()
-    shared.chmod(0o777)
+    shared.chmod(0o1777)  # of everybody, where none can take away what is another's
     (shared / "others.function-12.py311.nbi").write_text("theirs")
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(shared))
     assert folder() == shared / "gyroctl"
     assert (shared / "others.function-12.py311.nbi").read_text() == "theirs"
     if os.name == "posix":
         assert (shared.stat().st_mode & 0o777, (shared / "gyroctl").stat().st_mode & 0o777) == (0o777, 0o700)
+        open_to_all = tmp_path / "open"
+        open_to_all.mkdir()
+        open_to_all.chmod(0o777)
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(open_to_all))
+        assert folder() is None  # anybody could put a folder of code of his own there

@@ -24,6 +24,7 @@ QUICK = (
     "elevation",
     "spectrum",
     "records",
+    "scatter",
     "seas",
 )
 """Readers without a run or a report to prepare."""

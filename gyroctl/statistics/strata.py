@@ -54,7 +54,7 @@ def stratified_share(hits: ArrayLike, weights: ArrayLike, confidence: float = CO
     """Weighted sum of the shares of runs in which something happened, as hours out of step, with its interval.
 
     The wider of two intervals: that of the sums for each realisation, and Wilson's of the strata put together as if
-    they were independent, which knows that what was never seen in n runs may still happen.
+    they were independent, which knows that what did not happen in n runs may still happen.
     Source: G. Y. Zou, A. Donner, "Construction of confidence limits about effect measures: a general approach", Stat.
     Med. 27 (2008) 1693-1702.
 

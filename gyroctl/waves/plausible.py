@@ -23,7 +23,7 @@ ALONE = 20.0
 """Distance of a sample from the middle of its neighbours over that of all but a hundredth that is no water. [-]"""
 
 FEW = 3.0
-"""Nyquist frequency over that of the waves below which it is told: all of a narrow peak may be folded unseen. [-]"""
+"""Nyquist over peak frequency of the waves below which it is told: all of a narrow peak may be folded there. [-]"""
 
 WAVES_LEAST = 8
 """Fewest periods in a record that make a wave of it."""
