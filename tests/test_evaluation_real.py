@@ -18,7 +18,7 @@ import gyroctl as gy
 from gyroctl.harness.yardstick import Yardstick
 from gyroctl.reports.wording import number
 from gyroctl.statistics import Estimate
-from gyroctl.studies.evaluation import Request, real, request
+from gyroctl.studies.evaluation import Request, evaluate_tables, real, request
 from gyroctl.studies.evaluation.cases import Case, Outcome, Runs
 from gyroctl.studies.evaluation.draw_real import corner
 from gyroctl.studies.evaluation.entrants import Entrant, in_real_water, pair, real_set, set_in_words
@@ -43,6 +43,7 @@ from gyroctl.studies.evaluation.real_targets import (
 )
 from gyroctl.studies.evaluation.real_water import Water
 from gyroctl.studies.evaluation.rows import Row
+from gyroctl.studies.evaluation.seas import asked_for
 from gyroctl.writing import plain
 
 SEEDS = np.arange(100000, 100008)
@@ -353,3 +354,14 @@ def test_table_runs_its_seas_with_the_pair_of_each(tmp_path: Path, monkeypatch: 
     repeated, _, _ = real.real_table(again, (5.0,), water)
     assert asked[-1] == (5.0, 1e6)
     assert repeated["seas"]["gamma5"] == content["seas"]["gamma5"], "finished runs are not run again"
+
+
+def test_single_seas_may_be_asked_for_of_tables_that_have_seas(tmp_path: Path) -> None:
+    ask = request(tmp_path, "coupling", ["1:2"], only="gamma 50, gamma 5")
+    assert asked_for(ask, (1.0, 5.0, 50.0)) == [5.0, 50.0]  # in the order of the table
+    assert asked_for(replace(ask, only=()), (1.0, 5.0)) == [1.0, 5.0]
+    with pytest.raises(gy.InputError, match="no case of this table"):
+        asked_for(replace(ask, only=("gamma 7",)), (1.0, 5.0))
+    with pytest.raises(gy.InputError, match="faults is always whole"):
+        evaluate_tables(["real", "faults"], ask)
+    assert not any(tmp_path.iterdir())

@@ -53,6 +53,9 @@ def evaluate(
     allow_tuning_seeds: Annotated[
         bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a table judges nothing.")
     ] = False,
+    only: Annotated[
+        str, typer.Option(help="Cases of seas and real, with commas between: 'gamma 1,gamma 5'. Without it all.")
+    ] = "",
     allow_code: AllowCode = None,
     device: Device = None,
 ) -> None:
@@ -69,7 +72,17 @@ def evaluate(
     chosen, say = seeds or (), partial(typer.echo, err=True)
     allowed = allow_code or ()
     asked = request(
-        out, laws, chosen, duration, workers, allow_tuning_seeds, budget, planner, say=say, allow_code=allowed
+        out,
+        laws,
+        chosen,
+        duration,
+        workers,
+        allow_tuning_seeds,
+        budget,
+        planner,
+        say=say,
+        allow_code=allowed,
+        only=only,
     )
     asked = replace(asked, scheduler=scheduler or None)
     made = evaluate_tables(tables or (), asked)

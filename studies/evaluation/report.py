@@ -42,6 +42,9 @@ TABLES: dict[str, Table] = {
 }
 """Tables by name."""
 
+IN_SEAS = ("seas", "real")
+"""Tables of which single cases, seas, may be asked for."""
+
 ALL_OF_IT = "the whole table"
 """What failed, where no case of it could be run."""
 
@@ -95,6 +98,10 @@ def evaluate_tables(names: Sequence[str], ask: Request) -> dict[str, dict[str, A
     for name in names:
         if name not in TABLES:
             raise InputError("table", name, "there is no such table", f"Choose of {', '.join(TABLES)}")
+    for name in names or TABLES:
+        if ask.only and name not in IN_SEAS:
+            problem, mend = f"names cases, and {name} is always whole", f"It goes with {' and '.join(IN_SEAS)}"
+            raise InputError("only", ", ".join(ask.only), problem, mend)
     wanted, found, broken = list(dict.fromkeys(names or TABLES)), {}, 0
     with connected(ask.scheduler) if ask.scheduler is not None else nullcontext() as client:
         ask = replace(ask, scheduler=client)

@@ -47,6 +47,7 @@ class Request:
     planner: str = "nmpc"  # the law whose information is varied
     quiet: bool = False  # no progress
     say: Callable[[str], None] = lambda _: None  # told what is being done
+    only: tuple[str, ...] = ()  # cases that are run, all where none is named
     scheduler: Any = None  # address or client of other machines that make the runs; they change no result
 
     def usually(self, laws: str, seeds: Sequence[str], duration: float) -> Request:
@@ -67,6 +68,7 @@ class Request:
             "seeds": list(self.plan.common),
             "own_seeds": {name: list(s) for name, s in self.plan.own.items()},
             "seed_states": ledger().states(self.plan.all),
+            **({"only": list(self.only)} if self.only else {}),
         }
 
 
@@ -82,6 +84,7 @@ def request(
     quiet: bool = False,
     say: Callable[[str], None] = lambda _: None,
     allow_code: Sequence[str | Path] = (),
+    only: str = "",
 ) -> Request:
     """Build a request from what was typed; the files of laws that are typed may run, and `allow_code` for tuned sets.
 
@@ -117,5 +120,17 @@ def request(
         raise InputError("duration", duration, problem, "Give a longer one, for example 2000")
     refused, asked = () if allow_tuning_seeds else tuned_on, frozenset(name for name, it in given.items() if it)
     return Request(
-        out, entrants, plan, duration, workers or None, refused, budget, settings, asked, planner, quiet, say
+        out,
+        entrants,
+        plan,
+        duration,
+        workers or None,
+        refused,
+        budget,
+        settings,
+        asked,
+        planner,
+        quiet,
+        say,
+        tuple(name.strip() for name in only.split(",") if name.strip()),
     )

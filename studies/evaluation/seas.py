@@ -93,6 +93,21 @@ def sea_name(gamma: float) -> str:
     return f"gamma {gamma:g}"
 
 
+def asked_for(ask: Request, gammas: Sequence[float]) -> list[float]:
+    """Peak enhancements of the cases that are asked for, all where none is named.
+
+    Raises
+    ------
+    InputError
+        Field ``only``, for a case that the table does not have.
+    """
+    names = {sea_name(gamma): gamma for gamma in gammas}
+    for name in ask.only:
+        if name not in names:
+            raise InputError("only", name, "is no case of this table", f"Name of {', '.join(names)}")
+    return [gamma for name, gamma in names.items() if not ask.only or name in ask.only]
+
+
 def in_each_sea(
     table: str,
     ask: Request,
@@ -116,7 +131,7 @@ def in_each_sea(
     """
     outcomes: dict[float, Outcome] = {}
     failed: dict[str, str] = {}
-    for gamma in gammas:
+    for gamma in asked_for(ask, gammas):
         case = case_of(gamma)
         ask.say(f"{table}: {case.name}")
         try:
