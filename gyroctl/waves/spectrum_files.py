@@ -199,6 +199,9 @@ def _directional(
     """Turn compass directions into headings of the device: clockwise from north into anticlockwise from x3."""
     towards = directions + (180.0 if direction == "from" else 0.0)
     mean = np.trapezoid(np.minimum(density, DENSITY_MAX) @ np.exp(1j * np.radians(towards)), omega)
+    if not (np.all(np.isfinite(directions)) and np.isfinite(mean)):
+        problem = "are no numbers, or cannot be summed up"
+        raise InputError("sea.directional", True, f"the directions of the file {problem}", "Leave directional out")
     course = math.degrees(float(np.angle(mean))) % 360.0
     said = f"waves come from {(course + 180.0) % 360.0:.0f} deg on the mean"
     if axis is None:
