@@ -197,3 +197,18 @@ def test_studies_refuse_a_device_that_they_cannot_serve(tmp_path: Path, run: Run
     file.write_text("length_scale = 4\nhydrodynamics_length = 4\n", encoding="utf-8")
     code, _, said = run(command, "--device", file)
     assert code == 2 and "--device" in said and ("device scale" in said or "compare" in said)
+
+
+@pytest.mark.parametrize("variant", ["corrected", "paper", "realistic"])
+def test_new_device_at_a_length_is_that_of_a_file_which_says_no_more_than_the_length(
+    variant: str, tmp_path: Path
+) -> None:
+    """What a variant adds to Table 1, damping of the hinge, friction, greatest torque, is at that length too."""
+    asked = {"length_scale": 2.0, "hydrodynamics_length": 2.0}
+    whole = gy.device(write_device(tmp_path / "whole.toml", new_device("mine", variant, **asked)))
+    short = tmp_path / "short.toml"
+    short.write_text(f'variant = "{variant}"\nlength_scale = 2.0\nhydrodynamics_length = 2.0\n', encoding="utf-8")
+    assert whole.parameters == gy.device(short).parameters
+    first = gy.zhang2017(variant).parameters
+    assert whole.parameters.d1 == pytest.approx(first.d1 * 2**4.5)
+    assert whole.parameters.bearing == pytest.approx(first.bearing * 2**4)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gyroctl.devices.entries import ENTRIES, GROUPS, Entry
-from gyroctl.devices.identity import changes_in_words, table_1
+from gyroctl.devices.identity import changes_in_words
 from gyroctl.devices.scaling import check_length, scaled_parameters
 from gyroctl.devices.zhang import VARIANTS, zhang2017
 from gyroctl.errors import InputError, check_kind
@@ -188,11 +188,10 @@ def new_device(name: str = "mine", variant: str = "corrected", **changes: Any) -
     if variant not in VARIANTS:
         raise InputError("variant", variant, "unknown variant", f"Choose one of {', '.join(VARIANTS)}")
     _check_known(changes, "device")
-    usual = VARIANTS[variant]
     head = {"name": name, "variant": variant, "hydrodynamics": SHIPPED, "hydrodynamics_length": 1.0}
-    head |= {key: usual[key] for key in ("radiation", "excitation_phase")}
-    first = table_1(float(changes.get("length_scale", 1.0)))
-    numbers = {key: usual.get(key, getattr(first, key)) for key in ENTRIES if key not in OF_TABLE}
+    head |= {key: VARIANTS[variant][key] for key in ("radiation", "excitation_phase")}
+    usual = usual_parameters(variant, float(changes.get("length_scale", 1.0)))
+    numbers = {key: getattr(usual, key) for key in ENTRIES if key not in OF_TABLE}
     return {**head, **numbers, **changes}
 
 

@@ -114,7 +114,7 @@ def law(
     device : Plant, optional
         The device that the law is to serve, where it is not that of the paper: gear ratio, inertia of the flywheel and
         design model are then those of the device, and one of another length is controlled as its model at the size of
-        Table 1, see `gyroctl.harness.model_scale`: all parameters but the pair of a constant law are the model's.
+        Table 1, see `gyroctl.harness.for_device`: all parameters but the pair of a constant law are the model's.
     allow_code : sequence of str or Path, optional
         Files that may run where a tuned set names a law in a file outside the folder of this one.
     **parameters
