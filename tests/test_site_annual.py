@@ -180,6 +180,20 @@ def test_shares_of_what_is_left_out_add_up(device: gy.Plant, tmp_path):
     )
 
 
+def test_named_laws_are_built_for_the_device_of_the_site(device: gy.Plant, tmp_path):
+    scatter, mine = Scatter((Bin(3.0, 8.4, 1.0),), "Tp"), device.replace(J14=0.5 * device.parameters.J14)
+    usual, own = gy.law("coupling"), gy.law("coupling", device=mine)
+    assert usual != own
+    for laws in ("coupling", ["coupling"], {"coupling": "coupling"}):
+        assert site_request(scatter, tmp_path, laws, plant=mine).laws["coupling"] == own
+        assert site_request(scatter, tmp_path, laws, plant=device).laws["coupling"] == usual
+    assert (
+        site_request(scatter, tmp_path, {"coupling": usual}, plant=mine).laws["coupling"] == usual
+    )  # built by the user
+    with pytest.raises(gy.InputError, match=r"3 times as long as Table 1.*model"):
+        site_request(scatter, tmp_path, plant=device.replace(length_scale=3.0))
+
+
 @pytest.mark.parametrize(
     ("given", "field"),
     [

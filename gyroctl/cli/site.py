@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import AllowCode, Scheduler, Variant, Workers, answer, failures
+from gyroctl.cli.options import AllowCode, Device, Scheduler, Variant, Workers, answer, failures, plant_of, warn_foreign
 
 
 def site(
@@ -46,21 +46,24 @@ def site(
         bool, typer.Option("--allow-tuning-seeds", help="To try things out: such a year judges nothing.")
     ] = False,
     allow_code: AllowCode = None,
+    device: Device = None,
 ) -> None:
     """Run laws in every sea state of a site: power and lock matrices, annual energy; in a pipe JSON."""
     from gyroctl.cli.first_time import say_first_time
-    from gyroctl.devices import zhang2017
+    from gyroctl.studies.evaluation.entrants import parse
     from gyroctl.studies.site import read_scatter, site_report, site_request
     from gyroctl.studies.site.words import remarks, sentences, table
 
     say = partial(typer.echo, err=True)
     found = read_scatter(scatter, period, occurrence, bins, layout)
     say(f"{scatter.name}: {found.layout}, {len(found.bins)} sea states that occur, {found.kind}, in {found.told}")
+    plant = plant_of(device, variant)
     ask = site_request(
         found,
         out,
         laws,
-        plant=zhang2017(variant),  # the place where another device comes in
+        plant=plant,
+        device=device,
         table=scatter.name,
         scale=scale,
         depth=depth,
@@ -75,6 +78,8 @@ def site(
         scheduler=scheduler or None,
         say=say,
     )
+    if device is not None:
+        warn_foreign({entrant.label: entrant.name for entrant in parse(laws)}, plant, device)
     say_first_time("plant and laws", 30)
     content = site_report(ask)
     lines = [*table(content), *sentences(content, ("kWh", 1.0)), *(f"! {remark}" for remark in remarks(content))]

@@ -13,13 +13,15 @@ from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.arguments import check_plant, laws_by_name
 from gyroctl.harness.code_files import asked_for
+from gyroctl.harness.device_sets import own_parameters, own_seeds
 from gyroctl.harness.protocol import Law
+from gyroctl.harness.registry import build
 from gyroctl.harness.run import Settings, ticks_of
 from gyroctl.harness.run_size import run_size
 from gyroctl.harness.seed_ledger import refused_for
 from gyroctl.harness.yardstick import BASELINE
 from gyroctl.plant import Plant
-from gyroctl.studies.evaluation.entrants import parse
+from gyroctl.studies.evaluation.entrants import ALL, parse
 from gyroctl.studies.evaluation.seeds import seed_plan
 from gyroctl.studies.site.scatter import Scatter
 from gyroctl.waves.checks import within
@@ -91,6 +93,7 @@ def site_request(
     laws: str | Mapping[str, Law | str] | Sequence[str] = LAWS,
     *,
     plant: Plant | None = None,
+    device: Path | None = None,
     table: str = "",
     scale: float = 1.0,
     depth: float | None = None,
@@ -119,7 +122,10 @@ def site_request(
     laws : str, mapping or sequence
         As `gyroctl evaluate --laws` takes them, or laws by name.
     plant : Plant, optional
-        The device, by default the paper's, corrected. This is the one place where a device comes in.
+        The device, by default the paper's, corrected. Laws that are named are built for it; one of another length is
+        refused, `scale` tells that of the site.
+    device : path, optional
+        Its file, beside which sets that were tuned on it are taken from.
     table : str
         Name of the file of the table, for the page.
     scale : float
@@ -151,12 +157,19 @@ def site_request(
     plant = zhang2017() if plant is None else plant
     check_plant(plant)
     settings = Settings() if settings is None else settings
-    built, names = _laws(laws, asked_for(allow_code))
+    if plant.parameters.length_scale != 1.0:
+        length = plant.parameters.length_scale
+        problem = f"is {length:g} times as long as Table 1, and a site is worked out at that size"
+        mend = f"Give its model, gyroctl device scale FILE --length {1.0 / length:.6g}, and the length by scale"
+        raise InputError("plant", plant.name, problem, mend)
+    built, names = _laws(laws, asked_for(allow_code), plant, device)
     for name, law in built.items():
         if name in (BASELINE, SITE_PAIR):
             raise InputError("laws", name, "this name is that of a constant pair", "Leave it out: it takes part")
         ticks_of(law, name, settings.actuators)
     tuned_on = refused_for(built.values(), names)
+    if device is not None:
+        tuned_on = tuple(sorted({*tuned_on, *own_seeds(device, names, plant)}))
     plan = seed_plan(seeds, allow_tuning_seeds, tuned_on)
     if plan.own:
         raise InputError("seeds", next(iter(plan.own)), "a law has seeds of its own", "Give the same seeds to all laws")
@@ -199,19 +212,28 @@ def site_request(
 
 
 def _laws(
-    laws: str | Mapping[str, Law | str] | Sequence[str], allowed: tuple[Path, ...]
+    laws: str | Mapping[str, Law | str] | Sequence[str], allowed: tuple[Path, ...], plant: Plant, device: Path | None
 ) -> tuple[dict[str, Law], list[str]]:
-    """Laws by the names that they get, and the names from which they were built."""
+    """Laws by the names that they get, built for the plant where a name says which; and these names."""
+
+    def built_for(name: str, given: Mapping[str, Any], tuning: str | None = None) -> Law:
+        own = own_parameters(device, name, plant) if device is not None and tuning is None else {}
+        return build(name, {**own, **given}, tuning, allowed, plant)
+
     if not isinstance(laws, str):
         built = laws_by_name(laws)
         if not built:
             raise InputError("laws", {}, "there is nothing to run", "Give at least one law")
-        given = laws.values() if isinstance(laws, Mapping) else laws
+        given = list(laws.values() if isinstance(laws, Mapping) else laws)
+        pairs = zip(built.items(), given, strict=True)
+        built = {key: built_for(one, {}) if isinstance(one, str) else law for (key, law), one in pairs}
         return built, [name for name in given if isinstance(name, str)]
     found = {}
     entrants = parse(laws)
     for entrant in entrants:
         if entrant.label in found:
             raise InputError("laws", entrant.label, "stands there twice", "Give each law once")
-        found[entrant.label] = entrant.build()
+        found[entrant.label] = built_for(
+            entrant.name, entrant.parameters, None if entrant.tuning == ALL else entrant.tuning
+        )
     return found, [entrant.name for entrant in entrants]
