@@ -28,6 +28,7 @@ def defect(plant: gy.Plant) -> float:
     return float(np.max(np.abs((reflect(half, 1) - orbit.x)[free])))
 
 
+@pytest.mark.slow
 def test_symmetry_holds_but_for_the_position() -> None:
     assert defect(gy.zhang2017(**SMOOTH)) < 1e-8
     assert defect(gy.zhang2017(position="moving", drag=0.5)) > 1e-3

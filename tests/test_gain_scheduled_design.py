@@ -196,6 +196,7 @@ def single(**changes: Any) -> Design:
     return dataclasses.replace(Design(), **{**node, **changes})
 
 
+@pytest.mark.slow
 def test_infeasible_demand_names_the_cell_its_best_margin_and_the_mend(
     device: gy.Plant, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -210,6 +211,7 @@ def test_infeasible_demand_names_the_cell_its_best_margin_and_the_mend(
         assert "at best disk" in text and "1.999 is demanded" in text and "Demand less" in text
 
 
+@pytest.mark.slow
 def test_demand_is_a_constraint_of_the_design(device: gy.Plant, monkeypatch: pytest.MonkeyPatch) -> None:
     """A demand that the first gains miss is met by dearer controls, and by a smaller load where those do not help."""
     free = design_lqr(device, single(demand=Demand(1.0, 0.0, 0.0, 0.0)), quiet=True)[0]

@@ -296,6 +296,7 @@ def test_between_plans_the_last_one_is_followed(plant):
         assert cc == after.work.plan[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["riccati", "osqp", "descent"])
 def test_other_solvers_serve_as_well(plant, solver):
     iterations = 10 if solver == "descent" else 1

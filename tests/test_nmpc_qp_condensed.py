@@ -48,6 +48,7 @@ def test_cost_and_slope_are_those_by_hand() -> None:
     assert limited > 50, "limits must act"
 
 
+@pytest.mark.slow
 def test_solutions_are_those_of_the_sweeps() -> None:
     """Two eliminations of the states, one forth and one back; bounds, limits and travel all act."""
     at_bound, travelling, problems = 0, 0, [random_subproblem(seed) for seed in range(60)] + real_subproblems()

@@ -138,11 +138,13 @@ def lowest(law: Any, **changes: Any) -> float:
     return float(record.states[:, PSI_RATE].min())
 
 
+@pytest.mark.slow
 def test_floor_keeps_the_ring_from_rolling_back_in_real_water() -> None:
     assert lowest(gy.law("coupling")) < 0.0
     assert lowest(gy.law("coupling", floor=0.5)) > 0.2 * WP
 
 
+@pytest.mark.slow
 def test_law_that_knows_the_curve_of_its_coupling_holds_the_ring() -> None:
     held = {"motion": 0.7, "floor": 0.5, "damping": 0.6, "cc_max": 0.3, "cc_guard": 0.3}
     assert lowest(gy.law("coupling", **held), coupling_slip=20.0) < 0.0

@@ -231,6 +231,7 @@ def test_no_drag_loses_lock_in_a_sea_and_drag_keeps_it(asked: Request) -> None:
 # --- the study ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_borders_of_a_choice_are_where_orbits_found_alone_change(asked: Request) -> None:
     """The falling curve of the coupling: fold, border in hinge damping and in the coupling, a swing before the fold."""
     name = "coupling slip 20 rad/s"

@@ -50,6 +50,7 @@ def derivatives(orbit_map: OrbitMap, x: NDArray[np.float64], h: float) -> tuple[
     return exact, (8 * (image(h) - image(-h)) - (image(2 * h) - image(-2 * h))) / (12 * h)
 
 
+@pytest.mark.slow
 def test_derivatives_by_all_parameters_are_those_of_the_map() -> None:
     plant = gy.zhang2017(**REST)
     found = search_orbit(plant, WAVE, *PAIR)
@@ -125,6 +126,7 @@ def test_a_choice_that_is_off_is_followed_from_zero() -> None:
     assert first.plant.parameters.drag == 0.0 and last.plant.parameters.drag == pytest.approx(0.6)
 
 
+@pytest.mark.slow
 def test_branch_in_the_frequency_ends_where_orbits_found_alone_do() -> None:
     """Above at a fold; below at a period doubling, which a device with the symmetry cannot have."""
     plant = gy.zhang2017(**MOVING)

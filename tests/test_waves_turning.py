@@ -90,6 +90,7 @@ def test_wetted_surface_meets_the_waves_from_where_they_come() -> None:
     assert np.max(np.abs(held_at(plant, TURN, 75.0, 0.2, 0.1) - held_at(plant, fixed(-5.0), 75.0, 0.2, 0.1))) > 0.1
 
 
+@pytest.mark.slow
 def test_compiled_surface_turns_as_the_one_of_the_record() -> None:
     """The loop gives the same bits compiled and as Python, and a device in a sea that turns goes another way."""
     from gyroctl.harness.run import Settings, lead_in, run_law
