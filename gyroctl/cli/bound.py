@@ -13,6 +13,7 @@ from gyroctl.cli.options import (
     Gamma,
     Hs,
     PeakFrequency,
+    Scheduler,
     Variant,
     answer,
     at_model_size,
@@ -52,6 +53,7 @@ def bound(
             "pair's, 0.35 at least, and phi3 0.25."
         ),
     ] = None,
+    scheduler: Scheduler = "",
     device: Device = None,
 ) -> None:
     """Search for the best that perfect foresight could do; in a pipe the numbers come as JSON."""
@@ -63,7 +65,8 @@ def bound(
     named = {text: _law(text, None if device is None else plant) for text in law or []}
     sea, windows = gy.SeaState(hs, wp, gamma), _seeds(seeds)
     effort = quick_effort(plant) if quick else Effort()
-    content = bound_report(plant, sea, windows, duration, named, out, free, effort, lag=lag, motion=motion)
+    how: dict[str, Any] = {"lag": lag, "motion": motion, "scheduler": scheduler or None}
+    content = bound_report(plant, sea, windows, duration, named, out, free, effort, **how)
     answer(content, [*table(content), f"Numbers and figure: {out}"])
     failures(content["failed"])
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import Device, Parameters, Variant, answer, at_model_size, failures, parse, plant_of
+from gyroctl.cli.options import Device, Parameters, Scheduler, Variant, answer, at_model_size, failures, parse, plant_of
 
 CC = typer.Option(help="Magnetic coupling [Nms]; a law starts from it.")
 CG = typer.Option(help="Generator gain [Nms]; a law starts from it.")
@@ -36,6 +36,7 @@ def margins(
     choices: Choices = None,
     sense: Annotated[int, SENSE] = 1,
     variant: Variant = "corrected",
+    scheduler: Scheduler = "",
     device: Device = None,
 ) -> None:
     """Measure how far a lock is from breaking; in a pipe the numbers come as JSON."""
@@ -43,7 +44,7 @@ def margins(
 
     plant = at_model_size(plant_of(device, variant, parse(choices or [], "--plant")), "the margin study")
     asked = request(plant, height, wp, cc, cg, sense, law, parse(settings or []), device is not None)
-    content = margin_report(asked, out, samples, maps, water=water)
+    content = margin_report(asked, out, samples, maps, water=water, scheduler=scheduler or None)
     said = [f"{name.replace('_', ' ')}: {text}" for name, text in content["meaning"].items()]
     answer(content, [*said, f"Numbers and figures: {out}"])
     failures(content["failed"])

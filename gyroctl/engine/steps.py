@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 from gyroctl.engine.packing import packed, unpacked
 from gyroctl.engine.plan import Plan, Wanted
@@ -17,6 +17,12 @@ from gyroctl.errors import in_words
 from gyroctl.fingerprint import code_of, text_of
 
 Result = TypeVar("Result")
+
+
+class Failed(NamedTuple):
+    """What a step gave that was done elsewhere and failed."""
+
+    error: Exception
 
 
 class Steps:
@@ -42,33 +48,57 @@ class Steps:
         self.store = Store(folder)
         self.given, self.modules, self.kinds, self.case = given, tuple(modules), tuple(kinds), case
         self.plan = Plan(None, case, ())
+        self.given_here: dict[str, Any] = {}  # results of steps done elsewhere that the store does not hold
 
     def key(self, name: str) -> str:
         """Key of a step."""
         text = json.dumps([code_of(*self.modules), self.given, name])
         return hashlib.sha256(text.encode()).hexdigest() if self.given else ""
 
+    def kept(self, name: str) -> Any:
+        """Return the result of a step as it was kept, None where it was not."""
+        record = self.store.load(self.key(name))
+        if record is None:
+            return None
+        try:
+            return unpacked(record.content.get("result"), record.arrays, self.kinds)
+        except Damaged as error:
+            self.store.refused[str(error)] += 1
+            return None
+
+    def give(self, name: str, result: Any) -> None:
+        """Take the result of a step that was done elsewhere, or its `Failed`, for when it is asked for."""
+        if isinstance(result, Failed) or not self.key(name) or self.store.folder is None:
+            self.given_here[name] = result
+        else:
+            self._keep(name, result)
+
     def __call__(self, name: str, compute: Callable[[], Result]) -> Result:
         """Return the result of a step: as it was kept, or computed now and kept."""
-        key = self.key(name)
-        record = self.store.load(key)
-        if record is not None:
-            try:
-                kept: Result = unpacked(record.content.get("result"), record.arrays, self.kinds)
-            except Damaged as error:
-                self.store.refused[str(error)] += 1
-            else:
-                return kept
+        kept = self.kept(name)
+        if kept is not None:
+            found: Result = kept
+            return found
         self.store.tell()
         try:
-            result = compute()
+            result = self._taken(name) if name in self.given_here else compute()
         except Exception as error:
-            self.plan.failed(key or f"{name} 0", in_words(error))
+            self.plan.failed(self.key(name) or f"{name} 0", in_words(error))
             raise
+        self._keep(name, result)
+        return result
+
+    def _taken(self, name: str) -> Any:
+        """Take what was done elsewhere; where that failed, raise what it raised."""
+        result = self.given_here.pop(name)
+        if isinstance(result, Failed):
+            raise result.error
+        return result
+
+    def _keep(self, name: str, result: Any) -> None:
         content, arrays = packed(result)
         about = {"case": self.case, "step": name, "code": {" ".join(self.modules): text_of(*self.modules)}}
-        self.store.save(key, {"result": content}, arrays, about)
-        return result
+        self.store.save(self.key(name), {"result": content}, arrays, about)
 
 
 class Asked(NamedTuple):

@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import cloudpickle
 import numpy as np
 
 from gyroctl.devices.identity import device_record
+from gyroctl.engine.ahead import Piece, do_ahead
+from gyroctl.engine.cluster import connected
 from gyroctl.engine.state import RUNS
 from gyroctl.engine.steps import Asked, Steps, planned
 from gyroctl.errors import InputError
 from gyroctl.harness.law_fingerprint import law_fingerprint, value_fingerprint
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.seed_ledger import ledger
+from gyroctl.harness.travelling import by_value, modules_of
 from gyroctl.plant import Plant
 from gyroctl.provenance import made
 from gyroctl.simulation.metrics import Record
@@ -44,6 +49,7 @@ def bound_report(
     quiet: bool = False,
     lag: float | None = None,
     motion: float | None = None,
+    scheduler: Any = None,
 ) -> dict[str, Any]:
     """Find the bound of each window and what part of it the laws reach.
 
@@ -71,6 +77,8 @@ def bound_report(
         Time constant of the coupling, by default as `cut` has it. [s]
     motion : float, optional
         Limit of the 98 % motion, by default as `cut` has it. [rad]
+    scheduler : str or dask.distributed.Client, optional
+        Address of a Dask scheduler whose workers search the windows; the same bits.
 
     Returns
     -------
@@ -79,9 +87,11 @@ def bound_report(
 
     Raises
     ------
+    ConnectionError
+        Where the scheduler is lost; windows that were searched are kept.
     InputError
-        For seeds, duration or folder that cannot be used; nothing is written then. Where no window at all could be
-        searched: bound.json then names why. A window that fails among others is named under ``failed``.
+        For seeds, duration, folder or scheduler that cannot be used; nothing is written then. Where no window at all
+        could be searched: bound.json then names why. A window that fails among others is named under ``failed``.
     """
     begin = time.monotonic()
     if out.exists() and not out.is_dir():
@@ -100,11 +110,17 @@ def bound_report(
     refused: InputError | None = None
     steps = [_steps(one, laws, free, effort, out / RUNS) for one in cuts]
     asked = [Asked(own, _name(one), "bound", one.waves.seed) for own, one in zip(steps, cuts, strict=True)]
-    with planned(out / RUNS, plant.name, asked), Progress("bound", stages * len(cuts), quiet) as progress:
+    with (
+        connected(scheduler) if scheduler is not None else nullcontext() as client,
+        planned(out / RUNS, plant.name, asked),
+        Progress("bound", stages * len(cuts), quiet) as progress,
+    ):
+        if client is not None:
+            do_ahead(client, _pieces(steps, cuts, laws, free, effort), partial(progress.advance, stages - 1))
         for own, one in zip(steps, cuts, strict=True):
             with kept.stage(f"seed {one.waves.seed}"):
                 try:
-                    found = own(_name(one), partial(_searched, one, laws, free, effort, progress))
+                    found = own(_name(one), partial(_searched, one, laws, free, effort, progress.advance))
                     windows.append(Outcome(one, *found))
                 except InputError as error:
                     refused = error
@@ -200,18 +216,35 @@ def _steps(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, folder
     return Steps(folder, given if waves and all(known.values()) else "", MODULES, KINDS, one.plant.name)
 
 
-def _searched(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, progress: Progress) -> Window:
+def _pieces(
+    steps: Sequence[Steps], cuts: Sequence[Cut], laws: Mapping[str, Law], free: bool, effort: Effort
+) -> list[Piece]:
+    """Windows as pieces of work for other machines, where a law is known by its content: its file is here."""
+    sent = {name: by_value(law) for name, law in laws.items()}
+    modules = tuple(sorted({module for law in laws.values() for module in modules_of(law)}))
+    return [
+        Piece(own, _name(one), searched_there, (one, sent, free, effort), modules)
+        for own, one in zip(steps, cuts, strict=True)
+    ]
+
+
+def searched_there(one: Cut, sent: Mapping[str, bytes], free: bool, effort: Effort) -> Window:
+    """Search a window on a worker, with laws that are packed."""
+    return _searched(one, {name: cloudpickle.loads(law) for name, law in sent.items()}, free, effort, lambda: None)
+
+
+def _searched(one: Cut, laws: Mapping[str, Law], free: bool, effort: Effort, tick: Callable[[], None]) -> Window:
     runs = {}
     for name, law in laws.items():
         runs[name] = one.run(law, name)
-        progress.advance()
-    smooth = best_found(one, runs, effort, progress.advance)
+        tick()
+    smooth = best_found(one, runs, effort, tick)
     bounds = {"smooth": smooth}
     if free:
-        bounds["free"] = loosened(one, smooth, runs, effort, progress.advance)
+        bounds["free"] = loosened(one, smooth, runs, effort, tick)
     counted = {name: one.counted(run) for name, run in runs.items()}
     records = [*counted.values(), *(found.record for found in bounds.values())]
     most = max(float(np.linalg.norm(momentum(one.plant, record.states), axis=0).max()) for record in records)
     cap = momentum_cap(one.plant, one.waves, one.start, one.duration, most)
-    progress.advance()
+    tick()
     return Window(bounds, counted, most, cap)

@@ -3,30 +3,42 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.engine.cluster import connected
 from gyroctl.engine.state import RUNS
 from gyroctl.engine.steps import Asked, Steps, planned
 from gyroctl.errors import InputError
 from gyroctl.harness.law_fingerprint import law_fingerprint, value_fingerprint
 from gyroctl.linearisation import PeriodicOrbit
-from gyroctl.orbits.flow import Forcing
-from gyroctl.orbits.guess import estimated_share
 from gyroctl.provenance import made
 from gyroctl.robustness.headroom import Headroom
 from gyroctl.robustness.shocks import Shock
 from gyroctl.simulation.progress import Progress
 from gyroctl.statistics.estimate import Share
 from gyroctl.studies.margins import draw_linear, draw_maps, draw_orbit, draw_robustness, measures
+from gyroctl.studies.margins.ahead import measure_ahead
 from gyroctl.studies.margins.beside import beside
 from gyroctl.studies.margins.borders import Border, control_borders
-from gyroctl.studies.margins.maps import STABLE, OrbitMap, basin_map, coupling_map, tongue_map
+from gyroctl.studies.margins.mapped import (
+    BASIN_COLUMNS,
+    BORDER_STAGES,
+    CC_RANGE,
+    MAP_COLUMNS,
+    MAPS,
+    TONGUE_COLUMNS,
+    map_all,
+    map_controls,
+    map_waves,
+)
+from gyroctl.studies.margins.maps import STABLE, OrbitMap
 from gyroctl.studies.margins.measures import LoopAnswer, Margins
 from gyroctl.studies.margins.measuring import check_samples, measured, of_a_law, of_constant, steps_of
 from gyroctl.studies.margins.real_water import WATER_STAGES, real_water
@@ -38,12 +50,6 @@ from gyroctl.writing import Kept, plain, write_json
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-CC_RANGE = (0.01, 0.3)
-"""Of the lock map. [Nms]"""
-
-ABOVE = 1.15
-"""Top of the lock map over the capacity that harmonic balance gives."""
-
 LINEAR = "gain, phase, delay and disk margins"
 
 MODULES = (__name__, "gyroctl.studies.margins.measures")
@@ -52,21 +58,18 @@ MODULES = (__name__, "gyroctl.studies.margins.measures")
 KINDS = (Margins, Headroom, Share, Shock, OrbitMap, Border)
 """What it is made of."""
 
-MAPS = ("lock map", "tongue", "basin map", "borders")
-"""Names of its steps that know no law."""
-
 AXES = (("cc", "cg"), ("wp", "height"))
 """Pairs of axes that can be mapped."""
 
-MAP_COLUMNS, MAP_ROWS = 14, 22
-TONGUE_COLUMNS, TONGUE_ROWS = 15, 18
-BASIN_COLUMNS, BASIN_ROWS = 5, 6
-BORDER_STAGES = 8
-"""Stages of the continuation, about."""
-
 
 def margin_report(
-    asked: Request, out: Path, samples: int = 128, maps: bool = True, quiet: bool = False, water: bool = False
+    asked: Request,
+    out: Path,
+    samples: int = 128,
+    maps: bool = True,
+    quiet: bool = False,
+    water: bool = False,
+    scheduler: Any = None,
 ) -> dict[str, Any]:
     """Make the report.
 
@@ -84,6 +87,8 @@ def margin_report(
         No progress bar.
     water : bool
         Also what each choice beyond the linear model moves, see `real_water`.
+    scheduler : str or dask.distributed.Client, optional
+        Address of a Dask scheduler whose workers do the steps that are kept; the same bits.
 
     Returns
     -------
@@ -92,6 +97,8 @@ def margin_report(
 
     Raises
     ------
+    ConnectionError
+        Where the scheduler is lost; steps that had ended are kept.
     InputError
         Where there is no orbit, or the law does not keep the lock; nothing is written then. Whatever fails later is
         named under ``failed``, and margins.json holds what was finished before and after it.
@@ -115,11 +122,14 @@ def margin_report(
         progress.advance()
 
     with (
+        connected(scheduler) if scheduler is not None else nullcontext() as client,
         planned(out / RUNS, step.case, wanted_steps(asked, orbit, step, samples, maps)),
         Progress("margins", stages, quiet) as progress,
         styled(),
-        beside(partial(_mapped, asked, step), progress.advance) as mapped,
+        beside(partial(map_all, asked, step), progress.advance) as mapped,
     ):
+        if client is not None:
+            measure_ahead(client, asked, orbit, step, samples, maps)
         alone_done = mapped.begin if maps else lambda: None
         constant, of_law, answer = measured(asked, orbit, samples, kept, progress.advance, alone_done, step)
         with kept.stage("multipliers"):
@@ -186,48 +196,10 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
     return dict(plain(content))
 
 
-def map_controls(asked: Request, tick: Callable[[], None]) -> OrbitMap:
-    """Lock map from cg near zero to above the fold."""
-    plant, wave = asked.plant, asked.wave
-    amplitude = 0.5 * wave.height * plant.excitation(np.array([wave.wp]), wave.heading)[:, 0]
-    top = ABOVE * asked.cg / estimated_share(plant, Forcing(amplitude, wave.wp), asked.cg, asked.sense)
-    cc = np.geomspace(*CC_RANGE, MAP_COLUMNS)
-    return coupling_map(plant, wave, list(cc), list(np.linspace(0.02 * top, top, MAP_ROWS)), asked.sense, tick)
-
-
-def map_waves(asked: Request, tick: Callable[[], None]) -> OrbitMap:
-    """Tongue about the wave: 0.65 to 1.6 times its frequency, 0.05 to 3 times its height."""
-    plant, wave = asked.plant, asked.wave
-    low, high = plant.excitation.omega[[0, -1]]
-    wp = np.linspace(max(0.65 * wave.wp, 1.01 * low), min(1.6 * wave.wp, 0.99 * high), TONGUE_COLUMNS)
-    height = np.geomspace(0.05, 3.0, TONGUE_ROWS) * wave.height
-    return tongue_map(plant, asked.cc, asked.cg, list(wp), list(height), asked.sense, wave.heading, tick)
-
-
 def check_folder(out: Path) -> None:
     """Refuse a path that is a file, before anything is computed."""
     if out.exists() and not out.is_dir():
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
-
-
-class Mapped(NamedTuple):
-    """Maps over controls and waves."""
-
-    controls: OrbitMap
-    waves: OrbitMap
-    cc: list[float]  # (n,) of the basin map [Nms]
-    cg: list[float]  # (m,)
-    basin: NDArray[np.float64]  # (m, n)
-    borders: tuple[Border, ...]
-
-
-def _mapped(asked: Request, step: Steps, tick: Callable[[], None]) -> Mapped:
-    lock, tongue, basins, borders = MAPS
-    controls = step(lock, lambda: map_controls(asked, tick))
-    waves = step(tongue, lambda: map_waves(asked, tick))
-    cc, cg = _thinned(controls.first, BASIN_COLUMNS), _thinned(controls.second, BASIN_ROWS)
-    basin = step(basins, lambda: basin_map(asked, cc, cg, 0.5, 24, tick))
-    return Mapped(controls, waves, cc, cg, basin, step(borders, lambda: control_borders(asked, CC_RANGE, tick)))
 
 
 def steps_kept(asked: Request, out: Path) -> Steps:
@@ -280,11 +252,6 @@ def _missing(
     elif answer.margins is None:
         missing[LINEAR] = answer.unavailable
     return [{"margin": name, "reason": reason} for name, reason in missing.items()]
-
-
-def _thinned(values: NDArray[np.float64], count: int) -> list[float]:
-    """Coarser grid, for what is costly."""
-    return [float(v) for v in values[np.linspace(0, values.size - 1, count).round().astype(int)]]
 
 
 def _spread(basin: NDArray[np.float64], cc: list[float], cg: list[float], grid: OrbitMap) -> NDArray[np.float64]:

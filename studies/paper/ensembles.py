@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from dataclasses import dataclass, replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.devices import zhang2017
+from gyroctl.engine.ahead import Piece, do_ahead
 from gyroctl.engine.steps import Steps
 from gyroctl.harness.constant_pairs import scan
 from gyroctl.harness.law_fingerprint import value_fingerprint
 from gyroctl.plant import Plant
+from gyroctl.simulation.progress import Progress
 from gyroctl.waves import SeaState
 
 HS, WP = 0.283, 3.14
@@ -57,6 +59,7 @@ class Setup:
     workers: int | None = None  # threads; None for all cores
     quiet: bool = False  # no progress bar
     folder: Path | None = None  # where finished runs are kept; None keeps none
+    client: Any = None  # of a Dask scheduler, whose workers run the ensembles; None runs them here
 
     def kept(self, modules: Sequence[str], kind: type, case: str, *given: Any) -> Steps:
         """Keep what is computed with `given`, whose result is of one kind: by the same code on the same waves."""
@@ -97,15 +100,30 @@ def sea(gamma: float) -> SeaState:
 
 def ensemble(setup: Setup, plant: Plant, gamma: float, pairs: Sequence[Pair], title: str) -> dict[Pair, Case]:
     """Run every pair (cc, cg) on every realisation of the sea with peak enhancement `gamma`."""
-
-    def run() -> list[Case]:
-        how: dict[str, Any] = {"workers": setup.workers, "title": title, "quiet": setup.quiet}
-        run = scan(plant, sea(gamma), pairs, setup.seeds, setup.duration, BLEND, **how)
-        found = (run.loss_time, run.mean_power, run.wave_input_w, run.phi1_p98, run.phi3_p98)
-        return [Case(*pair, *(values[i] for values in found)) for i, pair in enumerate(pairs)]
-
-    cases = setup.kept((__name__,), Case, title, plant, gamma, list(pairs))(f"gamma {gamma:g}", run)
+    run = cases_of if setup.client is None else _cases_there
+    steps = setup.kept((__name__,), Case, title, plant, gamma, list(pairs))
+    cases = steps(f"gamma {gamma:g}", lambda: run(setup, plant, gamma, pairs, title))
     return dict(zip(pairs, cases, strict=True))
+
+
+def cases_of(setup: Setup, plant: Plant, gamma: float, pairs: Sequence[Pair], title: str) -> list[Case]:
+    """Run pairs on every realisation, here."""
+    how: dict[str, Any] = {"workers": setup.workers, "title": title, "quiet": setup.quiet}
+    run = scan(plant, sea(gamma), pairs, setup.seeds, setup.duration, BLEND, **how)
+    found = (run.loss_time, run.mean_power, run.wave_input_w, run.phi1_p98, run.phi3_p98)
+    return [Case(*pair, *(values[i] for values in found)) for i, pair in enumerate(pairs)]
+
+
+def _cases_there(setup: Setup, plant: Plant, gamma: float, pairs: Sequence[Pair], title: str) -> list[Case]:
+    """Run each pair on a worker of the scheduler, on every realisation."""
+    one = replace(setup, workers=1, quiet=True, folder=None, client=None)
+    steps = Steps(None, "", (__name__,), (Case,), title)
+    names = [f"pair {number}" for number in range(len(pairs))]
+    given = [(one, plant, gamma, [pair], title) for pair in pairs]
+    with Progress(title, len(pairs), setup.quiet) as progress:
+        sent = [Piece(steps, name, cases_of, each) for name, each in zip(names, given, strict=True)]
+        do_ahead(setup.client, sent, progress.advance)
+    return [steps(name, partial(cases_of, *each))[0] for name, each in zip(names, given, strict=True)]
 
 
 def stated_cases(setup: Setup, plant: Plant, title: str) -> dict[tuple[float, Pair], Case]:

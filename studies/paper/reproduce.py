@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
+from gyroctl.engine.cluster import connected
 from gyroctl.engine.state import RUNS
 from gyroctl.errors import InputError
 from gyroctl.harness.seed_ledger import ledger
@@ -26,7 +28,9 @@ EXTRAS = ("hinge_damping", "choices", "statements")
 """What the paper does not have: two studies of our own, and the table of its statements."""
 
 
-def reproduce(figures: Sequence[str], out: Path, quiet: bool = False, setup: Setup | None = None) -> list[Path]:
+def reproduce(
+    figures: Sequence[str], out: Path, quiet: bool = False, setup: Setup | None = None, scheduler: Any = None
+) -> list[Path]:
     """Make figures of the paper.
 
     Parameters
@@ -40,6 +44,8 @@ def reproduce(figures: Sequence[str], out: Path, quiet: bool = False, setup: Set
         Print nothing.
     setup : Setup, optional
         Realisations; 64 of 2000 s by default.
+    scheduler : str or dask.distributed.Client, optional
+        Address of a Dask scheduler whose workers run the ensembles; the same bits.
 
     Returns
     -------
@@ -48,10 +54,17 @@ def reproduce(figures: Sequence[str], out: Path, quiet: bool = False, setup: Set
 
     Raises
     ------
+    ConnectionError
+        Where the scheduler is lost; ensembles that had ended are kept.
     InputError
-        For an unknown figure or an empty list, before anything is computed; or where `out` is a file.
+        For an unknown figure or an empty list, or a scheduler that does not answer, before anything is computed; or
+        where `out` is a file.
     """
     names = chosen(figures)
+    if scheduler is not None:
+        with connected(scheduler) as client:
+            here = setup or Setup(quiet=quiet, folder=out / RUNS)
+            return reproduce(names, out, quiet, replace(here, client=client))
     setup = setup or Setup(quiet=quiet, folder=out / RUNS)
     try:
         out.mkdir(parents=True, exist_ok=True)
