@@ -89,7 +89,7 @@ def test_margins_are_measured_there_to_the_same_numbers(
     device: gy.Plant,
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    asked = request(device, 0.2, 3.14, 0.052, 3.5e-4, law="load_angle")
+    asked = request(device, 0.2, 3.14, 0.052, 3.5e-4, law_name="load_angle")
     margin_report(asked, tmp_path / "here", 8, quiet=True)
     margin_report(asked, tmp_path / "there", 8, quiet=True, scheduler=local.scheduler_address)
     one, other = (json.loads((tmp_path / name / "margins.json").read_text()) for name in ("here", "there"))
