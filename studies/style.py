@@ -10,7 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from gyroctl.palette import GAMMA_COLOURS, GRID, INK, MUTED, WARNING
+from gyroctl.palette import GAMMA_COLOURS as GAMMA_COLOURS
+from gyroctl.palette import GRID as GRID
+from gyroctl.palette import INK as INK
+from gyroctl.palette import MUTED as MUTED
+from gyroctl.palette import WARNING
 from gyroctl.version import VERSION
 from gyroctl.writing import written_whole
 
@@ -120,7 +124,7 @@ def sheet(
     return figure, list(axes.ravel())
 
 
-def save(figure: Figure, path: Path) -> list[Path]:
+def save(figure: Figure, path: Path) -> Path:
     """Write a figure in all `FORMATS`, each whole or not at all, with the version that drew it.
 
     Text stays text in SVG, and fonts are embedded in PDF. Lines of more than `DENSE` points are pictures in both.
@@ -134,8 +138,8 @@ def save(figure: Figure, path: Path) -> list[Path]:
 
     Returns
     -------
-    list of Path
-        The files written, the PNG first.
+    Path
+        That of the PNG; all are those of `written`.
     """
     for axes in figure.axes:
         for line in axes.lines:
@@ -146,11 +150,15 @@ def save(figure: Figure, path: Path) -> list[Path]:
         "svg": {"Creator": told, "Date": None},  # without dates the same figure is the same file
         "pdf": {"Creator": told, "CreationDate": None},
     }
-    files = [path.with_suffix(f".{form}") for form in FORMATS]
-    for form, file in zip(FORMATS, files, strict=True):
+    for form, file in zip(FORMATS, written(path), strict=True):
         with written_whole(file) as part:
             figure.savefig(part, format=form, metadata=metadata[form])
-    return files
+    return path
+
+
+def written(path: Path) -> list[Path]:
+    """Files that `save` writes for a PNG of that name, the PNG first."""
+    return [path.with_suffix(f".{form}") for form in FORMATS]
 
 
 def label(axes: Axes, title: str, x: str, y: str) -> None:
