@@ -14,7 +14,7 @@ from gyroctl.palette import GAMMA_COLOURS as GAMMA_COLOURS
 from gyroctl.palette import GRID as GRID
 from gyroctl.palette import INK as INK
 from gyroctl.palette import MUTED as MUTED
-from gyroctl.palette import WARNING
+from gyroctl.palette import REFERENCE_GREY, WARNING, law_styles
 from gyroctl.version import VERSION
 from gyroctl.writing import written_whole
 
@@ -77,6 +77,12 @@ _STYLE: Any = {
 def sea_name(gamma: float) -> str:
     """Name of a sea in titles and legends; the letter is spelt out because the linter takes it for a y."""
     return f"\N{GREEK SMALL LETTER GAMMA} = {gamma:g}"
+
+
+def colour_of(case: str) -> str:
+    """Colour of a case of the margin pictures: that of its law where it is named ``law NAME``, else the grey."""
+    name = case.removeprefix("law ")
+    return law_styles([name])[name].colour if name != case else REFERENCE_GREY
 
 
 @contextmanager

@@ -4,7 +4,7 @@
 """
 
 from gyroctl.studies.connection.draw import draw
-from gyroctl.studies.connection.report import connection_report, table
+from gyroctl.studies.connection.report import answer_of, connection_report, table
 from gyroctl.studies.connection.runs import Answer, AtBest, SameGain, compare_connections
 
-__all__ = ["Answer", "AtBest", "SameGain", "compare_connections", "connection_report", "draw", "table"]
+__all__ = ["Answer", "AtBest", "SameGain", "answer_of", "compare_connections", "connection_report", "draw", "table"]

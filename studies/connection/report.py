@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.provenance import made
+from gyroctl.statistics import Estimate, Share
 from gyroctl.studies.connection.draw import draw
-from gyroctl.studies.connection.runs import Answer, OneDevice, compare_connections
+from gyroctl.studies.connection.runs import Answer, AtBest, OneDevice, SameGain, compare_connections
 from gyroctl.studies.style import save, styled
 from gyroctl.tuning.yardstick import BUDGET
 from gyroctl.writing import plain, write_json, write_text
@@ -52,8 +54,8 @@ def connection_report(
         "duration_s": duration,
         "budget_s": budget,
         "sentences": answer.sentences,
-        "same_gain": [_flat(case) for case in answer.same_gain],
-        "at_best": [_flat(case) for case in answer.at_best],
+        "same_gain": [flat(case) for case in answer.same_gain],
+        "at_best": [flat(case) for case in answer.at_best],
     }
     content = dict(plain(result))
     write_json(out / "connection.json", content)
@@ -61,6 +63,57 @@ def connection_report(
     with styled():
         save(draw(answer), out / "connection.png")
     return content
+
+
+def answer_of(content: Mapping[str, Any]) -> Answer:
+    """Read an answer back from what connection.json holds.
+
+    Parameters
+    ----------
+    content : mapping
+        The JSON, or what is kept of it.
+
+    Returns
+    -------
+    Answer
+    """
+    same = [
+        SameGain(
+            **{
+                **case,
+                "magnetic": _share(case["magnetic"]),
+                "rigid": _share(case["rigid"]),
+                "longer": _estimate(case["longer"]),
+            }
+        )
+        for case in content["same_gain"]
+    ]
+    best = [
+        AtBest(
+            **{
+                **case,
+                "magnetic": _one(case["magnetic"]),
+                "rigid": _one(case["rigid"]),
+                "gain": _estimate(case["gain"]),
+            }
+        )
+        for case in content["at_best"]
+    ]
+    gammas, heights = (tuple(dict.fromkeys(getattr(case, name) for case in best)) for name in ("gamma", "hs"))
+    return Answer(gammas, heights, tuple(content["seeds"]), content["duration_s"], tuple(same), tuple(best))
+
+
+def _one(device: Mapping[str, Any]) -> OneDevice:
+    return OneDevice(**{**device, "lock": _share(device["lock"]), "power": _estimate(device["power"])})
+
+
+def _share(share: Mapping[str, Any]) -> Share:
+    return Share(**share)
+
+
+def _estimate(found: Mapping[str, Any]) -> Estimate:
+    values = (math.nan if found[name] is None else found[name] for name in ("value", "low", "high"))
+    return Estimate(*values, found["note"])
 
 
 def table(answer: Answer) -> str:
@@ -93,8 +146,8 @@ def _told(one: OneDevice) -> list[str]:
     return [held, f"{one.power.value:.2f} ({one.power.low:.2f} to {one.power.high:.2f})", f"{one.cv:.2f}"]
 
 
-def _flat(value: Any) -> Any:
+def flat(value: Any) -> Any:
     """Named values all the way down, as JSON keeps them."""
     if hasattr(value, "_asdict"):
-        return {name: _flat(entry) for name, entry in value._asdict().items()}
+        return {name: flat(entry) for name, entry in value._asdict().items()}
     return value
