@@ -200,8 +200,8 @@ def connection() -> str:
     heads = ("gamma", "Hs [m]", *with_it, *without, "with less without [W]", "p (Holm)", "power is")
     told = (
         f"Runs of {found['duration_s']:g} s, seeds {states(found['seed_states'])}, the same waves for both devices. "
-        f"Controls by a search of {found['budget_s']:g} s for each device and sea, on tuning seeds. In step is not judged here, "
-        "where each pair is the yardstick itself: the turns kept tell."
+        f"Controls by a search of {found['budget_s']:g} s for each device and sea, on tuning seeds. "
+        "In step is not judged here, where each pair is the yardstick itself: the turns kept tell."
     )
     return "\n\n".join([*found["sentences"], table(heads, lines, 2), told, caption("connection")])
 
