@@ -69,6 +69,10 @@ def nyquist(answer: LoopAnswer, name: str, point: str) -> Figure | None:
     figure, axes = sheet(1, len(weak), (4.3 * len(weak) + 0.6, 4.9), title, note)
     for panel, (channel, found) in zip(axes, weak, strict=True):
         _nyquist_panel(panel, answer.loop, channel, found, colour_of(name))
+    reach = max(panel.get_xlim()[1] for panel in axes)  # one scale: the disks are compared
+    for panel in axes:
+        panel.set_xlim(-reach, reach)
+        panel.set_ylim(-reach, reach)
     return figure
 
 
