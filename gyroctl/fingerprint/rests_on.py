@@ -21,8 +21,8 @@ from gyroctl.fingerprint.processor import processor
 APIECE = (LAWS, "studies")
 """Rooms whose folders stand each for itself: no law imports another one."""
 
-DATA = ("data", "version.py")
-"""What no import shows: tables that are read, and the version."""
+DATA = ("data",)
+"""What no import shows: tables that are read."""
 
 
 def code_of(*modules: str) -> str:

@@ -18,7 +18,7 @@ from gyroctl.harness.seed_ledger import ledger
 from gyroctl.provenance import made
 from gyroctl.studies.paper.drawing import Drawing, Table
 from gyroctl.studies.paper.ensembles import Setup
-from gyroctl.studies.style import save, styled
+from gyroctl.studies.style import save, styled, written
 from gyroctl.writing import write_rows, write_text
 
 FIGURES = ("fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "fig14", "fig15")
@@ -38,8 +38,8 @@ def reproduce(
     figures : sequence of str
         Any of "fig8" to "fig15", "hinge_damping", "choices", "statements", or "all".
     out : Path
-        Directory for NAME.png, NAME.csv, statements.md and statements.json; made where it is missing. Runs that are
-        finished are kept in its folder ``runs``, and not made again.
+        Directory for NAME.png, NAME.svg, NAME.pdf, NAME.csv, statements.md and statements.json; made where it is
+        missing. Runs that are finished are kept in its folder ``runs``, and not made again.
     quiet : bool
         Print nothing.
     setup : Setup, optional
@@ -70,15 +70,15 @@ def reproduce(
         out.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):
         raise InputError("out", str(out), "is not a directory", "Give the name of a directory") from None
-    written: list[Path] = []
+    done: list[Path] = []
     for name in names:
         files = _statements(setup, out, quiet) if name == "statements" else _figure(name, setup, out)
-        written += files
+        done += files
         if not quiet:
             _say(f"{name}: {', '.join(path.name for path in files)}")
     record = {**made(), "seeds": list(setup.seeds), "seed_states": ledger().states(setup.seeds)}
     record |= {"duration_s": setup.duration, "made": list(names)}
-    return [*written, write_text(out / "reproduce.json", json.dumps(record, indent=2) + "\n")]
+    return [*done, write_text(out / "reproduce.json", json.dumps(record, indent=2) + "\n")]
 
 
 def chosen(figures: Sequence[str]) -> tuple[str, ...]:
@@ -98,9 +98,9 @@ def _figure(name: str, setup: Setup, out: Path) -> list[Path]:
     draw = cast(Callable[[Setup], Drawing], import_module(f"gyroctl.studies.paper.{name}").draw)
     with styled():
         drawing = draw(setup)
-        picture = out / f"{name}.png"
-        save(drawing.figure, picture)
-    return [picture, *(_csv(out / f"{name}{f'_{s}' if s else ''}.csv", table) for s, table in drawing.tables.items())]
+        picture = save(drawing.figure, out / f"{name}.png")
+    tables = [_csv(out / f"{name}{f'_{s}' if s else ''}.csv", table) for s, table in drawing.tables.items()]
+    return [*written(picture), *tables]
 
 
 def _statements(setup: Setup, out: Path, quiet: bool) -> list[Path]:
