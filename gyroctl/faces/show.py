@@ -54,6 +54,18 @@ def shown(face: Callable[[Any], Face]) -> Callable[[T], T]:
     return give
 
 
+def pictured(face: Callable[[Any], Face]) -> Callable[[T], T]:
+    """Give a class the HTML repr alone: its repr is short, and builds it again."""
+
+    def give(kind: T) -> T:
+        plain = kind.__repr__
+        shown(face)(kind)
+        kind.__repr__ = plain
+        return kind
+
+    return give
+
+
 def as_text(face: Face) -> str:
     """At most `LINES` lines: title, then the facts."""
     facts = "; ".join(f"{_plain(name)} {_plain(value)}" for name, value in face.facts)

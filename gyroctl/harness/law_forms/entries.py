@@ -1,4 +1,4 @@
-"""A tuple with one number exchanged: how a state of any length is written by one text, in Python and in machine code."""
+"""A tuple with one number exchanged: how one text writes a state of any length, in Python and in machine code."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from gyroctl.errors import InputError
 from gyroctl.faces.law import law_face
 from gyroctl.faces.show import shown
-from gyroctl.harness.law_forms.signals import SIGNALS, channels_of, heard, kept
+from gyroctl.harness.law_forms.signals import SIGNALS, heard, kept
 from gyroctl.harness.law_forms.tape import CONSTANT, INPUT, OPERATIONS, OUTPUT, TapeLaw, TapeState
 from gyroctl.plant.measurement import CHANNELS
 
@@ -160,10 +160,8 @@ def _flattened(kind: Any, function: Any, meant: Mapping[str, tuple[str, ...]], r
     answers = function.call(shaped, True, False) if kind is ca.SX else function.call(shaped)
     names = [function.name_out(i) for i in range(function.n_out())]
     parts = {name: ca.vec(ca.densify(answer)) for name, answer in zip(names, answers, strict=True)}
-    if "cc" in parts and "cg" in parts:
-        command = ca.vertcat(parts.pop("cc"), parts.pop("cg"))
-    else:
-        command = parts.pop(names[0])
+    apart = "cc" in parts and "cg" in parts
+    command = ca.vertcat(parts.pop("cc"), parts.pop("cg")) if apart else parts.pop(names[0])
     if command.numel() == 2 + size and size and not parts:
         command, new = command[:2], command[2:]
     else:

@@ -45,9 +45,8 @@ def system_of(source: Any, period: float | None, method: str) -> tuple[Any, floa
     import control
 
     if method not in METHODS:
-        raise InputError(
-            "law_from.method", method, "is no way to sample a system", f"Choose one of {', '.join(METHODS)}"
-        )
+        mend = f"Choose one of {', '.join(METHODS)}"
+        raise InputError("law_from.method", method, "is no way to sample a system", mend)
     name = type(source).__name__
     try:
         system = source if isinstance(source, control.StateSpace) else _as_states(source)

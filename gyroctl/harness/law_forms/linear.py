@@ -1,6 +1,6 @@
 """A linear time-invariant law: x+ = A x + B e, (cc, cg) = (cc, cg)0 + C x + D e, e the deviation of what it reads.
 
-The order is that of every discrete system: the command at a sample goes by the state before it and by the sample itself.
+The order is that of every discrete system: the command at a sample goes by the state before it and the sample itself.
 """
 
 from __future__ import annotations
