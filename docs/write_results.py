@@ -149,8 +149,10 @@ def _first_difference(text: str, wanted: str) -> str:
 
 
 def _key(name: str) -> str:
-    """What a picture is drawn from."""
-    return hashlib.sha256((ROOT / pictures.PICTURES[name].source).read_bytes()).hexdigest()
+    """What a picture is drawn from, and the code that draws it: a new colour is a new picture."""
+    picture = pictures.PICTURES[name]
+    files = (picture.source, picture.code, *pictures.LOOK)
+    return hashlib.sha256(b"".join((ROOT / file).read_bytes() for file in files)).hexdigest()
 
 
 def _drawn(path: Path, name: str) -> bool:

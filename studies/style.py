@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+from gyroctl.palette import GAMMA_COLOURS, GRID, INK, MUTED, WARNING
 from gyroctl.version import VERSION
 from gyroctl.writing import written_whole
 
@@ -20,14 +21,18 @@ if TYPE_CHECKING:
 RING_SPEED = "ψ\N{PRIME} [rad/s]"
 """Axis label."""
 
-INK, MUTED, GRID, AXIS = "#1F2933", "#5B6672", "#E6E9ED", "#AEB6BF"
-GAMMA_COLOURS = {1.0: "#8C6BB1", 5.0: "#0072B2", 50.0: "#B5472F"}
-"""By peak enhancement."""
+AXIS = "#AEB6BF"
 
-PAPER_COLOUR = "#CF3F35"
+PAPER_COLOUR = WARNING
 """What the paper states."""
 
 BAND_COLOUR = "#0072B2"
+
+FORMATS = ("png", "svg", "pdf")
+"""What every figure is written as: to look at, for pages, for print."""
+
+DENSE = 10_000
+"""Points from which a line is a picture in SVG and PDF: as a path it would take megabytes."""
 
 _STYLE: Any = {
     "font.family": "sans-serif",
@@ -58,6 +63,10 @@ _STYLE: Any = {
     "savefig.dpi": 160,
     "figure.facecolor": "white",
     "savefig.facecolor": "white",
+    "svg.fonttype": "none",  # text stays text
+    "svg.hashsalt": "gyroctl",  # the same figure gives the same file
+    "pdf.fonttype": 42,  # TrueType, embedded: text can be searched and edited
+    "ps.fonttype": 42,
 }
 
 
@@ -111,11 +120,37 @@ def sheet(
     return figure, list(axes.ravel())
 
 
-def save(figure: Figure, path: Path) -> Path:
-    """Write a figure as PNG, whole or not at all, with the version that drew it."""
-    with written_whole(path) as part:
-        figure.savefig(part, format="png", metadata={"Software": f"gyroctl {VERSION}"})
-    return path
+def save(figure: Figure, path: Path) -> list[Path]:
+    """Write a figure in all `FORMATS`, each whole or not at all, with the version that drew it.
+
+    Text stays text in SVG, and fonts are embedded in PDF. Lines of more than `DENSE` points are pictures in both.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        Drawn by a study.
+    path : Path
+        Name of the PNG; the others have its name with their own ending.
+
+    Returns
+    -------
+    list of Path
+        The files written, the PNG first.
+    """
+    for axes in figure.axes:
+        for line in axes.lines:
+            line.set_rasterized(bool(line.get_rasterized()) or len(line.get_xdata()) > DENSE)  # type: ignore[arg-type]
+    told = f"gyroctl {VERSION}"
+    metadata: dict[str, dict[str, Any]] = {
+        "png": {"Software": told},
+        "svg": {"Creator": told, "Date": None},  # without dates the same figure is the same file
+        "pdf": {"Creator": told, "CreationDate": None},
+    }
+    files = [path.with_suffix(f".{form}") for form in FORMATS]
+    for form, file in zip(FORMATS, files, strict=True):
+        with written_whole(file) as part:
+            figure.savefig(part, format=form, metadata=metadata[form])
+    return files
 
 
 def label(axes: Axes, title: str, x: str, y: str) -> None:

@@ -82,7 +82,6 @@ PACKAGE = {
     "gyroctl/harness/run.py": ALL,
     "gyroctl/plant/equations.py": ALL,
     "gyroctl/simulation/metrics.py": ALL,
-    "gyroctl/version.py": ALL,
     "gyroctl/data/hydrodynamics.nc": ALL,
     "gyroctl/fingerprint/package.py": ALL,
     "controllers/nmpc/solvers/riccati.py": {"nmpc"},
@@ -92,6 +91,8 @@ PACKAGE = {
     "gyroctl/reports/report.py": set(),
     "gyroctl/cli/app.py": set(),
     "gyroctl/linearisation/riccati.py": set(),
+    "gyroctl/palette.py": set(),
+    "gyroctl/version.py": set(),
     "studies/style.py": set(),
     "gyroctl/data/seeds.toml": set(),
 }

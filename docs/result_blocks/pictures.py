@@ -1,4 +1,4 @@
-"""Pictures of the pages, drawn from the committed results; each holds the hash of what it was drawn from."""
+"""Pictures of the pages, drawn from the committed results; each holds the hash of what it was drawn from and by."""
 
 from __future__ import annotations
 
@@ -21,12 +21,16 @@ if TYPE_CHECKING:
 KEY = "Results"
 """Name of the entry of a PNG that holds the hash."""
 
+LOOK = ("gyroctl/palette.py", "studies/style.py")
+"""Code that all pictures are drawn by: colours and style."""
+
 
 class Picture(NamedTuple):
-    """A picture: the results that it shows, and how it is drawn."""
+    """A picture: the results that it shows, how it is drawn, and the file with the code that draws."""
 
     source: str
     figure: Callable[[], Figure]
+    code: str
 
     def draw(self, path: Path, key: str) -> None:
         """Write the picture with its key."""
@@ -140,12 +144,14 @@ def _water() -> Figure:
     return water(choices, DragLock(**{**drag, "curves": curves}), counted, point)
 
 
+_EVALUATION = "studies/evaluation"
+
 PICTURES: Mapping[str, Picture] = {
-    "docs/seas.png": Picture("docs/results/seas.json", _seas),
-    "docs/physics.png": Picture("docs/results/physics.json", _physics),
-    "docs/price.png": Picture("docs/results/price.json", _price),
-    "docs/gauge.png": Picture("docs/results/gauge.json", _gauge),
-    "docs/forecast.png": Picture("docs/results/forecast.json", _forecast),
-    "docs/margins_water.png": Picture("docs/results/margins_water.json", _water),
-    "docs/growth.png": Picture("benchmarks/growth.json", draw_growth),
+    "docs/seas.png": Picture("docs/results/seas.json", _seas, f"{_EVALUATION}/draw.py"),
+    "docs/physics.png": Picture("docs/results/physics.json", _physics, f"{_EVALUATION}/draw_physics.py"),
+    "docs/price.png": Picture("docs/results/price.json", _price, f"{_EVALUATION}/draw_price.py"),
+    "docs/gauge.png": Picture("docs/results/gauge.json", _gauge, f"{_EVALUATION}/draw_gauge.py"),
+    "docs/forecast.png": Picture("docs/results/forecast.json", _forecast, "studies/forecast/draw.py"),
+    "docs/margins_water.png": Picture("docs/results/margins_water.json", _water, "studies/margins/draw_water.py"),
+    "docs/growth.png": Picture("benchmarks/growth.json", draw_growth, "docs/result_blocks/speed.py"),
 }

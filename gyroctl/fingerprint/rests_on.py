@@ -21,11 +21,11 @@ from gyroctl.fingerprint.processor import processor
 APIECE = (LAWS, "studies")
 """Rooms whose folders stand each for itself: no law imports another one."""
 
-LOOKS = ("faces", "plots")
-"""Rooms that show what others have computed, and are called by `__repr__` and `plot` alone: they change no bit."""
+LOOKS = ("faces", "palette", "plots")
+"""Rooms that show what others have computed, and are called by `__repr__`, `plot` and the like alone: no bit is theirs."""
 
-DATA = ("data", "version.py")
-"""What no import shows: tables that are read, and the version."""
+DATA = ("data",)
+"""What no import shows: tables that are read."""
 
 
 def code_of(*modules: str) -> str:

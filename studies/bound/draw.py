@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.palette import law_styles
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE
-from gyroctl.reports.theme import law_styles
 from gyroctl.simulation.metrics import Record
 from gyroctl.studies.bound.outcome import Outcome
 from gyroctl.studies.style import INK, MUTED, PAPER_COLOUR, label, sea_name, sheet

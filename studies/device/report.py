@@ -17,7 +17,7 @@ from gyroctl.studies.device.motion import Lock, Oscillation, Slip, lock, oscilla
 from gyroctl.studies.style import save, styled
 from gyroctl.waves.checks import positive
 from gyroctl.waves.excitation import band
-from gyroctl.writing import write_json, written_whole
+from gyroctl.writing import write_json
 
 ALIKE = 0.02
 """Relative difference between the device's lever and that of its hydrodynamics that counts as none."""
@@ -49,7 +49,7 @@ def device_report(
     file : Path
         See ``gyroctl device new``.
     out : Path, optional
-        Folder for ``device.json``, ``geometry.png`` and ``geometry.svg``.
+        Folder for ``device.json``, ``geometry.png``, ``.svg`` and ``.pdf``.
     height, wp : float, optional
         Regular wave of the lock [m, rad/s]; by default 0.2 m at 3.14 rad/s at the size of Table 1.
 
@@ -147,8 +147,5 @@ def _write(
         "slip": slips._asdict(),
     }
     with styled(formulas=False):
-        figure = draw(report.plant)
-        save(figure, out / "geometry.png")
-        with written_whole(out / "geometry.svg") as part:
-            figure.savefig(part, format="svg", metadata={"Date": None})
+        save(draw(report.plant), out / "geometry.png")
     write_json(out / "device.json", content)

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyroctl.reports.layout import REFERENCE
-from gyroctl.reports.theme import LOCK_SCALE, STYLES, LawStyle, law_styles
+from gyroctl.palette import LOCK_SCALE, REFERENCE, LawStyle, law_styles
 from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation.rows import Row
 from gyroctl.studies.evaluation.targets import BARS, LOCKED, MOTION, Bar, missed_by_limit
-from gyroctl.studies.style import INK, MUTED, label, sheet
+from gyroctl.studies.style import INK, MUTED, label, sea_name, sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+GOOD = LOCK_SCALE[-1][1]
+"""Where the bars are met."""
 
 
 def draw_seas(tables: Mapping[float, Sequence[Row]], asked: Mapping[str, Any]) -> Figure:
@@ -44,19 +46,22 @@ def power_over_cv(
 
     `corners` are by sea the largest CV and the least power [W] of what is asked for.
     """
-    styles = _styles(list(dict.fromkeys(row.law for table in tables.values() for row in table)))
-    figure, axes = sheet(1, len(tables), (5.2 * len(tables), 5.6), title, words)
-    for axis, (gamma, table) in zip(axes, tables.items(), strict=True):
-        shown = [row for row in table if math.isfinite(row.cv.value)]
-        right = 1.1 * max([_high(row.cv) for row in shown] + [0.5])
-        top = 1.1 * max([_high(row.power) for row in shown] + [power for _, power in corners[gamma]])
+    styles = law_styles(list(dict.fromkeys(row.law for table in tables.values() for row in table)))
+    shared = {"sharex": True, "sharey": True}  # panels that are compared have one scale
+    figure, axes = sheet(1, len(tables), (5.2 * len(tables), 5.6), title, words, **shared)
+    shown = {gamma: [row for row in table if math.isfinite(row.cv.value)] for gamma, table in tables.items()}
+    everywhere = [row for rows in shown.values() for row in rows]
+    right = 1.05 * max([_high(row.cv) for row in everywhere] + [0.5])
+    asked_for = [power for corner in corners.values() for _, power in corner]
+    top = 1.05 * max([_high(row.power) for row in everywhere] + asked_for)
+    for axis, (gamma, rows) in zip(axes, shown.items(), strict=True):
         for cv, power in corners[gamma]:
-            axis.fill_between([0.0, min(cv, right)], power, top, color="#12626E", alpha=0.07, lw=0)
-        for row in shown:
+            axis.fill_between([0.0, min(cv, right)], power, top, color=GOOD, alpha=0.07, lw=0)
+        for row in rows:
             _point(axis, row.cv, row.power, styles[row.law], kept(row), row.law)
         axis.set_xlim(0.0, right)
         axis.set_ylim(0.0, top)
-        label(axis, f"\N{GREEK SMALL LETTER GAMMA} = {gamma:g}", "CV of power", "mean power [W]")
+        label(axis, sea_name(gamma), "CV of power", "mean power [W]" if axis is axes[0] else "")
     _legend(figure, axes)
     return figure
 
@@ -72,7 +77,7 @@ def draw_information(
         (axes[1], "Smoothness", "CV of power", [row.cv for row in rows]),
     ):
         for at, (row, estimate) in enumerate(zip(rows, estimates, strict=True)):
-            style, place = _styles([row.law])[row.law], Estimate(float(at), math.nan, math.nan)
+            style, place = law_styles([row.law])[row.law], Estimate(float(at), math.nan, math.nan)
             _point(axis, place, estimate, style, _kept(row), "")
         axis.set_xticks(range(len(levels)), list(levels), rotation=20, ha="right")
         axis.set_ylim(bottom=0.0)
@@ -83,7 +88,7 @@ def draw_information(
 def draw_offdesign(groups: Mapping[str, Sequence[tuple[str, Mapping[str, Row]]]], asked: Mapping[str, Any]) -> Figure:
     """Power over the best constant pair of each sea above, lock below; one column a group of seas."""
     names = list(dict.fromkeys(law for group in groups.values() for _, table in group for law in table))
-    styles = _styles(names)
+    styles = law_styles(names)
     widths = [max(len(group), 1) + 1.0 for group in groups.values()]
     figure, axes = sheet(
         2, len(groups), (13.0, 7.4), "Off the design, same parameters", note(asked), width_ratios=widths
@@ -142,14 +147,6 @@ def note(asked: Mapping[str, Any]) -> str:
     own = ", ".join(f"{name} {len(seeds)}" for name, seeds in asked["own_seeds"].items())
     extra = f" ({own})" if own else ""
     return f"Runs of {asked['duration_s']:g} s, {len(asked['seeds'])} realisations{extra}; intervals are 95 %"
-
-
-def _styles(names: Sequence[str]) -> dict[str, LawStyle]:
-    """Colour and marker of each law; where the colours begin again, the markers are shifted, so that no two agree."""
-    styles = law_styles(names, REFERENCE)
-    for i, name in enumerate(name for name in names if name != REFERENCE):
-        styles[name] = styles[name]._replace(marker=STYLES[(i + i // len(STYLES)) % len(STYLES)].marker)
-    return styles
 
 
 def _asked(bar: Bar, table: Sequence[Row]) -> float:

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from gyroctl.palette import LOCK_SCALE, law_styles
 from gyroctl.reports.layout import REFERENCE
-from gyroctl.reports.theme import LOCK_SCALE, law_styles
 from gyroctl.reports.wording import NOTHING
 from gyroctl.studies.evaluation.draw import note
 from gyroctl.studies.style import AXIS, INK, MUTED, listed, sheet

@@ -34,8 +34,8 @@ def reproduce(figures: Sequence[str], out: Path, quiet: bool = False, setup: Set
     figures : sequence of str
         Any of "fig8" to "fig15", "hinge_damping", "choices", "statements", or "all".
     out : Path
-        Directory for NAME.png, NAME.csv, statements.md and statements.json; made where it is missing. Runs that are
-        finished are kept in its folder ``runs``, and not made again.
+        Directory for NAME.png, NAME.svg, NAME.pdf, NAME.csv, statements.md and statements.json; made where it is
+        missing. Runs that are finished are kept in its folder ``runs``, and not made again.
     quiet : bool
         Print nothing.
     setup : Setup, optional
@@ -85,9 +85,8 @@ def _figure(name: str, setup: Setup, out: Path) -> list[Path]:
     draw = cast(Callable[[Setup], Drawing], import_module(f"gyroctl.studies.paper.{name}").draw)
     with styled():
         drawing = draw(setup)
-        picture = out / f"{name}.png"
-        save(drawing.figure, picture)
-    return [picture, *(_csv(out / f"{name}{f'_{s}' if s else ''}.csv", table) for s, table in drawing.tables.items())]
+        pictures = save(drawing.figure, out / f"{name}.png")
+    return [*pictures, *(_csv(out / f"{name}{f'_{s}' if s else ''}.csv", table) for s, table in drawing.tables.items())]
 
 
 def _statements(setup: Setup, out: Path, quiet: bool) -> list[Path]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.reports.theme import LOCK_SCALE
+from gyroctl.palette import LOCK_SCALE
 from gyroctl.reports.wording import number
 from gyroctl.studies.style import INK, MUTED, label, sheet
 

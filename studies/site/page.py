@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gyroctl.palette import law_styles
 from gyroctl.reports import wording
-from gyroctl.reports.theme import law_styles
 from gyroctl.statistics import Estimate
 from gyroctl.studies.site.draw import strongest
 from gyroctl.studies.site.words import sentences
