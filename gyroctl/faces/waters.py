@@ -54,7 +54,8 @@ def _sea(sea: Any) -> str:
         return curves(time, {"elevation": sea.eta}, "time [s]", "elevation [m]")
     if density is not None:
         one = np.asarray(density)
-        one = one if one.ndim == 1 else one.sum(axis=tuple(i for i in range(one.ndim) if one.shape[i] != sea.omega.size))
+        directions = tuple(i for i in range(one.ndim) if one.shape[i] != sea.omega.size)
+        one = one.sum(axis=directions) if one.ndim > 1 else one
         one = one / (float(one.max()) or 1.0)
         return curves(sea.omega, {"spectrum": one}, "frequency [rad/s]", "density over its peak [-]")
     known = getattr(sea, "sea", sea)

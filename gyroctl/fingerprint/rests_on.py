@@ -22,7 +22,7 @@ APIECE = (LAWS, "studies")
 """Rooms whose folders stand each for itself: no law imports another one."""
 
 LOOKS = ("faces", "palette", "plots")
-"""Rooms that show what others have computed, and are called by `__repr__`, `plot` and the like alone: no bit is theirs."""
+"""Rooms that show what others have computed, called by `__repr__`, `plot` and the like alone: no bit is theirs."""
 
 DATA = ("data",)
 """What no import shows: tables that are read."""

@@ -38,7 +38,7 @@ from gyroctl.waves.checks import DURATION_MAX, positive, within
 from gyroctl.writing import plain
 
 if TYPE_CHECKING:
-    import xarray
+    from gyroctl.simulation.labelled import Trajectory
 
 
 @dataclass(frozen=True)
@@ -251,7 +251,7 @@ def simulate(
     name: str = "law",
     compiled: bool = True,
     progress: Callable[[], None] | None = None,
-) -> xarray.Dataset:
+) -> Trajectory:
     """Run a law on a realisation and label the result.
 
     Parameters
@@ -273,8 +273,9 @@ def simulate(
 
     Returns
     -------
-    xarray.Dataset
-        See `gyroctl.simulation.trajectory`; its attribute ``validity`` is the card of `gyroctl.simulation.validity`.
+    Trajectory
+        An `xarray.Dataset` with a short repr and ``.plot(begin, end)``, see `gyroctl.simulation.trajectory`; its
+        attribute ``validity`` is the card of `gyroctl.simulation.validity`.
 
     Raises
     ------
