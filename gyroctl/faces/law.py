@@ -12,7 +12,7 @@ CHANNELS = ("psi", "psi_rate", "omega_rate", "phi1", "phi3", "phi1_rate", "phi3_
 AHEAD = {"gauge": ["gauge up-wave"], "forecast": ["moments ahead"], "oracle": ["true waves"]}
 """What a law is told beside its sensors."""
 
-NUMBERS = 12
+NUMBERS = 8
 """Most parameters that are shown."""
 
 
@@ -24,7 +24,7 @@ def law_face(law: Any) -> Face:
     facts += [("reads", ", ".join(reads) if reads != list(CHANNELS) else "all sensors")] if reads else []
     within = getattr(law, "law", None)
     facts += [("around", name_of(within))] if within is not None else []
-    found = list(_numbers(law))
+    found = list(law.facts if hasattr(law, "facts") else _numbers(law))
     facts += found[:NUMBERS]
     facts += [("and", f"{len(found) - NUMBERS} more numbers")] if len(found) > NUMBERS else []
     into = [*reads, *AHEAD.get(looks, [])]

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from gyroctl.devices.identity import device_record
 from gyroctl.errors import InputError, check_kind
+from gyroctl.faces.settings import settings_face
+from gyroctl.faces.show import shown
 from gyroctl.froude import growth
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.arguments import check_plant, law_of
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
     from gyroctl.simulation.labelled import Trajectory
 
 
+@shown(settings_face)
 @dataclass(frozen=True)
 class Settings:
     """How runs are made, common to all laws of a comparison.

@@ -64,6 +64,7 @@ def bode_figure(
                     upper.loglog(omega, np.abs(values[:, i, j]), label=name, **look)
                     phase = np.degrees(np.unwrap(np.angle(values[:, i, j])))
                     lower.semilogx(omega, phase - 360.0 * np.round(phase[0] / 360.0), **look)
+                _a_decade(upper)
                 label(upper, f"{taken} to {given}", "", f"[{_unit(given)} per {_unit(taken)}]")
                 label(lower, "", "", "phase [deg]")
                 lower.yaxis.set_major_locator(_right_angles())
@@ -76,6 +77,13 @@ def bode_figure(
         if len(responses) > 1:
             grid[0, 0].legend(loc="lower left")
     return figure
+
+
+def _a_decade(axes: Any) -> None:
+    """Let a magnitude that hardly changes look like one: the axis is a decade high at least."""
+    low, high = axes.get_ylim()
+    widen = (max(10.0 / (high / low), 1.0)) ** 0.5
+    axes.set_ylim(low / widen, high * widen)
 
 
 def _right_angles() -> Any:

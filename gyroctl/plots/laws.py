@@ -69,4 +69,5 @@ def _dots(axes: Any, ds: Any, variable: str, laws: list[str], looks: Any) -> Non
         axes.plot(values, spread, looks[name].marker, color=looks[name].colour, ms=3.6, alpha=0.55, mew=0.0)
         if values.size:
             axes.plot([values.mean()] * 2, [row - 0.3, row + 0.3], color=looks[name].colour, lw=2.4)
-    axes.set_xlim(left=min(0.0, axes.get_xlim()[0]))
+    low, high = axes.get_xlim()
+    axes.set_xlim(min(0.0, low), high + 0.04 * (high - min(0.0, low)))

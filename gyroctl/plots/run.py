@@ -63,7 +63,7 @@ def run_figure(ds: Any, begin: float | None = None, end: float | None = None) ->
         figure, axes = sheet(len(PANELS), 1, (9.0, 9.5), title, note, sharex=True, height_ratios=heights)
         for panel, (words, unit, names) in zip(axes, PANELS, strict=True):
             for i, name in enumerate(names):
-                colour = MUTED if name == "elevation" else look.colour
+                colour = MUTED if name == "elevation" or i else look.colour
                 style = {"color": colour, "lw": 1.1, "ls": ("-", "--")[i], "label": NAMES.get(name, name)}
                 panel.plot(time[part], np.asarray(ds[name].values)[part], **style)
             if len(names) > 1:

@@ -88,6 +88,7 @@ def sheet(
     **grid
         For `matplotlib.figure.Figure.subplots`, e.g. ``width_ratios``.
     """
+    import matplotlib as mpl
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.layout_engine import ConstrainedLayoutEngine
@@ -95,7 +96,7 @@ def sheet(
     spacing = ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1, wspace=0.02, hspace=0.03)
     figure = Figure(figsize=size, layout=spacing)  # no pyplot: no global state, no display
     FigureCanvasAgg(figure)
-    figure._repr_png_ = partial(_png, figure)  # type: ignore[attr-defined]  # a notebook shows it without pyplot
+    figure._repr_png_ = partial(_png, figure, mpl.rcParams["text.parse_math"])  # type: ignore[attr-defined]  # a notebook shows it without pyplot
     figure.suptitle(title, x=0.008, ha="left", fontsize=13, fontweight="bold", color=INK)
     lines = textwrap.wrap(note, int(14.0 * size[0]))  # some 14 characters of this size to the inch
     figure.supxlabel("\n".join(lines), x=0.008, ha="left", fontsize=8.5, color=MUTED)
@@ -103,9 +104,9 @@ def sheet(
     return figure, list(axes.ravel())
 
 
-def _png(figure: Figure) -> bytes:
+def _png(figure: Figure, formulas: bool) -> bytes:
     file = io.BytesIO()
-    with styled(formulas=False):
+    with styled(formulas):
         figure.savefig(file, format="png", dpi=100)
     return file.getvalue()
 

@@ -51,6 +51,11 @@ class CalledLaw:
         """Channels of the measurement that its command goes by."""
         return self.shell.sensors
 
+    @property
+    def facts(self) -> list[tuple[str, str]]:
+        """What its repr tells."""
+        return [("called", "by casadi at every sample"), ("state", f"{len(self.shell.first)} numbers")]
+
     def init(self) -> TapeState:
         """Return the first state."""
         return self.shell.init()

@@ -46,6 +46,13 @@ class LinearLaw(NamedTuple):
         """Channels of the measurement that its command goes by."""
         return channels_of(tuple(SIGNALS[int(which)] for which in self.reads))
 
+    @property
+    def facts(self) -> list[tuple[str, str]]:
+        """What its repr tells."""
+        point = ", ".join(f"{SIGNALS[int(i)]} {at:.4g}" for i, at in zip(self.reads, self.point, strict=True))
+        pair = f"cc {self.pair[0]:.4g}, cg {self.pair[1]:.4g} Nms"
+        return [("states", str(len(self.C) // 2)), ("about", point), ("where it gives", pair)]
+
     def init(self) -> LinearState:
         """At rest: on the operating point the command is the pair."""
         return LinearState((0.0,) * (len(self.C) // 2), tuple(self.point))

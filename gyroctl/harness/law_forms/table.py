@@ -42,6 +42,20 @@ class TableLaw(NamedTuple):
         """Channels of the measurement that its command goes by."""
         return channels_of(tuple(SIGNALS[int(which)] for which in self.reads))
 
+    @property
+    def facts(self) -> list[tuple[str, str]]:
+        """What its repr tells."""
+        begin, axes = 0, []
+        for which, count in zip(self.reads, self.counts, strict=True):
+            part = self.nodes[begin : begin + int(count)]
+            axes.append(f"{SIGNALS[int(which)]} from {part[0]:.4g} to {part[-1]:.4g}, {len(part)} nodes")
+            begin += int(count)
+        spans = [
+            (name, f"{min(values):.4g} to {max(values):.4g} Nms")
+            for name, values in (("cc", self.cc_nodes), ("cg", self.cg_nodes))
+        ]
+        return [("over", "; ".join(axes)), *spans, ("filtered over", f"{self.smooth:.4g} s")]
+
     def init(self) -> TableState:
         """Return the first nodes, until the first sample fills the filters."""
         first, begin = [], 0

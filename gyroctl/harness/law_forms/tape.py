@@ -65,6 +65,11 @@ class TapeLaw(NamedTuple):
         """Channels of the measurement that its command goes by."""
         return channels_of(tuple(SIGNALS[int(which)] for which in self.reads))
 
+    @property
+    def facts(self) -> list[tuple[str, str]]:
+        """What its repr tells."""
+        return [("operations", str(len(self.tape) // WIDTH)), ("state", f"{len(self.first)} numbers")]
+
     def init(self) -> TapeState:
         """Return the first state."""
         return TapeState(tuple(self.first), tuple(self.rest))
