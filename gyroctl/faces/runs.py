@@ -31,7 +31,7 @@ def trajectory_face(ds: Any) -> Face | None:
         ("mean ring speed", number(ds["psi_rate"].values.mean(), "rad/s")),
         ("98 % of phi1", number(np.quantile(np.abs(ds["phi1"].values), 0.98), "rad", 3)),
         ("plant", str(told.get("plant", ""))),
-        ("variables", f"{len(ds.data_vars)}, all of them by xarray.Dataset(run)"),
+        ("variables", f"{len(ds.data_vars)}, all of them by .dataset"),
     ]
     colours = [law_styles([law])[law].colour]
     rows = {"power": power}
@@ -53,7 +53,7 @@ def comparison_face(ds: Any) -> Face | None:
         ("sea", f"Hs {number(ds.attrs.get('hs', np.nan), 'm')}, peak {number(ds.attrs.get('wp', np.nan), 'rad/s')}"),
         *((laws[i], f"{power[i]:.3g} W, {100 * locked[i]:.0f} % locked") for i in order[:SHOWN]),
         ("plant", str(ds.attrs.get("plant", ""))),
-        ("variables", f"{len(ds.data_vars)}, all of them by xarray.Dataset(comparison)"),
+        ("variables", f"{len(ds.data_vars)}, all of them by .dataset"),
     ]
     rows = {laws[i]: power[i] for i in order[:SHOWN]}
     colours = [law_styles(laws)[name].colour for name in rows]

@@ -60,9 +60,18 @@ def _sea(sea: Any) -> str:
         return curves(sea.omega, {"spectrum": one}, "frequency [rad/s]", "density over its peak [-]")
     known = getattr(sea, "sea", sea)
     if not hasattr(known, "spectrum"):
-        return ""
+        return _change(sea)
     omega = np.linspace(0.2 * float(known.wp), 3.0 * float(known.wp), 200)
     return curves(omega, {"spectrum": known.spectrum(omega)}, "frequency [rad/s]", "density [m^2 s]")
+
+
+def _change(sea: Any) -> str:
+    """What goes from one value to another while the sea lasts."""
+    for name in (f.name for f in fields(sea) if hasattr(sea, f"{f.name}_end")):
+        title = {"wp": "peak frequency [rad/s]"}.get(name, f"{name} [{UNITS.get(name) or '-'}]")
+        course = [getattr(sea, name), getattr(sea, f"{name}_end")]
+        return curves([0.0, float(sea.over)], {name: course}, "time [s]", title)
+    return ""
 
 
 def _value(value: Any, unit: str) -> str:

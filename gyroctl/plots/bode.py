@@ -19,7 +19,7 @@ UNITS |= {"Me1": "Nm", "Me3": "Nm"}
 """Units of signals; rad/s of those that are rates."""
 
 LOOKS: tuple[dict[str, Any], ...] = ({"color": "#0072B2", "lw": 1.8}, {"color": "#D55E00", "lw": 1.2, "ls": "--"})
-POINTS = 160
+POINTS = 80
 """Frequencies."""
 
 

@@ -17,6 +17,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
+def plain(ds: xarray.Dataset) -> xarray.Dataset:
+    """The same variables and attributes, of no class but that of xarray."""
+    return xarray.Dataset(ds.data_vars, ds.coords, ds.attrs)
+
+
 class Drawn:
     """The picture of a dataset, and the single plots of xarray.
 
@@ -37,7 +42,7 @@ class Drawn:
 
     def __getattr__(self, name: str) -> Any:
         """Return what xarray has: scatter, quiver, streamplot."""
-        return getattr(xarray.Dataset(self._ds).plot, name)
+        return getattr(plain(self._ds).plot, name)
 
 
 @xarray.register_dataset_accessor("gyroctl")
