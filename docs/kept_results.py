@@ -208,5 +208,6 @@ KEEPERS: Mapping[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
     "hydro": _all,
     "startup": _all,
     "forecast": _all,
+    "connection": _all,
 }
 """By the first word of the name."""

@@ -124,6 +124,12 @@ RUNS = {
     "statements": Run("gyroctl reproduce statements", "", "statements.json", "3 min"),
     "hydro": Run("gyroctl hydro check", "", "hydro.json", "5 s"),
     "startup": Run("python -m gyroctl.studies.startup --seeds 1:101", "", "startup.json", "3 min"),
+    "connection": Run(
+        "python -m gyroctl.studies.connection --seeds 1:65 --budget 2e6",
+        "python -m gyroctl.studies.connection --seeds 1:9 --gammas 5 --heights 0.283 --duration 600 --budget 8e5",
+        "connection.json",
+        "not measured",
+    ),
     "forecast": Run("python -m gyroctl.studies.forecast --seeds 100000:100004", "", "forecast.json", "2 min"),
 }
 """The results by name. Seeds of `seas` and `real` are in reserve until the run; a commit after it tells the ledger."""

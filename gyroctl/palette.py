@@ -114,7 +114,7 @@ def _free(present: set[str]) -> Iterator[LawStyle]:
     """Looks for laws of one's own, without an end."""
     while True:
         yield from OWN
-        yield from (look for name, look in reversed(REGISTERED.items()) if name not in present)
+        yield from (look for name, look in reversed(tuple(REGISTERED.items())) if name not in present)
 
 
 def _case(look: LawStyle, number: int) -> LawStyle:

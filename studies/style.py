@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyroctl.palette import GAMMA_COLOURS, GRID, INK, MUTED, WARNING
+from gyroctl.palette import GAMMA_COLOURS, GRID, INK, MUTED, REFERENCE_GREY, WARNING, law_styles
 from gyroctl.plots.style import AXIS, BAND_COLOUR, band, label, listed, percent, sheet, styled
 from gyroctl.version import VERSION
 from gyroctl.writing import written_whole
@@ -25,6 +25,7 @@ __all__ = [  # the look as well, for the files of the studies
     "PAPER_COLOUR",
     "RING_SPEED",
     "band",
+    "colour_of",
     "label",
     "listed",
     "percent",
@@ -32,6 +33,7 @@ __all__ = [  # the look as well, for the files of the studies
     "sea_name",
     "sheet",
     "styled",
+    "written",
 ]
 
 RING_SPEED = "ψ\N{PRIME} [rad/s]"
@@ -52,7 +54,13 @@ def sea_name(gamma: float) -> str:
     return f"\N{GREEK SMALL LETTER GAMMA} = {gamma:g}"
 
 
-def save(figure: Figure, path: Path) -> list[Path]:
+def colour_of(case: str) -> str:
+    """Colour of a case of the margin pictures: that of its law where it is named ``law NAME``, else the grey."""
+    name = case.removeprefix("law ")
+    return law_styles([name])[name].colour if name != case else REFERENCE_GREY
+
+
+def save(figure: Figure, path: Path) -> Path:
     """Write a figure in all `FORMATS`, each whole or not at all, with the version that drew it.
 
     Text stays text in SVG, and fonts are embedded in PDF. Lines of more than `DENSE` points are pictures in both.
@@ -66,8 +74,8 @@ def save(figure: Figure, path: Path) -> list[Path]:
 
     Returns
     -------
-    list of Path
-        The files written, the PNG first.
+    Path
+        That of the PNG; all are those of `written`.
     """
     for axes in figure.axes:
         for line in axes.lines:
@@ -78,8 +86,12 @@ def save(figure: Figure, path: Path) -> list[Path]:
         "svg": {"Creator": told, "Date": None},  # without dates the same figure is the same file
         "pdf": {"Creator": told, "CreationDate": None},
     }
-    files = [path.with_suffix(f".{form}") for form in FORMATS]
-    for form, file in zip(FORMATS, files, strict=True):
+    for form, file in zip(FORMATS, written(path), strict=True):
         with written_whole(file) as part:
             figure.savefig(part, format=form, metadata=metadata[form])
-    return files
+    return path
+
+
+def written(path: Path) -> list[Path]:
+    """Files that `save` writes for a PNG of that name, the PNG first."""
+    return [path.with_suffix(f".{form}") for form in FORMATS]

@@ -35,6 +35,7 @@ DEFINED: dict[str, dict[str, str]] = {
         r"0\.35 rad|0\.25 rad": "limits of motion",
         r"20 ms": "setting of the actuators",
     },
+    "docs/connection.md": {r"95 %": "name of an interval"},
     "docs/conventions.md": {
         r"= 1\.76 W": "the paper's own figures, held by the test that is named",
         r"0\.3 rad": "range of the model",

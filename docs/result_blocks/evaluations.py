@@ -140,6 +140,7 @@ def gauge() -> str:
         heads = ("information", *FULL, "of perfect preview", "reversals", *errors)
         text += [f"**{case}**", table(heads, rows)]
     text.append("![What a wave gauge up-wave is worth](gauge.png)")
+    text.append("*Power and its smoothness by what is known of the waves, from the sensors alone to perfect preview.*")
     text += [f"{in_words(found)} Runs of {found['request']['duration_s']:g} s. {failures(found)}", caption("gauge")]
     return "\n\n".join(text)
 

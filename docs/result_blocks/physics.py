@@ -50,9 +50,13 @@ def physics_page() -> str:
     return "\n\n".join([*text, caption("physics")])
 
 
+STEPS = "*From step to step: what an effect of the water takes of the power, and what a choice of the law wins back.*"
+"""Caption of the waterfall."""
+
+
 def price() -> str:
     """What the water takes and what the law wins back, step by step."""
-    found, text = result("price"), ["![The price list of real water](price.png)"]
+    found, text = result("price"), ["![The price list of real water](price.png)", STEPS]
     for group in dict.fromkeys(step["group"] for step in found["steps"]):
         rows = [_step(step) for step in found["steps"] if step["group"] == group]
         text += [f"**{group.capitalize()}**", table(PRICE, rows, 2)]

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 KEY = "Results"
 """Name of the entry of a PNG that holds the hash."""
 
-LOOK = ("gyroctl/palette.py", "studies/style.py")
+LOOK = ("gyroctl/palette.py", "gyroctl/plots/style.py")
 """Code that all pictures are drawn by: colours and style."""
 
 
@@ -144,6 +144,12 @@ def _water() -> Figure:
     return water(choices, DragLock(**{**drag, "curves": curves}), counted, point)
 
 
+def _connection() -> Figure:
+    from gyroctl.studies.connection import answer_of, draw
+
+    return draw(answer_of(result("connection")))
+
+
 _EVALUATION = "studies/evaluation"
 
 PICTURES: Mapping[str, Picture] = {
@@ -153,5 +159,6 @@ PICTURES: Mapping[str, Picture] = {
     "docs/gauge.png": Picture("docs/results/gauge.json", _gauge, f"{_EVALUATION}/draw_gauge.py"),
     "docs/forecast.png": Picture("docs/results/forecast.json", _forecast, "studies/forecast/draw.py"),
     "docs/margins_water.png": Picture("docs/results/margins_water.json", _water, "studies/margins/draw_water.py"),
+    "docs/connection.png": Picture("docs/results/connection.json", _connection, "studies/connection/draw.py"),
     "docs/growth.png": Picture("benchmarks/growth.json", draw_growth, "docs/result_blocks/speed.py"),
 }

@@ -90,7 +90,8 @@ def growth() -> str:
         "How cost grows: an ensemble with the runs in it, closed loops with the lanes that are filled, a run with the "
         "states of the plant, the planning law with its horizon, an ensemble with the cores"
     )
-    return f"![{words}](growth.png)\n\n{made}"
+    told = "*Every axis begins at nothing: a flat line costs no more as its abscissa grows.*"
+    return f"![{words}](growth.png)\n\n{told}\n\n{made}"
 
 
 def draw_growth() -> Figure:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from gyroctl.reports.wording import number, watts
-from result_blocks.source import caption, result, states, table
+from result_blocks.source import caption, ranged, result, states, table
 
 SHOWN = ("true moments", "sensors")
 """What the table of the forecast shows of what one may be made from; the picture shows all."""
@@ -180,7 +180,40 @@ def hydro() -> str:
     return f"{table(('check', 'value', 'reference', 'tolerance', 'holds'), lines)}\n\n{caption('hydro')}"
 
 
+def connection() -> str:
+    """Each device at its best, sea by sea, and the answer in words."""
+    found = result("connection")
+    lines = [
+        [
+            f"{case['gamma']:g}",
+            f"{case['hs']:g}",
+            *_controls(case["magnetic"], True),
+            *_controls(case["rigid"], False),
+            ranged(case["gain"]),
+            number(case["p_holm"], 2),
+            case["words"],
+        ]
+        for case in found["at_best"]
+    ]
+    with_it = ("with the coupling: cc, cg [Nms]", "held lock; turns kept", "power [W]")
+    without = ("rigid: cg [Nms]", "held lock; turns kept", "power [W]")
+    heads = ("gamma", "Hs [m]", *with_it, *without, "with less without [W]", "p (Holm)", "power is")
+    told = (
+        f"Runs of {found['duration_s']:g} s, seeds {states(found['seed_states'])}, the same waves for both devices. "
+        f"Controls by a search of {found['budget_s']:g} s for each device and sea, on tuning seeds. "
+        "In step is not judged here, where each pair is the yardstick itself: the turns kept tell."
+    )
+    return "\n\n".join([*found["sentences"], table(heads, lines, 2), told, caption("connection")])
+
+
+def _controls(one: Mapping[str, Any], coupled: bool) -> list[str]:
+    controls = f"{one['cc']:.3g}, {one['cg']:.3g}" if coupled else f"{one['cg']:.3g}"
+    held = f"{round(one['lock']['value'] * one['lock']['runs'])} of {one['lock']['runs']}"
+    return [controls, f"{held}; {number(one['turns_kept'])}", ranged(one["power"])]
+
+
 BLOCKS: Mapping[str, Callable[[], str]] = {
+    "connection": connection,
     "startup-rest": startup_rest,
     "startup-loss": startup_loss,
     "forecast": forecast,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
@@ -112,7 +113,8 @@ def scanning(plant: Plant, built: Law, settings: Settings, dt: float) -> Setting
     largest = min(largest, settings.actuators.cc_max)
     if dt <= settings.dt or largest <= 0.0:
         return replace(settings, dt=dt)
-    longest = STEADY / float(slip_rate(plant.coefficients, largest))
+    rate = float(slip_rate(plant.coefficients, largest))
+    longest = STEADY / rate if rate > 0.0 else math.inf  # a flywheel that is geared to the ring does not slip
     actuators: Actuators = replace(settings.actuators, cc_max=largest)
     return replace(settings, dt=max(min(dt, longest), settings.dt), actuators=actuators)
 

@@ -147,9 +147,9 @@ def best_pair(
         spent += len(pairs) * count * duration
         return rows
 
-    grid = first_grid(settings, unit=unit_of_pair)
+    grid = distinct(plant, first_grid(settings, unit=unit_of_pair))
     if SHARES[0] * budget < FEWEST * len(grid) * window:  # what lies between is left to the fine grid
-        grid = first_grid(settings, EVERY_OTHER, unit_of_pair)
+        grid = distinct(plant, first_grid(settings, EVERY_OTHER, unit_of_pair))
     unit, few = 1.0, _count(budget, 0, len(grid), window, len(seeds))
     first = dict(zip(grid, run(grid, few, window, coarse, "search"), strict=True))
     cc, cg = max(first, key=lambda pair: order(first[pair]))
@@ -159,10 +159,10 @@ def best_pair(
     held = [means["mean_power"] for means in first.values() if means["locked"] >= 0.9]
     unit = max(held, default=1.0) or 1.0  # a unit of the sea itself: a score in watts would forgive losses in high seas
     cc, cg = max(first, key=lambda pair: order(first[pair]))
-    finer = _around(cc, cg, FINER_CC, FINER_CG, settings)
+    finer = distinct(plant, _around(cc, cg, FINER_CC, FINER_CG, settings))
     second = run(finer, _count(budget, 1, len(finer), full, len(seeds)), full, coarse, "search")
     each = len(seeds) * full
-    good = [(a * unit_of_pair, b * unit_of_pair) for a, b in KNOWN]
+    good = [(a * unit_of_pair, b * unit_of_pair) for a, b in KNOWN if cc > 0.0]
     known = [(a, b) for a, b in good if a <= limits.cc_max and b <= limits.cg_max and _close((a, b), (cc, cg))]
     edge = [pair for pair in _edge(finer, [order(means) for means in second]) if pair not in known]
     batch = [*known, *edge][: max(1, int(SHARES[2] * budget / each))]
@@ -172,7 +172,7 @@ def best_pair(
     ):  # from the best pair so far to its neighbours, then from the next best one, until the budget is spent
         confirmed |= zip(batch, run(batch, len(seeds), full, settings.dt, "confirm"), strict=True)
         ranked = sorted(confirmed, key=lambda pair: order(confirmed[pair]), reverse=True)
-        around = (_around(*pair, NEAR_CC, NEAR_CG, settings) for pair in ranked)
+        around = (distinct(plant, _around(*pair, NEAR_CC, NEAR_CG, settings)) for pair in ranked)
         near = next((new for pairs in around if (new := [pair for pair in pairs if pair not in confirmed])), [])
         batch = near[: max(0, min(ROUND, int((budget - spent) / each)))]
         if not batch:
@@ -183,11 +183,20 @@ def best_pair(
 
 def searching(plant: Plant, settings: Settings, coarse: float = COARSE) -> Settings:
     """Settings of a search: no coupling with which its coarse step would be unstable (0.14 Nms for that of 0.025 s)."""
-    stable = 0.99 * UNSTABLE / (coarse * float(slip_rate(plant.coefficients, 1.0)))
-    limits = settings.actuators
+    limits, rate = settings.actuators, float(slip_rate(plant.coefficients, 1.0))
+    if rate == 0.0:  # a flywheel that is geared to the ring does not slip
+        return settings
+    stable = 0.99 * UNSTABLE / (coarse * rate)
     room = stable / limits.cc_gain - 0.5 * limits.cc_quantum  # a resolution may round upwards
     stable = max(room, 1e-3 * stable)
     return replace(settings, actuators=replace(limits, cc_max=min(limits.cc_max, stable)))
+
+
+def distinct(plant: Plant, pairs: Sequence[Pair]) -> list[Pair]:
+    """Pairs that differ on this device, in their order: where the flywheel is geared to the ring, cc does nothing."""
+    if plant.parameters.connection == "rigid":
+        return list(dict.fromkeys((0.0, cg) for _, cg in pairs))
+    return list(pairs)
 
 
 def first_grid(settings: Settings, step: int = 1, unit: float = 1.0) -> list[Pair]:

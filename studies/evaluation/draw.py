@@ -90,9 +90,8 @@ def draw_offdesign(groups: Mapping[str, Sequence[tuple[str, Mapping[str, Row]]]]
     names = list(dict.fromkeys(law for group in groups.values() for _, table in group for law in table))
     styles = law_styles(names)
     widths = [max(len(group), 1) + 1.0 for group in groups.values()]
-    figure, axes = sheet(
-        2, len(groups), (13.0, 7.4), "Off the design, same parameters", note(asked), width_ratios=widths
-    )
+    title, rows_alike = "Off the design, same parameters", {"width_ratios": widths, "sharey": "row"}
+    figure, axes = sheet(2, len(groups), (13.0, 7.4), title, note(asked), **rows_alike)
     for column, (title, group) in enumerate(groups.items()):
         above, below = axes[column], axes[len(groups) + column]
         for law in names:

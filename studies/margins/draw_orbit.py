@@ -9,7 +9,7 @@ import numpy as np
 
 from gyroctl.loop_margins.margins import ChannelMargins, open_loop
 from gyroctl.plots.orbit import MODES as COLOURS
-from gyroctl.studies.style import INK, MUTED, PAPER_COLOUR, label, listed, sheet
+from gyroctl.studies.style import INK, MUTED, PAPER_COLOUR, colour_of, label, listed, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,7 +18,6 @@ if TYPE_CHECKING:
     from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit
     from gyroctl.studies.margins.measures import LoopAnswer
 
-LAW_COLOUR = "#8C3A8C"
 PANELS = 3
 """Largest number of channels in the Nyquist plot: those with the smallest disk."""
 
@@ -32,7 +31,7 @@ def multipliers(orbit: PeriodicOrbit, loop: LoopOrbit | None, name: str, point: 
     for radius in (0.25, 0.5, 0.75):
         axes[0].plot(radius * circle.real, radius * circle.imag, color=MUTED, lw=0.5, ls=":")
     if loop is not None and loop.multipliers.size:
-        look: dict[str, Any] = {"color": LAW_COLOUR, "ms": 7, "mew": 1.6, "label": f"with the {name}"}
+        look: dict[str, Any] = {"color": colour_of(name), "ms": 7, "mew": 1.6, "label": f"with the {name}"}
         axes[0].plot(loop.multipliers.real, loop.multipliers.imag, "x", **look)
     names = [mode.name for mode in orbit.modes]
     for i, mode in enumerate(orbit.modes):
@@ -63,11 +62,15 @@ def nyquist(answer: LoopAnswer, name: str, point: str) -> Figure | None:
     title = f"Harmonic Nyquist plot, {name}"
     figure, axes = sheet(1, len(weak), (4.3 * len(weak) + 0.6, 4.9), title, note)
     for panel, (channel, found) in zip(axes, weak, strict=True):
-        _nyquist_panel(panel, answer.loop, channel, found)
+        _nyquist_panel(panel, answer.loop, channel, found, colour_of(name))
+    reach = max(panel.get_xlim()[1] for panel in axes)  # one scale: the disks are compared
+    for panel in axes:
+        panel.set_xlim(-reach, reach)
+        panel.set_ylim(-reach, reach)
     return figure
 
 
-def _nyquist_panel(panel: Any, loop: LoopOrbit, channel: str, found: ChannelMargins) -> None:
+def _nyquist_panel(panel: Any, loop: LoopOrbit, channel: str, found: ChannelMargins, colour: str) -> None:
     _, loci = open_loop(loop, (channel,)).nyquist(400)
     low, high = found.guaranteed_gain
     centre, radius = -0.5 * (low + high), 0.5 * (high - low)
@@ -76,7 +79,7 @@ def _nyquist_panel(panel: Any, loop: LoopOrbit, channel: str, found: ChannelMarg
     panel.plot(centre + radius * circle.real, radius * circle.imag, color=PAPER_COLOUR, lw=1.0)
     panel.plot(circle.real, circle.imag, color=MUTED, lw=0.6, ls=":")
     both = np.concatenate([loci, np.conj(loci)])  # the order of the eigenvalues may change: points, not lines
-    panel.plot(both.real.ravel(), both.imag.ravel(), ".", color="#0072B2", ms=2.4)
+    panel.plot(both.real.ravel(), both.imag.ravel(), ".", color=colour, ms=2.4)
     panel.plot([-1.0], [0.0], "+", color=INK, ms=11, mew=1.8)
     reach = max(1.6, 1.08 * min(max(high, float(np.max(np.abs(loci)))), 6.0))
     panel.set_xlim(-reach, reach)

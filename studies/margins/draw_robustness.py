@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.studies.margins.measures import Margins
-from gyroctl.studies.style import MUTED, band, label, listed, percent, sheet
+from gyroctl.studies.style import MUTED, band, colour_of, label, listed, percent, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-COLOURS = ("#0072B2", "#8C3A8C")
 ROOMS = {"cg": "cg up", "height": "height down", "frequency_down": "frequency down", "frequency_up": "frequency up"}
 UNITS = {"phi1": "rad", "phi3": "rad", "psi": "rad"}
 
@@ -34,12 +33,12 @@ def _headroom(panel: Any, cases: dict[str, Margins]) -> None:
     width = 0.7 / len(cases)
     rooms = [room.decibel for margins in cases.values() for room in margins.headroom.values()]
     top = max(1.0, *(room for room in rooms if math.isfinite(room)))
-    for c, margins in enumerate(cases.values()):
+    for c, (name, margins) in enumerate(cases.items()):
         for row, room in enumerate(margins.headroom[key] for key in ROOMS):
             at = row + (c - 0.5 * (len(cases) - 1)) * width
             free = not math.isfinite(room.decibel)
             length = 1.1 * top if free else room.decibel
-            panel.barh(at, length, 0.9 * width, color=COLOURS[c], alpha=0.35 if free else 1.0)
+            panel.barh(at, length, 0.9 * width, color=colour_of(name), alpha=0.35 if free else 1.0)
             factor = room.quantity == "cg" and room.value == 1.0  # of a law in the loop
             limit = room.limit * (1e3 if room.quantity == "cg" and not factor else 1.0)
             gain = "$\\times$" if factor else "$\\times 10^{-3}$ Nms"
@@ -52,31 +51,31 @@ def _headroom(panel: Any, cases: dict[str, Margins]) -> None:
 
 
 def _basin(panel: Any, cases: dict[str, Margins]) -> None:
-    for c, (name, margins) in enumerate(cases.items()):
+    for name, margins in cases.items():
         sizes = np.array(list(margins.basin))
         shares = list(margins.basin.values())
-        panel.plot(sizes, [s.value for s in shares], "-o", color=COLOURS[c], ms=5, label=name)
-        band(panel, sizes, [s.low for s in shares], [s.high for s in shares], COLOURS[c], 0.15)
+        panel.plot(sizes, [s.value for s in shares], "-o", color=colour_of(name), ms=5, label=name)
+        band(panel, sizes, [s.low for s in shares], [s.high for s in shares], colour_of(name), 0.15)
     label(panel, "Basin: share that locks again", "size of the random disturbance", "")
     percent(panel)
 
 
 def _shocks(panel: Any, cases: dict[str, Margins]) -> None:
     width = 0.7 / len(cases)
-    names = list(dict.fromkeys(shock.state for margins in cases.values() for shock in margins.shocks))
+    states = list(dict.fromkeys(shock.state for margins in cases.values() for shock in margins.shocks))
     largest = {s.state: s.largest for margins in cases.values() for s in margins.shocks}
-    for c, margins in enumerate(cases.values()):
+    for c, (name, margins) in enumerate(cases.items()):
         for shock in margins.shocks:
-            at = names.index(shock.state) + (c - 0.5 * (len(cases) - 1)) * width
+            at = states.index(shock.state) + (c - 0.5 * (len(cases) - 1)) * width
             free = math.isnan(shock.size)
             part = 1.0 if free else shock.size / shock.largest
-            panel.barh(at, shock.sign * part, 0.9 * width, color=COLOURS[c], alpha=0.22 if free else 1.0)
+            panel.barh(at, shock.sign * part, 0.9 * width, color=colour_of(name), alpha=0.22 if free else 1.0)
             if not free:
                 side = "left" if shock.sign > 0 else "right"
                 words = f"{shock.size:.3g}"
                 panel.text(shock.sign * (part + 0.03), at, words, va="center", fontsize=8, color=MUTED, ha=side)
     panel.axvline(0.0, color=MUTED, lw=0.8)
-    ticks = [f"{name}\n\u00b1{largest[name]:.3g} {UNITS.get(name, 'rad/s')}" for name in names]
+    ticks = [f"{state}\n\u00b1{largest[state]:.3g} {UNITS.get(state, 'rad/s')}" for state in states]
     listed(panel, ticks, fontsize=8)
     panel.set_xlim(-1.3, 1.3)
     label(panel, "Smallest shock that breaks lock (pale: none does)", "part of the largest that was tried", "")

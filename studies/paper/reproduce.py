@@ -16,7 +16,7 @@ from gyroctl.harness.seed_ledger import ledger
 from gyroctl.provenance import made
 from gyroctl.studies.paper.drawing import Drawing, Table
 from gyroctl.studies.paper.ensembles import Setup
-from gyroctl.studies.style import save, styled
+from gyroctl.studies.style import save, styled, written
 from gyroctl.writing import write_rows, write_text
 
 FIGURES = ("fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "fig14", "fig15")
@@ -57,15 +57,15 @@ def reproduce(figures: Sequence[str], out: Path, quiet: bool = False, setup: Set
         out.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):
         raise InputError("out", str(out), "is not a directory", "Give the name of a directory") from None
-    written: list[Path] = []
+    done: list[Path] = []
     for name in names:
         files = _statements(setup, out, quiet) if name == "statements" else _figure(name, setup, out)
-        written += files
+        done += files
         if not quiet:
             _say(f"{name}: {', '.join(path.name for path in files)}")
     record = {**made(), "seeds": list(setup.seeds), "seed_states": ledger().states(setup.seeds)}
     record |= {"duration_s": setup.duration, "made": list(names)}
-    return [*written, write_text(out / "reproduce.json", json.dumps(record, indent=2) + "\n")]
+    return [*done, write_text(out / "reproduce.json", json.dumps(record, indent=2) + "\n")]
 
 
 def chosen(figures: Sequence[str]) -> tuple[str, ...]:
@@ -85,8 +85,9 @@ def _figure(name: str, setup: Setup, out: Path) -> list[Path]:
     draw = cast(Callable[[Setup], Drawing], import_module(f"gyroctl.studies.paper.{name}").draw)
     with styled():
         drawing = draw(setup)
-        pictures = save(drawing.figure, out / f"{name}.png")
-    return [*pictures, *(_csv(out / f"{name}{f'_{s}' if s else ''}.csv", table) for s, table in drawing.tables.items())]
+        picture = save(drawing.figure, out / f"{name}.png")
+    tables = [_csv(out / f"{name}{f'_{s}' if s else ''}.csv", table) for s, table in drawing.tables.items()]
+    return [*written(picture), *tables]
 
 
 def _statements(setup: Setup, out: Path, quiet: bool) -> list[Path]:
