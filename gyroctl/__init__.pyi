@@ -3,6 +3,8 @@ from .devices import device, zhang2017
 from .errors import InputError
 from .harness.actuation import Actuators
 from .harness.constant_pairs import scan
+from .harness.law_check import check_law
+from .harness.law_from import law_from
 from .harness.protocol import Law, LawError, Measurement
 from .harness.registry import law
 from .harness.run import Settings, simulate
@@ -46,10 +48,12 @@ __all__ = [
     "TabulatedSpectrum",
     "WaveRealisation",
     "Yardstick",
+    "check_law",
     "compare",
     "device",
     "find_yardstick",
     "law",
+    "law_from",
     "lock_orbit",
     "margins",
     "read_record",

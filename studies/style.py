@@ -1,77 +1,52 @@
-"""One look for all figures of the studies."""
+"""One look for all figures of the studies, that of `gyroctl.plots.style`; how they are written."""
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from numpy.typing import ArrayLike
-
-from gyroctl.palette import GAMMA_COLOURS as GAMMA_COLOURS
-from gyroctl.palette import GRID as GRID
-from gyroctl.palette import INK as INK
-from gyroctl.palette import MUTED as MUTED
-from gyroctl.palette import REFERENCE_GREY, WARNING, law_styles
+from gyroctl.palette import GAMMA_COLOURS, GRID, INK, MUTED, REFERENCE_GREY, WARNING, law_styles
+from gyroctl.plots.style import AXIS, BAND_COLOUR, band, label, listed, percent, sheet, styled
 from gyroctl.version import VERSION
 from gyroctl.writing import written_whole
 
 if TYPE_CHECKING:
-    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+__all__ = [  # the look as well, for the files of the studies
+    "AXIS",
+    "BAND_COLOUR",
+    "DENSE",
+    "FORMATS",
+    "GAMMA_COLOURS",
+    "GRID",
+    "INK",
+    "MUTED",
+    "PAPER_COLOUR",
+    "RING_SPEED",
+    "band",
+    "colour_of",
+    "label",
+    "listed",
+    "percent",
+    "save",
+    "sea_name",
+    "sheet",
+    "styled",
+    "written",
+]
 
 RING_SPEED = "ψ\N{PRIME} [rad/s]"
 """Axis label."""
 
-AXIS = "#AEB6BF"
-
 PAPER_COLOUR = WARNING
 """What the paper states."""
-
-BAND_COLOUR = "#0072B2"
 
 FORMATS = ("png", "svg", "pdf")
 """What every figure is written as: to look at, for pages, for print."""
 
 DENSE = 10_000
 """Points from which a line is a picture in SVG and PDF: as a path it would take megabytes."""
-
-_STYLE: Any = {
-    "font.family": "sans-serif",
-    "font.sans-serif": ["Liberation Sans", "Arial", "Helvetica", "DejaVu Sans"],
-    "font.size": 9.5,
-    "mathtext.default": "regular",
-    "text.color": INK,
-    "axes.edgecolor": AXIS,
-    "axes.labelcolor": MUTED,
-    "axes.titlelocation": "left",
-    "axes.titlesize": 10.5,
-    "axes.titleweight": "bold",
-    "axes.titlecolor": INK,
-    "axes.titlepad": 8,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "grid.color": GRID,
-    "grid.linewidth": 0.8,
-    "lines.linewidth": 1.6,
-    "xtick.color": AXIS,
-    "ytick.color": AXIS,
-    "xtick.labelcolor": MUTED,
-    "ytick.labelcolor": MUTED,
-    "legend.frameon": False,
-    "legend.fontsize": 9,
-    "savefig.dpi": 160,
-    "figure.facecolor": "white",
-    "savefig.facecolor": "white",
-    "svg.fonttype": "none",  # text stays text
-    "svg.hashsalt": "gyroctl",  # the same figure gives the same file
-    "pdf.fonttype": 42,  # TrueType, embedded: text can be searched and edited
-    "ps.fonttype": 42,
-}
 
 
 def sea_name(gamma: float) -> str:
@@ -83,51 +58,6 @@ def colour_of(case: str) -> str:
     """Colour of a case of the margin pictures: that of its law where it is named ``law NAME``, else the grey."""
     name = case.removeprefix("law ")
     return law_styles([name])[name].colour if name != case else REFERENCE_GREY
-
-
-@contextmanager
-def styled(formulas: bool = True) -> Iterator[None]:
-    """Draw and save with the style of the study; the user's own settings stay as they are.
-
-    Parameters
-    ----------
-    formulas : bool
-        Whether text between dollar signs is a formula: not in a figure with names from outside.
-    """
-    import matplotlib as mpl
-
-    with mpl.rc_context({**_STYLE, "text.parse_math": formulas}):
-        yield
-
-
-def sheet(
-    rows: int, columns: int, size: tuple[float, float], title: str, note: str, **grid: Any
-) -> tuple[Figure, list[Axes]]:
-    """Make a figure with `rows` x `columns` axes, a title above and a note on the runs below.
-
-    Parameters
-    ----------
-    rows, columns : int
-        Grid of axes.
-    size : tuple of float
-        Width and height. [in]
-    title, note : str
-        One line; as many as it takes.
-    **grid
-        For `matplotlib.figure.Figure.subplots`, e.g. ``width_ratios``.
-    """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-    from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-    spacing = ConstrainedLayoutEngine(w_pad=0.1, h_pad=0.1, wspace=0.02, hspace=0.03)
-    figure = Figure(figsize=size, layout=spacing)  # no pyplot: no global state, no display
-    FigureCanvasAgg(figure)
-    figure.suptitle(title, x=0.008, ha="left", fontsize=13, fontweight="bold", color=INK)
-    lines = textwrap.wrap(note, int(14.0 * size[0]))  # some 14 characters of this size to the inch
-    figure.supxlabel("\n".join(lines), x=0.008, ha="left", fontsize=8.5, color=MUTED)
-    axes = figure.subplots(rows, columns, squeeze=False, **grid)
-    return figure, list(axes.ravel())
 
 
 def save(figure: Figure, path: Path) -> Path:
@@ -165,31 +95,3 @@ def save(figure: Figure, path: Path) -> Path:
 def written(path: Path) -> list[Path]:
     """Files that `save` writes for a PNG of that name, the PNG first."""
     return [path.with_suffix(f".{form}") for form in FORMATS]
-
-
-def label(axes: Axes, title: str, x: str, y: str) -> None:
-    """Write the title and the axis labels."""
-    axes.set_title(title)
-    axes.set_xlabel(x)
-    axes.set_ylabel(y)
-
-
-def band(
-    axes: Axes, x: ArrayLike, low: ArrayLike, high: ArrayLike, colour: str = BAND_COLOUR, alpha: float = 0.18
-) -> None:
-    """Shade an interval."""
-    axes.fill_between(x, low, high, color=colour, alpha=alpha, linewidth=0)  # type: ignore[arg-type]
-
-
-def listed(axes: Axes, names: Sequence[str], **look: Any) -> None:
-    """Make the vertical axis a list of names, the first on top."""
-    axes.set_yticks(range(len(names)), names, **look)
-    axes.tick_params(axis="y", length=0)
-    axes.invert_yaxis()
-    axes.grid(axis="y", visible=False)
-
-
-def percent(axes: Axes, ticks: Iterable[float] = (0.0, 0.25, 0.5, 0.75, 1.0)) -> None:
-    """Make the vertical axis a share from 0 to 100 %."""
-    axes.set_ylim(-0.03, 1.03)
-    axes.set_yticks([*ticks], [f"{100 * tick:.0f} %" for tick in ticks])

@@ -25,6 +25,8 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
+from gyroctl.faces.law import law_face
+from gyroctl.faces.show import shown
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.readings import Readings, believed, safely, unread
 
@@ -69,6 +71,7 @@ class ScheduledState(NamedTuple):
     seen: Readings
 
 
+@shown(law_face)
 class Scheduled(NamedTuple):
     """Both controls from the table: operating point plus gains times deviations.
 

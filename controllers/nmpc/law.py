@@ -59,6 +59,8 @@ from gyroctl.controllers.nmpc.settings import SETTINGS, Aims, Effort, Informatio
 from gyroctl.controllers.nmpc.stopwatch import BINS, clock_address, quantile
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
+from gyroctl.faces.law import law_face
+from gyroctl.faces.show import shown
 from gyroctl.plant import Plant
 from gyroctl.plant.compiled import entry_point
 from gyroctl.plant.equations import OMEGA, OMEGA_RATE
@@ -99,6 +101,7 @@ class NmpcState(NamedTuple):
     fallback: Any  # state of the fallback law
 
 
+@shown(law_face)
 @dataclass(frozen=True)
 class Nmpc:
     """Nonlinear MPC of the coupling.

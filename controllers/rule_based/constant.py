@@ -6,8 +6,11 @@ import math
 from typing import Any, Literal, NamedTuple
 
 from gyroctl.controllers.rule_based.shipped import shipped
+from gyroctl.faces.law import law_face
+from gyroctl.faces.show import shown
 
 
+@shown(law_face)
 class Constant(NamedTuple):
     """Hold both controls."""
 

@@ -33,6 +33,8 @@ from typing import Any, Literal, NamedTuple
 
 from gyroctl.controllers.rule_based.ring_guard import RingGuard, growing, held_up, straightened
 from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, height, swung
+from gyroctl.faces.law import law_face
+from gyroctl.faces.show import shown
 from gyroctl.plant.readings import Readings, believed, safely, unread
 
 
@@ -44,6 +46,7 @@ class CouplingState(NamedTuple):
     seen: Readings
 
 
+@shown(law_face)
 class Coupling(NamedTuple):
     """Torque on the ring by clipped coupling; generator power by a droop of the flywheel speed."""
 

@@ -23,6 +23,8 @@ import math
 from typing import Any, Literal, NamedTuple
 
 from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, height, lag, swung
+from gyroctl.faces.law import law_face
+from gyroctl.faces.show import shown
 from gyroctl.plant.readings import Readings, believed, safely, unread
 
 
@@ -38,6 +40,7 @@ class LoadAngleState(NamedTuple):
     seen: Readings
 
 
+@shown(law_face)
 class LoadAngle(NamedTuple):
     """Generator gain from the share of lock capacity, its margin and the ring speed; coupling constant."""
 

@@ -23,6 +23,8 @@ from __future__ import annotations
 from typing import Any, Literal, NamedTuple
 
 from gyroctl.controllers.rule_based.wave_clock import Clock, Easing, WaveClock, begin, eased, follow, height, lag, swung
+from gyroctl.faces.law import law_face
+from gyroctl.faces.show import shown
 from gyroctl.plant.readings import Readings, believed, safely, unread
 
 
@@ -36,6 +38,7 @@ class StabiliserState(NamedTuple):
     seen: Readings
 
 
+@shown(law_face)
 class Stabiliser(NamedTuple):
     """Load-following operating point, governor on the lasting, stabiliser on the passing deviation of the speed."""
 

@@ -20,6 +20,8 @@ import math
 from typing import Any, Literal, NamedTuple
 
 from gyroctl.controllers.rule_based.wave_clock import Clock, WaveClock, begin, follow, height, lag
+from gyroctl.faces.law import law_face
+from gyroctl.faces.show import shown
 from gyroctl.plant.readings import Readings, believed, safely, unread
 
 
@@ -34,6 +36,7 @@ class ThresholdState(NamedTuple):
     seen: Readings
 
 
+@shown(law_face)
 class Threshold(NamedTuple):
     """Two levels of generator gain and coupling, switched with hysteresis."""
 

@@ -34,6 +34,8 @@ from gyroctl.controllers.rule_based.wave_clock import (
     swung,
     upright,
 )
+from gyroctl.faces.law import law_face
+from gyroctl.faces.show import shown
 from gyroctl.plant.readings import Readings, believed, safely, unread
 
 
@@ -47,6 +49,7 @@ class TrackingState(NamedTuple):
     seen: Readings
 
 
+@shown(law_face)
 class Tracking(NamedTuple):
     """Generator and coupling scheduled on frequency, height and phase of the waves."""
 

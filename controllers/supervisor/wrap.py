@@ -6,6 +6,8 @@ from importlib.metadata import entry_points
 from typing import Any, NamedTuple
 
 from gyroctl.controllers.supervisor.rules import MODES, PULL, Rules, Watch, command, counted, first_watch, observe
+from gyroctl.faces.law import law_face
+from gyroctl.faces.show import shown
 from gyroctl.plant.compiled import begun, stepped
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.plant.readings import Readings, believed, unread
@@ -24,6 +26,7 @@ class SupervisorState(NamedTuple):
     seen: Readings
 
 
+@shown(law_face)
 class Supervisor(NamedTuple):
     """Start-up, unloading and re-lock around any law; build it with `wrap`. It compiles where the law within does."""
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 KEY = "Results"
 """Name of the entry of a PNG that holds the hash."""
 
-LOOK = ("gyroctl/palette.py", "studies/style.py")
+LOOK = ("gyroctl/palette.py", "gyroctl/plots/style.py")
 """Code that all pictures are drawn by: colours and style."""
 
 

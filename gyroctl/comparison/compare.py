@@ -36,7 +36,7 @@ from gyroctl.waves import WaveRealisation
 from gyroctl.waves.checks import positive, whole, within
 
 if TYPE_CHECKING:
-    import xarray
+    from gyroctl.comparison.labelled import Comparison
 
 __all__ = ["Realisations", "check_fair", "compare"]
 
@@ -78,7 +78,7 @@ def compare(
     full_series: bool = False,
     case: str = "",
     scheduler: Any = None,
-) -> xarray.Dataset:
+) -> Comparison:
     """Compare laws on identical realisations.
 
     Parameters
@@ -123,8 +123,9 @@ def compare(
 
     Returns
     -------
-    xarray.Dataset
-        Dimensions law and realisation; the variables of `metrics.UNITS` and more, among them ``in_step`` (see
+    Comparison
+        An `xarray.Dataset` with a short repr and ``.plot()``: dimensions law and realisation; the variables of
+        `metrics.UNITS` and more, among them ``in_step`` (see
         `lock.in_step`) and ``over_limit``, which need all runs; and the time series of the first realisation as
         ``example_...``.
         A run that failed has ``failed`` = 1, its reason in ``failure``, and no number elsewhere; it ends no other run.
@@ -245,8 +246,8 @@ def check_seeds(seeds: Sequence[int], tuning_seeds: Sequence[int]) -> None:
         raise InputError("run.seeds", overlap, problem, "Choose others, for example 1 to 64")
 
 
-def _dataset(laws: Mapping[str, Law], waves: Realisations, rows: Rows) -> xarray.Dataset:
-    import xarray as xr
+def _dataset(laws: Mapping[str, Law], waves: Realisations, rows: Rows) -> Comparison:
+    from gyroctl.comparison.labelled import Comparison
 
     names = list(laws)
     data: dict[str, Any] = {}
@@ -279,10 +280,10 @@ def _dataset(laws: Mapping[str, Law], waves: Realisations, rows: Rows) -> xarray
         "label": ("law", [name.replace("_", " ") for name in names]),
         "time": ("time", known["time"], {"units": "s", "long_name": "time"}),
     }
-    return xr.Dataset(data, coords)
+    return Comparison(data, coords)
 
 
-def _judged(ds: xarray.Dataset, motion_limit: float) -> xarray.Dataset:
+def _judged(ds: Comparison, motion_limit: float) -> Comparison:
     """Add the verdicts that need all runs, or the limit that was asked for."""
     kept = [ds[name].values for name in ("turns_kept", "cycle_slips", "waves_counted")]
     pair = ds.sel(law=BASELINE) if BASELINE in ds.law.values else None

@@ -21,6 +21,9 @@ from gyroctl.fingerprint.processor import processor
 APIECE = (LAWS, "studies")
 """Rooms whose folders stand each for itself: no law imports another one."""
 
+LOOKS = ("faces", "palette", "plots")
+"""Rooms that show what others have computed, called by `__repr__`, `plot` and the like alone: no bit is theirs."""
+
 DATA = ("data",)
 """What no import shows: tables that are read."""
 
@@ -57,7 +60,7 @@ def rooms_of(*modules: str) -> list[str]:
 
 def _rooms(modules: Iterable[str]) -> dict[str, Path]:
     names = {_room(module) for module in reached(list(modules), _own)}
-    return {name: _folder(name) for name in {*names, *DATA} if name}
+    return {name: _folder(name) for name in {*names, *DATA} - {*LOOKS} if name}
 
 
 def _room(module: str) -> str:

@@ -12,12 +12,13 @@ import math
 from collections.abc import Callable
 from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.harness.arguments import law_of
 from gyroctl.harness.code_files import is_file, parted
 from gyroctl.harness.law_entry import NotCompiled, compiled, line_of
 from gyroctl.harness.law_trials import (
@@ -50,13 +51,13 @@ LINES = 9
 """Steps of a check that take time: the run, and what is looked at after it."""
 
 
-def check_law(name: str, plant: Plant, runs: int = RUNS, tick: Callable[[], None] = lambda: None) -> list[Check]:
+def check_law(name: str | Law, plant: Plant, runs: int = RUNS, tick: Callable[[], None] = lambda: None) -> list[Check]:
     """Check a law.
 
     Parameters
     ----------
-    name : str
-        A registered name, or "file.py:Name".
+    name : str or Law
+        A law, its registered name, or "file.py:Name".
     plant : Plant
         The device it is run on.
     runs : int
@@ -74,12 +75,19 @@ def check_law(name: str, plant: Plant, runs: int = RUNS, tick: Callable[[], None
     InputError
         For a file or law that does not exist.
     """
+    if not isinstance(name, str):
+        return _checked(law_of(name), type(name).__name__, plant, runs, tick)
     if is_file(name) and not Path(parted(name)[0]).is_file():
         law(name)  # says what is wrong
     try:
         built = law(name)
     except InputError as error:
         return [Check("builds", False, f"{error.field}: {error.problem}", error.mend)]
+    return _checked(built, name, plant, runs, tick)
+
+
+def _checked(built: Law, name: str, plant: Plant, runs: int, tick: Callable[[], None]) -> list[Check]:
+    """Check a law that is built."""
     checks = [Check("builds", True, type(built).__name__), _information(built)]
     settings = Settings(blend=50.0)
     period = _period(built, settings)
@@ -88,9 +96,9 @@ def check_law(name: str, plant: Plant, runs: int = RUNS, tick: Callable[[], None
     knowing, shutter = informed(built, waves, plant)
     if shutter is not None:
         shutter.open(waves.duration)  # what is run again outside the loop finds its window open
-    shape = _shape(knowing)
-    checks.append(shape)
-    if not (period.passed and shape.passed):
+    answers = shape(knowing)
+    checks.append(answers)
+    if not (period.passed and answers.passed):
         return checks
     each = pace(knowing)
     if each * SHORT / built.period > LONGEST:
@@ -105,8 +113,8 @@ def check_law(name: str, plant: Plant, runs: int = RUNS, tick: Callable[[], None
     left = f"left out: its {2 * runs} runs would take {whole / 60.0:.0f} min at {1e3 * each:.3g} ms a sample"
     lines: tuple[Callable[[], Check], ...] = (
         lambda: _bounds(record, settings),
-        lambda: _pure(subject),
-        lambda: _repeats(subject),
+        lambda: pure(subject),
+        lambda: repeats(subject),
         lambda: _compiled(subject),
         lambda: shocks(subject),
         lambda: dropout(plant, built, name),
@@ -183,7 +191,8 @@ def _period(built: Law, settings: Settings) -> Check:
     return Check("period", fits, f"{built.period:g} s, {every:g} of the actuators'", "" if fits else mend)
 
 
-def _shape(built: Law) -> Check:
+def shape(built: Law) -> Check:
+    """Check that it answers with two numbers and a state of the kind that it began with."""
     name, y = "answer", Measurement(0.0, 3.14, 65.0, 0.05, 0.05, 0.1, 0.1)
     form = "Return ((cc, cg), state) with two numbers"
     try:
@@ -221,7 +230,18 @@ def _bounds(record: Record, settings: Settings) -> Check:
     return Check("bounds", False, f"{found}; {outside.any(axis=1).mean():.1%} of the samples outside", mend)
 
 
-def _replay(subject: Subject, built: Law) -> NDArray[np.float64]:
+class Question(NamedTuple):
+    """A law, and the measurements that it is asked about, sample by sample."""
+
+    law: Law
+    measurements: tuple[Measurement, ...]
+
+    def times(self) -> NDArray[np.float64]:
+        """Times of its samples. [s]"""
+        return np.arange(len(self.measurements), dtype=np.float64) * float(self.law.period)
+
+
+def _replay(subject: Subject | Question, built: Law) -> NDArray[np.float64]:
     state, commands = built.init(), []
     for t, y in zip(subject.times(), subject.measurements, strict=True):
         command, state = built.step(float(t), y, state)
@@ -229,7 +249,7 @@ def _replay(subject: Subject, built: Law) -> NDArray[np.float64]:
     return np.array(commands, float)
 
 
-def _pure(subject: Subject) -> Check:
+def pure(subject: Subject | Question) -> Check:
     """Nothing but the returned state may change: the state and the law that went in stay as they are."""
     built, name = subject.law, "pure step"
     mend = "Return a new state instead of changing the old one, and keep nothing on the law or in the module"
@@ -276,7 +296,8 @@ def _same(a: Any, b: Any) -> bool:
     return bool(a == b) if isinstance(a, str | bytes | bool | None) else type(a) is type(b)
 
 
-def _repeats(subject: Subject) -> Check:
+def repeats(subject: Subject | Question) -> Check:
+    """Check that the same measurements give the same commands again."""
     first, second = _replay(subject, subject.law), _replay(subject, subject.law)
     differ = np.flatnonzero(np.any(first != second, axis=1))
     if differ.size:

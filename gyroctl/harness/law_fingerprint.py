@@ -28,13 +28,13 @@ def law_fingerprint(law: Any) -> str:
     """SHA-256 of a law: its source and every field, for a law around a law those of both.
 
     `UNKNOWN` for a law with hidden state, that is neither a NamedTuple nor a dataclass or holds what cannot be
-    pickled, and for one that was typed in by hand and has no file.
+    pickled, for one that was typed in by hand and has no file, and for one that says so by a true member ``untold``.
     """
     met: set[Path] = set()
     digest = hashlib.sha256()
     try:
         for one in _layers(law):
-            if not (hasattr(one, "_fields") or is_dataclass(one)):
+            if not (hasattr(one, "_fields") or is_dataclass(one)) or getattr(one, "untold", False):
                 return UNKNOWN
             for part in _told(one, met):
                 digest.update(part)

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from gyroctl.devices.identity import device_record
 from gyroctl.errors import InputError, check_kind
+from gyroctl.faces.settings import settings_face
+from gyroctl.faces.show import shown
 from gyroctl.froude import growth
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.arguments import check_plant, law_of
@@ -38,9 +40,10 @@ from gyroctl.waves.checks import DURATION_MAX, positive, within
 from gyroctl.writing import plain
 
 if TYPE_CHECKING:
-    import xarray
+    from gyroctl.simulation.labelled import Trajectory
 
 
+@shown(settings_face)
 @dataclass(frozen=True)
 class Settings:
     """How runs are made, common to all laws of a comparison.
@@ -251,7 +254,7 @@ def simulate(
     name: str = "law",
     compiled: bool = True,
     progress: Callable[[], None] | None = None,
-) -> xarray.Dataset:
+) -> Trajectory:
     """Run a law on a realisation and label the result.
 
     Parameters
@@ -273,8 +276,9 @@ def simulate(
 
     Returns
     -------
-    xarray.Dataset
-        See `gyroctl.simulation.trajectory`; its attribute ``validity`` is the card of `gyroctl.simulation.validity`.
+    Trajectory
+        An `xarray.Dataset` with a short repr and ``.plot(begin, end)``, see `gyroctl.simulation.trajectory`; its
+        attribute ``validity`` is the card of `gyroctl.simulation.validity`.
 
     Raises
     ------

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError, check_kind
+from gyroctl.faces.settings import settings_face
+from gyroctl.faces.show import shown
 from gyroctl.froude import growth
 from gyroctl.plant.compiled import inlined
 from gyroctl.plant.measurement import CHANNELS, ROWS
@@ -74,6 +76,7 @@ class Channel:
     lost_reads: Reads = "nothing"
 
 
+@shown(settings_face)
 @dataclass(frozen=True)
 class Sensors:
     """The seven sensors. Defaults: encoders of 4096 lines, gyros and inclinometers of about 1 % noise.

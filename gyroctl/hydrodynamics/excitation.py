@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.device import excitation_face
+from gyroctl.faces.show import shown
 from gyroctl.hydrodynamics.interpolation import spline
 from gyroctl.hydrodynamics.table import Hydrodynamics
 
@@ -21,6 +23,7 @@ WIDEST = 60.0
 of its largest moment. [deg]"""
 
 
+@shown(excitation_face)
 @dataclass(frozen=True)
 class ExcitationTable:
     """Interpolated excitation, a callable object.

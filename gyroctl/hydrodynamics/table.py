@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.device import hydrodynamics_face
+from gyroctl.faces.show import shown
 from gyroctl.hydrodynamics.panels import Hull
 from gyroctl.hydrodynamics.reduced import ReducedSurface
 
@@ -44,6 +46,7 @@ MESH = "Build it with gyroctl hydro build, or import it with --mesh and --hinge"
 LAYOUT = "Use a NetCDF file as Capytaine writes it, with the rotations phi1 and phi3 as degrees of freedom"
 
 
+@shown(hydrodynamics_face)
 @dataclass(frozen=True)
 class Hydrodynamics:
     """Linear hydrodynamics of the float for its two rotations phi1 and phi3 about the hinge.

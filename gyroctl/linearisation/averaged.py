@@ -7,18 +7,25 @@ of the others only their static part. Where this is good enough is measured, not
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.locks import model_face
+from gyroctl.faces.show import shown
+from gyroctl.linearisation.bode import draw_bode
 from gyroctl.linearisation.exchange import control_system, save_matlab
 from gyroctl.linearisation.harmonic import HarmonicTransfer
 from gyroctl.linearisation.periodic import PeriodicMatrices
 from gyroctl.plant.equations import PSI
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SLOW = 1e-4
 """Modes whose multiplier is below this are gone within a period."""
@@ -32,6 +39,7 @@ WATCHED = 8
 GROUPS = {"libration": ("psi", "psi_rate"), "horizontal": ("phi1", "phi1_rate")}
 
 
+@shown(model_face)
 @dataclass(frozen=True)
 class AveragedModel:
     """Continuous-time model x' = A x + B u, y = C x + D u of the slow modes, for deviations averaged over a wave.
@@ -71,6 +79,34 @@ class AveragedModel:
         """Frequency response (len(omega), p, m)."""
         eye = np.eye(self.A.shape[0])
         return np.array([self.C @ np.linalg.solve(1j * w * eye - self.A, self.B) + self.D for w in omega])
+
+    def bode(
+        self,
+        inputs: Sequence[str] | None = None,
+        outputs: Sequence[str] | None = None,
+        omega: NDArray[np.float64] | None = None,
+    ) -> Figure:
+        """Draw the frequency response, and beside it the exact one that it stands for.
+
+        Parameters
+        ----------
+        inputs, outputs : sequence of str, optional
+            Signals to draw; by default cc and cg, psi and power, as far as the model has them.
+        omega : (n,) array, optional
+            Frequencies, rising; by default from well below the slowest mode up to half the wave's. [rad/s]
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            A column for each input, magnitude [unit of the output per unit of the input] and phase [deg] for each
+            output; shaded beyond `valid_frequency`.
+
+        Raises
+        ------
+        InputError
+            For a signal that the model does not have, or frequencies that are none.
+        """
+        return draw_bode(self.model, inputs, outputs, omega, self)
 
     def to_control(self) -> Any:
         """Return a `control.StateSpace` with named signals."""

@@ -14,10 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.faces.locks import harmonic_face
+from gyroctl.faces.show import shown
 from gyroctl.linearisation.lifted import lift_matrices
 from gyroctl.linearisation.periodic import PeriodicMatrices
 
 
+@shown(harmonic_face)
 @dataclass(frozen=True)
 class HarmonicTransfer:
     """Harmonic transfer function of a periodic model.

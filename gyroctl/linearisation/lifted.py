@@ -9,11 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.faces.locks import model_face
+from gyroctl.faces.show import shown
 from gyroctl.linearisation.exchange import control_system, save_matlab
 from gyroctl.linearisation.periodic import PeriodicMatrices
 from gyroctl.plant.equations import PSI
 
 
+@shown(model_face)
 @dataclass(frozen=True)
 class LiftedModel:
     """Time-invariant model over one wave period; input i of sample k is column k m + i, outputs likewise.

@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError, check_kind
+from gyroctl.faces.locks import orbit_face
+from gyroctl.faces.show import shown
 from gyroctl.linearisation.model import PeriodicModel, linearise
 from gyroctl.linearisation.periodic import DEFAULT_OUTPUTS
 from gyroctl.orbits.modes import Mode, find_modes
@@ -21,9 +24,13 @@ from gyroctl.plant import Plant
 from gyroctl.waves.checks import finite
 from gyroctl.waves.physical import check_wave
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 REGULAR = "Give gyroctl.Regular(height, wp); for a sea that of equal energy, height = Hs / 1.414"
 
 
+@shown(orbit_face)
 @dataclass(frozen=True)
 class PeriodicOrbit(Orbit):
     """A locked orbit under a regular wave: the fields of `gyroctl.orbits.orbit.Orbit`, its modes, its linear model."""
@@ -58,6 +65,24 @@ class PeriodicOrbit(Orbit):
             Sampling period. [s]
         """
         return linearise(self, outputs, period)
+
+    def plot(self) -> Figure:
+        """Draw ring and float over a wave, and the multipliers in the unit circle.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            Where there is no orbit.
+        """
+        from gyroctl.plots.orbit import orbit_figure
+
+        if self.status == "no orbit":
+            raise InputError("orbit", self.status, "there is nothing to draw", self.advice)
+        return orbit_figure(self)
 
 
 PeriodicOrbit.__doc__ = f"{PeriodicOrbit.__doc__}\n\n{(Orbit.__doc__ or '').partition('.')[2].lstrip()}"  # its fields

@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gyroctl.errors import InputError
+from gyroctl.faces.locks import model_face
+from gyroctl.faces.show import shown
 from gyroctl.linearisation.averaged import AveragedModel, average
+from gyroctl.linearisation.bode import draw_bode
 from gyroctl.linearisation.exchange import save_matlab
 from gyroctl.linearisation.harmonic import HarmonicTransfer
 from gyroctl.linearisation.held_flow import INPUTS, HeldFlow, samples_per_wave
@@ -19,7 +23,11 @@ from gyroctl.orbits.choices import of_moment
 from gyroctl.orbits.flow import STEP, Matrix, Vector
 from gyroctl.orbits.orbit import Orbit
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
+
+@shown(model_face)
 @dataclass(frozen=True)
 class PeriodicModel(PeriodicMatrices):
     """A periodic model: the fields of `PeriodicMatrices`, and the models that are made from it."""
@@ -58,6 +66,27 @@ class PeriodicModel(PeriodicMatrices):
     def averaged(self) -> AveragedModel:
         """Low-order model of the slow modes: libration and horizontal mode, with its range of validity."""
         return average(self)
+
+    def bode(
+        self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None, omega: Vector | None = None
+    ) -> Figure:
+        """Draw the response at the input's own frequency, exact, and that of the averaged model beside it.
+
+        Parameters
+        ----------
+        inputs, outputs, omega
+            As for `AveragedModel.bode`.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InputError
+            As `AveragedModel.bode`.
+        """
+        return draw_bode(self, inputs, outputs, omega, self.averaged())
 
     def harmonic(self) -> HarmonicTransfer:
         """Harmonic transfer function: what a harmonic of an input does to each harmonic of an output."""

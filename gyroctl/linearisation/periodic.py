@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.faces.locks import model_face
+from gyroctl.faces.show import shown
 from gyroctl.linearisation.held_flow import HeldFlow
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1_RATE, PHI3_RATE, PSI, PSI_RATE
@@ -19,6 +21,7 @@ DERIVED = ("power", "slip", "u1", "u3")
 """Outputs that are no states: power [W], slip omega' - N psi' [rad/s], u1 and u3 [rad/s]."""
 
 
+@shown(model_face)
 @dataclass(frozen=True)
 class PeriodicMatrices:
     """Deviations from a locked orbit, x_{k+1} = A_k x_k + B_k u_k, y_k = C_k x_k + D_k u_k, k counted modulo N.

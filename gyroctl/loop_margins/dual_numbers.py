@@ -130,6 +130,8 @@ _UNARY = {
     "cos": _unary(math.cos, lambda v: -math.sin(v)),
     "tan": _unary(math.tan, lambda v: 1.0 + math.tan(v) ** 2),
     "tanh": _unary(math.tanh, lambda v: 1.0 - math.tanh(v) ** 2),
+    "sinh": _unary(math.sinh, math.cosh),
+    "cosh": _unary(math.cosh, math.sinh),
     "sqrt": _unary(math.sqrt, lambda v: 0.5 / math.sqrt(v) if v > 0.0 else 0.0),
     "asin": _unary(math.asin, lambda v: 1.0 / math.sqrt(1.0 - v * v)),
     "acos": _unary(math.acos, lambda v: -1.0 / math.sqrt(1.0 - v * v)),

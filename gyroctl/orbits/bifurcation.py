@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.locks import curve_face
+from gyroctl.faces.show import shown
 from gyroctl.orbits.continuation import Kind, Range, ScaledMap, SpecialPoint, width_around
 from gyroctl.orbits.flow import Complex, Matrix, Vector
 from gyroctl.orbits.orbit import Orbit
@@ -26,6 +28,7 @@ RESONANCE = 0.02
 """Distance of theta from 0 and pi at which a Neimark-Sacker curve ends in a strong resonance. [rad]"""
 
 
+@shown(curve_face)
 @dataclass(frozen=True)
 class BifurcationCurve:
     """A curve of bifurcation points.

@@ -18,6 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.locks import branch_face, point_face
+from gyroctl.faces.show import shown
 from gyroctl.orbits.flow import Vector
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.orbit_map import OrbitMap, ParametricMap
@@ -74,6 +76,7 @@ class ScaledMap(NamedTuple):
         return equations
 
 
+@shown(point_face)
 @dataclass(frozen=True)
 class SpecialPoint:
     """A point of a branch where stability changes.
@@ -113,6 +116,7 @@ class SpecialPoint:
         return self.scaled.orbit(self.point.y)
 
 
+@shown(branch_face)
 @dataclass(frozen=True)
 class Branch:
     """Orbits along one parameter, in the order of the arclength.

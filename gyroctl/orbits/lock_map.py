@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.locks import map_face
+from gyroctl.faces.show import shown
 from gyroctl.orbits.bifurcation import BifurcationCurve, curve
 from gyroctl.orbits.continuation import Branch, continue_orbit
 from gyroctl.orbits.nearest_orbit import find_orbit
@@ -31,6 +33,7 @@ NEAR = 0.02
 Report = Callable[[str], None]
 
 
+@shown(map_face)
 @dataclass(frozen=True)
 class LockMap:
     """Borders of lock over (cc, cg) in a regular wave.

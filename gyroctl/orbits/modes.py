@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.faces.locks import mode_face
+from gyroctl.faces.show import shown
 from gyroctl.orbits.flow import PADDING, Complex, Matrix, Stretch, changes, directions, step_count
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.symmetry import free_rows, signs
@@ -31,6 +33,7 @@ FLIPPED = ("horizontal", "vertical", "radiation")
 """Modes of the float: the symmetry changes their sign, so that the half map's multiplier has another sign too."""
 
 
+@shown(mode_face)
 @dataclass(frozen=True)
 class Mode:
     """A Floquet mode: a real multiplier or a conjugate pair.

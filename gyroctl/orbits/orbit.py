@@ -14,6 +14,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.faces.locks import orbit_face
+from gyroctl.faces.show import shown
 from gyroctl.orbits.flow import Forcing, Vector, flow, flow_jacobian
 from gyroctl.orbits.symmetry import free_rows, signs
 from gyroctl.orbits.wave import Wave
@@ -41,6 +43,7 @@ class LockProblem(NamedTuple):
     wave: Wave
 
 
+@shown(orbit_face)
 @dataclass(frozen=True)
 class Orbit:
     """A locked orbit under a regular wave.

@@ -143,8 +143,8 @@ class _Listing:
             for name in sorted(names & vars(module).keys()):
                 self.add(vars(module)[name])
 
-    def _text(self, module: str) -> None:
-        if module.partition(".")[0] == HOME:
+    def _text(self, module: str | None) -> None:
+        if module is not None and module.partition(".")[0] == HOME:
             file = getattr(sys.modules.get(module), "__file__", None)
             if file is not None:
                 self.lines.add(f"{module} {_hashed(file)}")

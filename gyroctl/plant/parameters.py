@@ -6,6 +6,8 @@ from dataclasses import dataclass, fields
 from typing import Literal
 
 from gyroctl.errors import InputError
+from gyroctl.faces.device import parameters_face
+from gyroctl.faces.show import shown
 from gyroctl.froude import growth
 from gyroctl.reading import is_finite
 
@@ -37,6 +39,7 @@ CHOICES = (
 """Choices beyond the linear model; each is off by default."""
 
 
+@shown(parameters_face)
 @dataclass(frozen=True)
 class Parameters:
     """Table 1 of the paper (SI units), hinge damping, and choices.

@@ -12,6 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.device import plant_face
+from gyroctl.faces.show import shown
 from gyroctl.plant import equations
 from gyroctl.plant.beyond import BEYOND, HALF, Beyond
 from gyroctl.plant.differences import differences
@@ -78,6 +80,7 @@ class Float(Protocol):
         """Return itself, or refuse a wetted surface that it cannot serve."""
 
 
+@shown(plant_face)
 @dataclass(frozen=True)
 class Plant:
     """GyroPTO with its radiation and excitation.

@@ -14,6 +14,8 @@ from gyroctl.simulation.metrics import Record
 if TYPE_CHECKING:
     import xarray
 
+    from gyroctl.simulation.labelled import Trajectory
+
 LONG_NAMES = {
     "phi1": ("rad", "float about the vertical axis"),
     "phi3": ("rad", "float about the horizontal axis"),
@@ -27,7 +29,7 @@ LONG_NAMES = {
 }
 
 
-def trajectory(plant: Plant, record: Record, signals: dict[str, Any], attributes: dict[str, Any]) -> xarray.Dataset:
+def trajectory(plant: Plant, record: Record, signals: dict[str, Any], attributes: dict[str, Any]) -> Trajectory:
     """Label a run.
 
     Parameters
@@ -43,10 +45,11 @@ def trajectory(plant: Plant, record: Record, signals: dict[str, Any], attributes
 
     Returns
     -------
-    xarray.Dataset
-        Dimension time [s]; a variable for each state, control, command, wave signal, energy of the ledger, and power.
+    Trajectory
+        An `xarray.Dataset` with a short repr and ``.plot(begin, end)``: dimension time [s]; a variable for each state,
+        control, command, wave signal, energy of the ledger, and power.
     """
-    import xarray as xr
+    from gyroctl.simulation.labelled import Trajectory
 
     samples = record.states.shape[0]
     time = np.arange(samples) * record.period
@@ -76,7 +79,7 @@ def trajectory(plant: Plant, record: Record, signals: dict[str, Any], attributes
         key: value if isinstance(value, str | int | float) and not isinstance(value, bool) else json.dumps(value)
         for key, value in attributes.items()
     }
-    return xr.Dataset(data, {"time": ("time", time, {"units": "s", "long_name": "time"})}, plain)
+    return Trajectory(data, {"time": ("time", time, {"units": "s", "long_name": "time"})}, plain)
 
 
 def record_of(plant: Plant, ds: xarray.Dataset) -> Record:

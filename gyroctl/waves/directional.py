@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.show import pictured
+from gyroctl.faces.waters import sea_face
 from gyroctl.waves.checks import check_text, heading_angle, store, within
 from gyroctl.waves.columns import digest
 from gyroctl.waves.spectrum import SeaState
@@ -37,6 +39,7 @@ GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _FINE = np.linspace(-math.pi, math.pi, 14401)
 
 
+@pictured(sea_face)
 @dataclass(frozen=True)
 class SpreadSea:
     """A stationary sea whose waves come from directions about its mean heading.
@@ -114,6 +117,7 @@ class SpreadSea:
         return rounded(self.heading + np.degrees(angle))
 
 
+@pictured(sea_face)
 @dataclass(frozen=True)
 class DirectionalSpectrum:
     """A spectrum over frequency and heading, linear in frequency between its rows, zero outside.

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.show import pictured
+from gyroctl.faces.waters import sea_face
 from gyroctl.waves.checks import DURATION_MAX, FREQUENCY_MAX, at_most, finite, positive, store
 from gyroctl.waves.spectrum import SeaState
 from gyroctl.waves.superposition import Superposition
@@ -21,6 +23,7 @@ SPACING = 0.1
 """Largest difference of the peak frequencies of two stages; the peak of a sea of gamma 5 is twice as wide. [rad/s]"""
 
 
+@pictured(sea_face)
 @dataclass(frozen=True)
 class DriftingSea:
     """An irregular sea whose peak frequency moves evenly from one value to another and then stays.

@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.show import shown
+from gyroctl.faces.waters import realisation_face
 from gyroctl.waves.blending import blend_signals, check_blend
 from gyroctl.waves.components import Sea
 from gyroctl.waves.excitation import Excited, equivalent_amplitude
@@ -23,6 +25,7 @@ if TYPE_CHECKING:
     from gyroctl.plant.held import Held
 
 
+@shown(realisation_face)
 @dataclass(frozen=True, eq=False)
 class WaveRealisation:
     """Waves at the float and the moments they exert, at even instants.

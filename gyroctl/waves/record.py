@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.show import pictured
+from gyroctl.faces.waters import sea_face
 from gyroctl.waves.checks import HEIGHT_MAX, heading_angle, series, store, within
 from gyroctl.waves.columns import digest
 from gyroctl.waves.plausible import check_content
@@ -35,6 +37,7 @@ class RecordHarmonics(NamedTuple):
     coefficients: NDArray[np.complex128]  # (k,) [m]
 
 
+@pictured(sea_face)
 @dataclass(frozen=True)
 class ElevationRecord:
     """A measured elevation at the float centre: one given realisation, the same for every seed.

@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.show import pictured
+from gyroctl.faces.waters import sea_face
 from gyroctl.waves.checks import FREQUENCY_MAX, HEIGHT_MAX, at_most, heading_angle, positive, store
 
 _HEIGHT = "Give the wave height, crest to trough, in metres, for example 0.2"
 _FREQUENCY = "Give the frequency in rad/s, for example 3.14"
 
 
+@pictured(sea_face)
 @dataclass(frozen=True)
 class Regular:
     """A regular wave, ``eta = height / 2 * cos(wp t)``; its phase is zero at t = 0 whatever the seed.
@@ -56,6 +59,7 @@ class Regular:
         return np.array([self.wp]), np.array([0.5 * self.height])
 
 
+@pictured(sea_face)
 @dataclass(frozen=True)
 class Bichromatic:
     """Two regular waves on top of each other: a group. Their two phases are drawn from the seed.

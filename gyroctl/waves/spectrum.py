@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.show import pictured
+from gyroctl.faces.waters import sea_face
 from gyroctl.waves.checks import FREQUENCY_MAX, HEIGHT_MAX, at_most, finite, heading_angle, positive, store
 
 GAMMA_MAX = 1000.0
@@ -21,6 +23,7 @@ SIGMA_ABOVE = 0.09
 """Relative width of the peak above the peak frequency, (40) [-]."""
 
 
+@pictured(sea_face)
 @dataclass(frozen=True)
 class SeaState:
     """A stationary irregular sea with a JONSWAP spectrum; ``gamma = 1`` is Pierson-Moskowitz.

@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.show import pictured
+from gyroctl.faces.waters import sea_face
 from gyroctl.waves.checks import HEIGHT_MAX, heading_angle, series, store, within
 from gyroctl.waves.columns import digest
 
@@ -19,6 +21,7 @@ _OMEGA = "Give frequencies that rise from line to line, from 0 or above; in Pyth
 _DENSITY = "Give one-sided densities in m^2 s per rad/s, none negative, some positive"
 
 
+@pictured(sea_face)
 @dataclass(frozen=True)
 class TabulatedSpectrum:
     """A spectrum given by a table, linear between its points and zero outside.

@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.show import pictured
+from gyroctl.faces.waters import sea_face
 from gyroctl.waves.checks import DURATION_MAX, at_most, finite, heading_angle, store
 from gyroctl.waves.spectrum import SeaState
 
@@ -26,6 +28,7 @@ SLOWEST = 3.0
 """Least time in which the heading may turn by one degree: half a minute for ten, some fifteen waves. [s/deg]"""
 
 
+@pictured(sea_face)
 @dataclass(frozen=True)
 class TurningSea:
     """An irregular sea whose heading turns evenly from one direction to another and then stays.

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.faces.show import pictured
+from gyroctl.faces.waters import sea_face
 from gyroctl.waves.checks import finite, store
 from gyroctl.waves.spectrum import SeaState
 
 
+@pictured(sea_face)
 @dataclass(frozen=True)
 class TwoPeaks:
     """A stationary sea whose spectrum is the sum of two JONSWAP spectra; both travel in one direction.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyroctl.loop_margins.margins import ChannelMargins, open_loop
+from gyroctl.plots.orbit import MODES as COLOURS
 from gyroctl.studies.style import INK, MUTED, PAPER_COLOUR, colour_of, label, listed, sheet
 
 if TYPE_CHECKING:
@@ -17,13 +18,6 @@ if TYPE_CHECKING:
     from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit
     from gyroctl.studies.margins.measures import LoopAnswer
 
-COLOURS = {
-    "libration": "#0072B2",
-    "horizontal": "#E08A00",
-    "vertical": "#009E73",
-    "slip": "#CC79A7",
-    "radiation": "#7A8793",
-}
 PANELS = 3
 """Largest number of channels in the Nyquist plot: those with the smallest disk."""
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.errors import InputError, check_kind
+from gyroctl.faces.locks import margins_face
+from gyroctl.faces.show import shown
 from gyroctl.harness.arguments import check_plant, law_of
 from gyroctl.harness.protocol import Law
 from gyroctl.linearisation import PeriodicOrbit
@@ -32,6 +34,7 @@ PICTURES = ("robustness", "multipliers", "linear_error", "nyquist")
 """What `MarginResult.plot` can draw."""
 
 
+@shown(margins_face)
 @dataclass(frozen=True)
 class MarginResult:
     """Margins of a lock: of the law where there is one, else of the constant controls.
