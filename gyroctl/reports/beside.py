@@ -1,4 +1,4 @@
-"""What lies beside a comparison: margins of its laws, and tables of an evaluation, read for the sections of the laws."""
+"""What lies beside a comparison: margins of its laws and tables of an evaluation, for the sections of the laws."""
 
 from __future__ import annotations
 

@@ -92,12 +92,13 @@ class Room(NamedTuple):
 
 
 def sheet(
-    paper: Paper, heights: Sequence[float], columns: int = 1, room: Room = Room(), share_x: bool = False
+    paper: Paper, heights: Sequence[float], columns: int = 1, room: Room | None = None, share_x: bool = False
 ) -> tuple[Figure, list[Axes]]:
     """Make a sheet with rows of axes of these heights [px]; axes come row by row."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
+    room = room or Room()
     height = room.top + sum(heights) + room.down * (len(heights) - 1) + room.bottom
     width = (paper.width - room.left - room.right - room.across * (columns - 1)) / columns
     figure = Figure(figsize=(paper.width / INCH, height / INCH), dpi=INCH)  # no pyplot: no global state, no display
@@ -240,7 +241,7 @@ def as_svg(figure: Figure, key: str, alt: str) -> str:
 
 
 def _of_the_page(tag: str, key: str) -> str:
-    """Tag with identifiers of its own, the colours and the type of the page, and numbers to the hundredth of a pixel."""
+    """Tag with identifiers of its own, the colours of the page, and numbers to the hundredth of a pixel."""
     tag = re.sub(r'<g id="[^"]*"', "<g", tag)
     tag = re.sub(r' (?:xlink:)?href="#', f' href="#{key}-', tag)
     tag = tag.replace(' id="', f' id="{key}-').replace("url(#", f"url(#{key}-")

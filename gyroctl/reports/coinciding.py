@@ -42,11 +42,16 @@ def idle_wrappers(ds: xr.Dataset) -> dict[str, str]:
     found = {}
     for name in sorted(wraps, key=names.index):
         k = names.index(name)
-        for other, row in zip(names, results, strict=True):
-            if other not in wraps and np.any(np.isfinite(row)) and not np.any(np.asarray(acted)[k]):
-                if np.array_equal(row, results[k], equal_nan=True):
-                    found[name] = other
-                    break
+        if np.any(np.asarray(acted)[k]) or not np.any(np.isfinite(results[k])):
+            continue
+        same = (
+            other
+            for other, row in zip(names, results, strict=True)
+            if other not in wraps and np.array_equal(row, results[k], equal_nan=True)
+        )
+        within = next(same, None)
+        if within is not None:
+            found[name] = within
     return found
 
 

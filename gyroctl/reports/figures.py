@@ -142,7 +142,10 @@ def paired_forest(ds: xr.Dataset, evaluation: Evaluation, paper: Paper) -> Drawi
         axes.tick_params(axis="y", labelleft=False)
         axes.spines["left"].set_visible(False)
     axes.set_xlabel("Paired difference in mean power [W]")
-    keys = Key("distinguishable", CLEAR_BLUE, "box"), Key(f"{NOT_DISTINGUISHABLE}, or no interval", REFERENCE_GREY, "hole")
+    keys = (
+        Key("distinguishable", CLEAR_BLUE, "box"),
+        Key(f"{NOT_DISTINGUISHABLE}, or no interval", REFERENCE_GREY, "hole"),
+    )
     apart = [d for d in pairs if d.words in ("more", "less")]
     alt = (
         f"Paired differences in mean power of {len(pairs)} pairs of laws with 95 % intervals; {len(apart)} are "

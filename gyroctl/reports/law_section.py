@@ -98,7 +98,9 @@ def _sample(ds: xr.Dataset, name: str) -> Sample | None:
     scored = time >= float(ds.attrs.get("blend", 0.0)) if ds.attrs.get("start") != "rest" else time >= 0.0
     even = np.concatenate([np.isclose(steps, period, rtol=1e-3), [True]])  # a long run is thinned beside its middle
     kept = _longest(scored & even)
-    series = {signal: np.asarray(ds[f"example_{signal}"].sel(law=name).values, np.float64)[kept] for signal in _known(ds)}
+    series = {
+        signal: np.asarray(ds[f"example_{signal}"].sel(law=name).values, np.float64)[kept] for signal in _known(ds)
+    }
     if kept.stop - kept.start < 16 or not np.isfinite(series["power"]).all():
         return None
     sea, actuators = (layout.experiment(ds).get(part) for part in ("sea", "actuators"))

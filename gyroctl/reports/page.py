@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import base64
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyroctl.reports import wording
@@ -14,6 +16,9 @@ if TYPE_CHECKING:
 
 CONTENTS = "<!-- contents -->"
 """Where the list of contents goes: after the sections are known."""
+
+PICTURE_MAX = 3_000_000
+"""Size of a picture beyond which a page goes without it. [bytes]"""
 
 HEADING = re.compile(r'<h(?P<level>[23]) id="(?P<anchor>[^"]+)"[^>]*>(?P<words>.*?)</h(?P=level)>', re.S)
 
@@ -65,3 +70,32 @@ def with_contents(page: str) -> str:
 
 def _bare(words: str) -> str:
     return " ".join(re.sub(r"<[^>]*>", "", words).split())
+
+
+def as_source(picture: Path) -> str:
+    """Address of a PNG file that holds the picture itself, empty where there is no such file."""
+    if not picture.is_file() or picture.stat().st_size > PICTURE_MAX:
+        return ""
+    return f"data:image/png;base64,{base64.b64encode(picture.read_bytes()).decode('ascii')}"
+
+
+def provenance(content: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """What made a result, from what its JSON file says of it."""
+    versions = content.get("versions")
+    libraries = versions.items() if isinstance(versions, dict) else ()
+    known = {
+        "gyroctl": content.get("gyroctl_version"),
+        "Date": content.get("date"),
+        "Command": content.get("command"),
+        "Libraries": ", ".join(f"{name} {version}" for name, version in libraries),
+        "Platform": content.get("platform"),
+        "Commit": content.get("commit"),
+    }
+    return [(name, str(value)) for name, value in known.items() if value]
+
+
+def attribute(text: str) -> str:
+    """Text as it stands in an attribute of HTML."""
+    from markupsafe import escape
+
+    return str(escape(text))

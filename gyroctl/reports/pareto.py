@@ -96,6 +96,8 @@ def _names(axes: Axes, laws: Sequence[LawResult], paper: Paper, reference: str |
 
 def _bounded(estimate: Estimate) -> bool:
     return math.isfinite(estimate.low) and math.isfinite(estimate.high)
+
+
 def plottable(evaluation: Evaluation) -> list[LawResult]:
     """Laws with a finite mean power and power CV, most power first."""
     return [law for law in evaluation.by_power if math.isfinite(law.power.value) and math.isfinite(law.power_cv.value)]

@@ -51,7 +51,12 @@ POINTS_OF_RUNS = 6000
 """Points of a figure with a point for each run, about: of more runs so many are drawn."""
 
 
-def write_report(source: xr.Dataset | str | Path, out_path: str | Path, evaluation: Evaluation | None = None) -> Path:
+def write_report(
+    source: xr.Dataset | str | Path,
+    out_path: str | Path,
+    evaluation: Evaluation | None = None,
+    beside: Path | None = None,
+) -> Path:
     """Write the self-contained HTML report of a comparison.
 
     Margins of its laws and tables of an evaluation that lie in the folder of the results, or in folders within it, are
@@ -65,6 +70,8 @@ def write_report(source: xr.Dataset | str | Path, out_path: str | Path, evaluati
         File to write; ``report.html`` inside it when it is a directory.
     evaluation : Evaluation, optional
         Statistics of the comparison, where they have been worked out already.
+    beside : Path, optional
+        Folder in which margins and tables are looked for; by default that of the source, or of the page.
 
     Returns
     -------
@@ -79,7 +86,7 @@ def write_report(source: xr.Dataset | str | Path, out_path: str | Path, evaluati
     ds = layout.open_results(source)
     path = Path(out_path)
     path = path / "report.html" if path.is_dir() else path
-    home = Path(source) if isinstance(source, str | Path) else path.parent
+    home = beside or (Path(source) if isinstance(source, str | Path) else path.parent)
     return write_text(path, render(ds, evaluation, look_beside(home if home.is_dir() else home.parent)))
 
 
@@ -113,7 +120,8 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None, beside: Beside 
         if (name != "differences" or found.power_differences) and (name != "series" or layout.has_examples(ds))
     }
     drawings = {
-        name: plate(partial(draw, *(by_run if name in BY_RUN else (few_ds, few))), name) for name, draw in wanted.items()
+        name: plate(partial(draw, *(by_run if name in BY_RUN else (few_ds, few))), name)
+        for name, draw in wanted.items()
     }
     series = closer_look(few_ds, few) if layout.has_examples(ds) else None
     values = {

@@ -289,9 +289,7 @@ def load_share(
     return np.asarray(np.asarray(cg) / (capacity * np.maximum(V, 1e-9)))
 
 
-def load_angle(
-    psi: ArrayLike, phi1_rate: ArrayLike, phi3_rate: ArrayLike, dt: float, wp: float
-) -> NDArray[np.float64]:
+def load_angle(psi: ArrayLike, phi1_rate: ArrayLike, phi3_rate: ArrayLike, dt: float, wp: float) -> NDArray[np.float64]:
     """Load angle in the course of time: that of the mean over one period of exp(i psi)(phi1' + i phi3').
 
     Parameters
