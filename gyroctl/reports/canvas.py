@@ -8,15 +8,18 @@ and enlarged. A unit of the SVG is a pixel of the width that it was drawn for.
 from __future__ import annotations
 
 import io
+import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from gyroctl.names import in_markup
 from gyroctl.reports.theme import LIGHT, WARNING
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 FONTS = ("Liberation Sans", "Arial", "Helvetica", "DejaVu Sans")
@@ -166,6 +169,20 @@ def listed_rows(axes: Axes, names: Sequence[str], paper: Paper) -> None:
     axes.grid(axis="y", visible=False)
 
 
+def decades(low: float, high: float, most: int = 4) -> list[float]:
+    """Powers of ten from `low` to `high`, at most so many, evenly in their exponents."""
+    first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
+    step = max(1, math.ceil((last - first + 1) / most))
+    return [10.0**k for k in range(first, last + 1, step)]
+
+
+def powers_of_ten(axis: Axis, low: float, high: float) -> None:
+    """Give a logarithmic axis few ticks, written as numbers: what is no formula in a name is none in a tick."""
+    ticks = decades(low, high)
+    axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set_ticks([], minor=True)
+
+
 @contextmanager
 def look(paper: Paper) -> Iterator[None]:
     """Draw with the look of the reports."""
@@ -226,8 +243,6 @@ def as_svg(figure: Figure, key: str, alt: str) -> str:
     str
         Element that takes the width which it is given; equal figures give equal text.
     """
-    from markupsafe import escape
-
     file = io.StringIO()
     figure.savefig(file, format="svg", metadata={"Date": None, "Creator": None})
     text = file.getvalue()
@@ -237,7 +252,7 @@ def as_svg(figure: Figure, key: str, alt: str) -> str:
     body = re.sub(r"<[^>]*>", lambda tag: _of_the_page(tag.group(), key), body)  # tags alone: text is what it is
     body = re.sub(r"\s*\n\s*", "\n", body).strip()
     size = f'viewBox="0 0 {width:g} {height:g}" width="{width:g}" height="{height:g}"'
-    return f'<svg class="drawn" role="img" aria-label="{escape(alt)}" {size}>{body}</svg>'
+    return f'<svg class="drawn" role="img" aria-label="{in_markup(alt)}" {size}>{body}</svg>'
 
 
 def _of_the_page(tag: str, key: str) -> str:

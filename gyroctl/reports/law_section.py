@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.reports import layout
-from gyroctl.reports.canvas import TILE, Drawing, Paper, Plate, Room, plate, sheet
+from gyroctl.reports.canvas import TILE, Drawing, Paper, Plate, Room, plate, powers_of_ten, sheet
 from gyroctl.reports.evaluation import Evaluation, LawResult
 from gyroctl.reports.theme import REFERENCE_GREY, WARNING, law_styles
 from gyroctl.reports.wording import number, percent
@@ -18,6 +18,8 @@ from gyroctl.statistics import finite_mean
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
 
@@ -217,7 +219,9 @@ def power_spectrum(sample: Sample, name: str, colour: str, paper: Paper) -> Draw
     frequency, density = frequency[1:], np.maximum(density[1:], 1e-12)  # what does not move is the mean
     figure, (axes,) = sheet(paper, [130.0], room=_ROOM)
     inside = frequency <= 2.0 * max(1.0, 1.0 if math.isnan(sample.wp) else sample.wp / math.pi)
-    axes.semilogy(frequency[inside], density[inside], color=colour, lw=1.2)
+    axes.set_yscale("log")
+    axes.plot(frequency[inside], density[inside], color=colour, lw=1.2)
+    powers_of_ten(axes.yaxis, *axes.get_ylim())
     if math.isfinite(sample.wp):
         axes.axvline(sample.wp / (2.0 * math.pi), color=REFERENCE_GREY, lw=1.0, ls="--")
     axes.set_xlabel("Frequency [Hz]: peak of the waves - -")
@@ -255,9 +259,11 @@ def load_share(sample: Sample, name: str, colour: str, paper: Paper) -> Drawing:
     axes.set_xlabel("Load share [1]: lock capacity - -")
     axes.set_ylabel("Time above it [1]")
     above, most = (float(np.mean(share > 1.0)), float(share[-1])) if share.size else (0.0, 0.0)
-    axes.set_xlim(max(1e-3, 0.8 * float(share[0])) if share.size else 0.1, max(1.2 * most, 1.2))
+    least = max(1e-3, 0.8 * float(share[0])) if share.size else 0.1
+    axes.set_xlim(least, max(1.2 * most, 1.2))
+    powers_of_ten(axes.xaxis, least, max(1.2 * most, 1.2))
     alt = f"Load share of {name}: above 1 for {percent(100.0 * above)} of the time, {number(most, 2)} at most."
-    return _tile(figure, axes, alt, nbins=0)
+    return _tile(figure, axes, alt)
 
 
 def load_angle(sample: Sample, name: str, colour: str, paper: Paper) -> Drawing:
@@ -276,13 +282,14 @@ def load_angle(sample: Sample, name: str, colour: str, paper: Paper) -> Drawing:
     return _tile(figure, axes, f"Load angle of {name}: median {middle} degrees, beyond ±90 for {beyond} of the time.")
 
 
-_ROOM = Room(left=54.0, right=12.0, top=8.0, bottom=40.0)
+_ROOM = Room(left=58.0, right=14.0, top=8.0, bottom=40.0)
 
 
-def _tile(figure: object, axes: object, alt: str, nbins: int = 4) -> Drawing:
+def _tile(figure: Figure, axes: Axes, alt: str) -> Drawing:
     """Small picture with few ticks."""
-    if axes.get_yscale() == "linear":  # type: ignore[attr-defined]
-        axes.locator_params(axis="y", nbins=4)  # type: ignore[attr-defined]
-    if nbins and axes.get_xscale() == "linear":  # type: ignore[attr-defined]
-        axes.locator_params(axis="x", nbins=nbins + 1) if len(axes.get_xticks()) > 6 else None  # type: ignore[attr-defined]
-    return Drawing(figure, alt)  # type: ignore[arg-type]
+    from matplotlib.ticker import FixedLocator, MaxNLocator
+
+    for axis, scale in ((axes.xaxis, axes.get_xscale()), (axes.yaxis, axes.get_yscale())):
+        if scale == "linear" and not isinstance(axis.get_major_locator(), FixedLocator):
+            axis.set_major_locator(MaxNLocator(4))
+    return Drawing(figure, alt)

@@ -92,10 +92,3 @@ def provenance(content: Mapping[str, Any]) -> list[tuple[str, str]]:
         "Commit": content.get("commit"),
     }
     return [(name, str(value)) for name, value in known.items() if value]
-
-
-def attribute(text: str) -> str:
-    """Text as it stands in an attribute of HTML."""
-    from markupsafe import escape
-
-    return str(escape(text))

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gyroctl.errors import InputError
+from gyroctl.names import in_markup
 from gyroctl.reading import read_json, read_text
 from gyroctl.reports import page
 from gyroctl.writing import write_text
@@ -73,7 +74,7 @@ def in_html(text: str, title: str) -> str:
     def scrolled(table: re.Match[str]) -> str:
         nonlocal count
         count += 1
-        label = page.attribute(f"{title}, table {count}")
+        label = in_markup(f"{title}, table {count}")
         return f'<div class="scroll" tabindex="0" role="region" aria-label="{label}">{table.group()}</div>'
 
     return re.sub(r"<table>.*?</table>", scrolled, found, flags=re.S)
