@@ -1,4 +1,4 @@
-"""The pages in a real browser without a network, at a desk and on a telephone, light and dark: drawn, apart, readable."""
+"""The pages in a real browser without a network, at a desk and on a telephone, light and dark."""
 
 from __future__ import annotations
 
@@ -113,6 +113,7 @@ def test_print_shows_the_provenance_and_cuts_nothing(browser, pages):
     tab.set_viewport_size({"width": 718, "height": 1000})  # what A4 leaves between its margins
     tab.evaluate("dispatchEvent(new Event('beforeprint'))")
     assert tab.locator("#provenance").is_visible() and tab.get_by_text("Parameters of the laws").is_visible()
-    hidden = "[...document.querySelectorAll('.scroll, svg, table')].filter(e => e.getBoundingClientRect().right > innerWidth + 1)"
-    assert tab.evaluate(f"{hidden}.map(e => e.outerHTML.slice(0, 80))") == []
+    wide = "[...document.querySelectorAll('.scroll, svg, table')]"
+    cut = "filter(one => one.getBoundingClientRect().right > innerWidth + 1)"
+    assert tab.evaluate(f"{wide}.{cut}.map(one => one.outerHTML.slice(0, 80))") == []
     tab.close()
