@@ -39,6 +39,8 @@ NEEDED = (
     "gyroctl/studies/__init__.py",
     "gyroctl/studies/paper/__init__.py",
     "gyroctl/reports/templates/report.html.j2",
+    "gyroctl/reports/templates/page.html.j2",
+    "gyroctl/reports/templates/margins.html.j2",
     "gyroctl/reports/templates/report.css",
     "gyroctl/reports/templates/report.js",
 )

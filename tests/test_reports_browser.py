@@ -1,51 +1,119 @@
-"""The report in a real browser without a network: are the figures drawn, and does nothing ask for the outside?"""
+"""The pages in a real browser without a network, at a desk and on a telephone, light and dark."""
 
 from __future__ import annotations
 
-import os
-import re
 import shutil
-import subprocess
+from pathlib import Path
 
 import pytest
-from test_reports_synthetic import synthetic
+from test_reports_pages import evaluation_in, margins_in
+from test_reports_synthetic import CHARACTERS, save, synthetic
+from typer.testing import CliRunner
 
-from gyroctl.reports import write_report
+from gyroctl.cli.app import app
 
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable"))), None
-)
+NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+BROWSER = next(filter(None, map(shutil.which, NAMES)), None)
+SIZES = {"desk": (1280, 900), "telephone": (390, 844)}
 
+OVERLAPS = Path(__file__).with_name("overlaps.js").read_text(encoding="utf-8")
+"""Function that returns the pairs of texts that lie on one another, by their boxes as far as they can be seen."""
 
-def rendered(path, profile, *options: str) -> tuple[str, str]:
-    """DOM after the scripts have run, and what the browser logged."""
-    command = [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", "--disable-background-networking"]
-    command += [
-        f"--user-data-dir={profile}",
-        "--host-resolver-rules=MAP * ~NOTFOUND",
-        "--enable-logging=stderr",
-        "--v=0",
-    ]
-    command += ["--virtual-time-budget=30000", *options, "--dump-dom", path.as_uri()]
-    done = subprocess.run(
-        command, capture_output=True, text=True, timeout=120, check=True, env={**os.environ, "LANG": "C.UTF-8"}
-    )
-    return done.stdout, done.stderr
+needs_a_browser = pytest.mark.skipif(BROWSER is None, reason="no chromium or chrome on this machine")
+pytestmark = [needs_a_browser, pytest.mark.slow]
 
 
-@pytest.mark.skipif(BROWSER is None, reason="no chromium or chrome on this machine")
+@pytest.fixture(scope="module")
+def pages(tmp_path_factory):
+    """Folder with a page of each kind, all from `gyroctl report`."""
+    folder = tmp_path_factory.mktemp("pages")
+    save(synthetic(tuple(CHARACTERS)), folder / "results.nc")
+    margins_in(folder / "m")
+    evaluation_in(folder / "e")
+    for part in (".", "m", "e"):
+        assert CliRunner().invoke(app, ["report", str(folder / part)]).exit_code == 0
+    return {
+        "comparison": folder / "report.html",
+        "margins": folder / "m" / "margins.html",
+        "evaluation": folder / "e" / "evaluation.html",
+    }
+
+
+@pytest.fixture(scope="module")
+def browser():
+    sync_api = pytest.importorskip("playwright.sync_api")
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+def opened(browser, page, size, scheme):
+    """Page as it is opened from a file, with all that the console said and all that was asked for."""
+    width, height = SIZES[size]
+    tab = browser.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
+    said, asked = [], []
+    tab.on("console", lambda message: said.append(f"{message.type}: {message.text}"))
+    tab.on("pageerror", lambda error: said.append(str(error)))
+    tab.on("request", lambda request: asked.append(request.url))
+    tab.goto(page.as_uri())
+    return tab, said, asked
+
+
 @pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_figures_are_drawn_without_a_network(tmp_path, scheme):
-    page = write_report(synthetic(), tmp_path / "report.html")
-    options = ["--blink-settings=preferredColorScheme=0"] if scheme == "dark" else []
-    dom, log = rendered(page, tmp_path / "profile", *options)
-    figures = re.findall(r'data-figure="(\w+)"', dom)
-    assert sorted(figures) == ["differences", "energy", "motion", "pareto", "power", "series", "survival"]
-    pieces = re.split(r'data-figure="', dom)[1:]
-    for name, piece in zip(figures, pieces, strict=True):
-        assert 'class="main-svg"' in piece, f"{name} was not drawn"
-        assert re.search(r'class="(trace|bars|points|js-line|point)', piece), f"{name} is empty"
-    assert "Content Security Policy" not in log
-    assert "Uncaught" not in log
-    visible = re.sub(r"<script.*?</script>", "", dom, flags=re.S)
-    assert not re.search(r"""(?:src|href)\s*=\s*["']?(?:https?:)?//""", visible)
+@pytest.mark.parametrize("size", list(SIZES))
+@pytest.mark.parametrize("kind", ["comparison", "margins", "evaluation"])
+def test_page_is_readable(browser, pages, kind, size, scheme):
+    import axe_playwright_python
+
+    tab, said, asked = opened(browser, pages[kind], size, scheme)
+    assert tab.evaluate("performance.timing.loadEventEnd - performance.timing.navigationStart") < 2000.0
+    assert tab.evaluate(OVERLAPS) == []
+    assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page scrolls sideways"
+    for figure in tab.query_selector_all("figure"):
+        seen = [part for part in figure.query_selector_all("svg, img") if part.is_visible()]
+        assert len(seen) == 1, "a figure is drawn once"
+        box = seen[0].bounding_box()
+        assert box["width"] > 100.0 and box["height"] > 100.0
+    tab.evaluate(Path(axe_playwright_python.__file__).with_name("axe.min.js").read_text(encoding="utf-8"))
+    found = tab.evaluate("axe.run()")
+    assert len(found["passes"]) > 10
+    assert [(one["id"], one["nodes"][0]["html"]) for one in found["violations"]] == []
+    tab.keyboard.press("Tab")
+    assert tab.evaluate("document.activeElement.getAttribute('href')") == "#content"
+    tab.keyboard.press("Enter")
+    assert tab.evaluate("document.activeElement.id") == "content"
+    assert said == []
+    assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
+    tab.close()
+
+
+@pytest.mark.parametrize("size", list(SIZES))
+def test_closer_look_draws_all_laws_and_the_whole_run(browser, pages, size):
+    tab, said, asked = opened(browser, pages["comparison"], size, "light")
+    tab.click("#closer")
+    tab.wait_for_selector(".choice input", timeout=120_000)
+    assert tab.locator(".choice input").count() == len(CHARACTERS)
+    for box in tab.query_selector_all(".choice input"):
+        box.check()
+    drawn = "document.querySelectorAll('#drawn-closer .scatterlayer .trace').length"
+    assert tab.evaluate(drawn) == 1 + 7 * len(CHARACTERS)
+    tab.click("text=whole run")
+    first, last = tab.evaluate("document.getElementById('drawn-closer').layout.xaxis.range")
+    assert (first, last) == (0, pytest.approx(600.0))
+    assert tab.evaluate(OVERLAPS) == []
+    assert said == []
+    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+    tab.close()
+
+
+def test_print_shows_the_provenance_and_cuts_nothing(browser, pages):
+    tab, _, _ = opened(browser, pages["comparison"], "desk", "dark")
+    tab.emulate_media(media="print", color_scheme="dark")
+    tab.set_viewport_size({"width": 718, "height": 1000})  # what A4 leaves between its margins
+    tab.evaluate("dispatchEvent(new Event('beforeprint'))")
+    assert tab.locator("#provenance").is_visible() and tab.get_by_text("Parameters of the laws").is_visible()
+    wide = "[...document.querySelectorAll('.scroll, svg, table')]"
+    cut = "filter(one => one.getBoundingClientRect().right > innerWidth + 1)"
+    assert tab.evaluate(f"{wide}.{cut}.map(one => one.outerHTML.slice(0, 80))") == []
+    tab.close()

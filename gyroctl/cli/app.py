@@ -16,6 +16,7 @@ from gyroctl.cli import (
     hydro,
     laws,
     margins,
+    report,
     reproduce,
     simulate,
     site,
@@ -27,7 +28,7 @@ from gyroctl.cli.options import MARKUP
 from gyroctl.cli.stopping import CODE, end_soon_at_interrupt, stopped
 
 app = typer.Typer(no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=MARKUP)
-COMPARING = (compare.compare, compare.report, simulate.simulate, waves.waves, tune.tune, evaluate.evaluate)
+COMPARING = (compare.compare, report.report, simulate.simulate, waves.waves, tune.tune, evaluate.evaluate)
 STUDYING = (reproduce.reproduce, margins.margins, margins.lockmap, bound.bound, site.site)
 KEEPING = (stored.status, stored.verify, stored.clean, export.export)
 for command in (*COMPARING, *STUDYING, *KEEPING):

@@ -1,4 +1,4 @@
-"""`gyroctl compare`: the main job, and `gyroctl report`: its page again from the stored results."""
+"""`gyroctl compare`: the main job."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def compare(
     from gyroctl.provenance import command_line
     from gyroctl.tuning.yardstick import find_yardstick
 
-    _folder(out)
+    check_folder(out)
     setup = read_experiment(experiment, quick, allow_code or ())
     waves, asked = Realisations(setup.sea, setup.run.seeds, setup.run.duration), setup.record()
     tuned, limit, runs = setup.tuning_seeds, setup.run.motion_limit, out / "runs"
@@ -78,22 +78,7 @@ def compare(
         raise typer.Exit(2 if ds.failed.all() else 1)
 
 
-def report(
-    folder: Annotated[Path, typer.Argument(help="Folder or results.nc of a comparison.")],
-    out: Annotated[Path | None, typer.Option(help="Where to write; by default beside the results.")] = None,
-) -> None:
-    """Write report.html and summary.json again from the stored results."""
-    from gyroctl.reports import open_results
-
-    if out is not None:
-        _folder(out)
-    ds = open_results(folder)
-    beside = folder if folder.is_dir() else folder.parent
-    home = out or beside
-    write(ds, home, results=home != beside)
-
-
-def _folder(out: Path) -> None:
+def check_folder(out: Path) -> None:
     """Refuse a folder that is a file, before an hour of runs and not after it."""
     from gyroctl.errors import InputError
 
@@ -102,8 +87,8 @@ def _folder(out: Path) -> None:
             raise InputError("out", str(out), f"{part} is a file, not a folder", "Give another folder")
 
 
-def write(ds: xarray.Dataset, out: Path, results: bool = True) -> None:
-    """Write the three files, each whole or not at all, and print the table."""
+def write(ds: xarray.Dataset, out: Path, results: bool = True, source: Path | None = None) -> None:
+    """Write the three files, each whole or not at all, and print the table; what lies in `source` is told as well."""
     from gyroctl.reports import evaluate, print_table, summarise, write_report
     from gyroctl.reports.layout import packing
     from gyroctl.writing import SEALED, seal, write_json, written_whole
@@ -115,6 +100,6 @@ def write(ds: xarray.Dataset, out: Path, results: bool = True) -> None:
             sealed.to_netcdf(part, engine="h5netcdf", encoding=packing(ds))
             seal(part)
     write_json(out / "summary.json", summarise(ds, found))
-    page = write_report(ds, out / "report.html", found)
+    page = write_report(ds, out / "report.html", found, source)
     print_table(ds, found)
     typer.echo(f"Report: {page}")

@@ -29,7 +29,7 @@ from gyroctl.harness.sight import sight
 from gyroctl.harness.yardstick import BASELINE, Yardstick, with_yardstick
 from gyroctl.plant import Plant
 from gyroctl.provenance import provenance
-from gyroctl.simulation import validity
+from gyroctl.simulation import effort, validity
 from gyroctl.simulation.lock import WINDOW, in_step
 from gyroctl.simulation.metrics import UNITS, can_judge
 from gyroctl.waves import WaveRealisation
@@ -46,7 +46,7 @@ Rows = Mapping[str, Sequence[Outcome]]
 WORKERS_MAX = 1024
 """More threads or processes than any machine has that this is meant for."""
 
-VARIABLES = {**UNITS, **validity.UNITS, "saturations": "1", "step_ms_median": "ms", "step_ms_p99": "ms"}
+VARIABLES = {**UNITS, **validity.UNITS, **effort.UNITS, "saturations": "1", "step_ms_median": "ms", "step_ms_p99": "ms"}
 VARIABLES |= dict.fromkeys(COUNTERS, "1")
 VERDICTS = ("locked", "in_step", "outside_model", "over_limit")
 """Variables that are true or false."""
@@ -59,6 +59,7 @@ EXAMPLES = {
     "cc": "Nms",
     "cg": "Nms",
     "load_share": "1",
+    "load_angle": "rad",
 }
 
 

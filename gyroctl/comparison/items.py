@@ -26,8 +26,9 @@ from gyroctl.harness.together import Loop, run_together, too_long
 from gyroctl.harness.together import Outcome as Run
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE
+from gyroctl.simulation.effort import effort
 from gyroctl.simulation.extremes import on_few_points
-from gyroctl.simulation.lock import load_share
+from gyroctl.simulation.lock import load_angle, load_share
 from gyroctl.simulation.metrics import Record, evaluate
 from gyroctl.simulation.validity import validity
 from gyroctl.waves import Sea, WaveRealisation, prepare, realise
@@ -179,6 +180,8 @@ def _outcome(item: Item, waves: WaveRealisation, run: Run) -> Outcome:
     rest, scored = settings.start == "rest", (settings.score_from, item.available)
     values = evaluate(plant, record, waves.moments[1], waves.dt, item.waves.sea.wp, *scored, from_rest=rest)
     values |= validity(plant, record, waves, settings.score_from, rest)
+    first, limits = round(settings.score_from / record.period), settings.actuators
+    values |= effort(record.controls[first:], (limits.cc_max, limits.cg_max), record.period)
     values |= {
         "saturations": float(record.saturations),
         "step_ms_median": timing.median,
@@ -202,6 +205,7 @@ def _series(item: Item, record: Record, waves: WaveRealisation) -> dict[str, NDA
         "cc": cc.copy(),
         "cg": cg.copy(),
         "load_share": load_share(psi, phi1_rate, phi3_rate, cg, record.period, item.waves.sea.wp, p.J4 / p.N),
+        "load_angle": load_angle(psi, phi1_rate, phi3_rate, record.period, item.waves.sea.wp),
         "elevation": np.interp(time, waves.time, waves.elevation),
     }
     return series if item.full else on_few_points(series, SERIES)

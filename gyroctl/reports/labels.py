@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 
@@ -77,3 +78,58 @@ def _text_box(x: float, y: float, name: str, side: Side) -> Box:
     left = x - width / 2.0 if side.across == 0 else (x + GAP / 2 if side.across > 0 else x - GAP / 2 - width)
     bottom = y - LINE / 2.0 if side.up == 0 else (y + GAP if side.up > 0 else y - GAP - LINE)
     return Box(left, left + width, bottom, bottom + LINE)
+
+
+RINGS = (7.0, 16.0, 28.0, 42.0, 58.0, 76.0)
+"""Distances of a name from its point that are tried, one after another. [px]"""
+
+TURNS = 16
+"""Directions that are tried at each distance."""
+
+
+def place_freely(
+    points: Sequence[tuple[float, float]], sizes: Sequence[tuple[float, float]], obstacles: Sequence[Box], area: Box
+) -> list[Box | None]:
+    """Find a free place for each name, near its point, covering nothing.
+
+    Parameters
+    ----------
+    points : sequence of (x, y)
+        The points. [px]
+    sizes : sequence of (width, height)
+        Of their names. [px]
+    obstacles : sequence of Box
+        What else must stay free, such as error bars. [px]
+    area : Box
+        Where names may stand. [px]
+
+    Returns
+    -------
+    list of Box or None
+        One a point: the first free place, near ones first; None where every place is covered, so that a name is left
+        out rather than written over another.
+    """
+    taken = [*obstacles, *(Box(x - 6.0, x + 6.0, y - 6.0, y + 6.0) for x, y in points)]
+    chosen: list[Box | None] = []
+    for (x, y), (width, height) in zip(points, sizes, strict=True):
+        found = None
+        for box in _places(x, y, width, height):
+            inside = area.left <= box.left and box.right <= area.right
+            inside = inside and area.bottom <= box.bottom and box.top <= area.top
+            if inside and not any(box.overlap(other) > 0.0 for other in taken):
+                found = box
+                break
+        chosen.append(found)
+        taken += [found] if found else []
+    return chosen
+
+
+def _places(x: float, y: float, width: float, height: float) -> Iterator[Box]:
+    """Boxes about a point, near ones first: at the end of a ray of each direction."""
+    for ring in RINGS:
+        for turn in range(TURNS):
+            angle = 2.0 * math.pi * turn / TURNS
+            across, up = math.cos(angle), math.sin(angle)
+            centre_x = x + across * (ring + width / 2.0)
+            centre_y = y + up * (ring + height / 2.0)
+            yield Box(centre_x - width / 2.0, centre_x + width / 2.0, centre_y - height / 2.0, centre_y + height / 2.0)

@@ -63,6 +63,9 @@ OPTIONAL = (*EXTRAS, *JUDGED, *CARD, *STEPS, *SUPERVISED)
 EXAMPLES = ("power", "ring_speed", "phi1", "phi3", "cc", "cg", "load_share")
 """Time series over (law, time) of one realisation, each stored as ``example_<name>``."""
 
+FURTHER_EXAMPLES = ("load_angle",)
+"""More of them, in files that are young enough."""
+
 COORDINATES = ("law", "realisation", "sha256", "information")
 ATTRIBUTES = ("experiment", "gyroctl_version", "created", "tuning_seeds")
 

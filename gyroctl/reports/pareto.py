@@ -7,74 +7,95 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from gyroctl.reports import layout
+from gyroctl.reports.canvas import LETTER, Drawing, Key, Paper, Room, sheet
+from gyroctl.reports.coinciding import groups
 from gyroctl.reports.evaluation import Evaluation, LawResult
-from gyroctl.reports.labels import Box, Side, place
-from gyroctl.reports.theme import LOCK_SCALE, REFERENCE_GREY, error_bars, finished, law_styles
-from gyroctl.reports.wording import interval, sees
+from gyroctl.reports.labels import Box, Side, place, place_freely
+from gyroctl.reports.theme import LIGHT, LOCK_SCALE, REFERENCE_GREY, law_styles
+from gyroctl.reports.wording import listed, number
+from gyroctl.statistics import Estimate
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
     import xarray as xr
+    from matplotlib.axes import Axes
+
+MARK = 7.5
+"""Radius of a point. [px]"""
 
 
-def pareto(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
+def pareto(ds: xr.Dataset, evaluation: Evaluation, paper: Paper) -> Drawing:
     """Mean power [W] against power CV [1], colour P(lock), bars the 95 % intervals; best is top left."""
-    import plotly.graph_objects as go
+    from matplotlib.colors import LinearSegmentedColormap
 
     laws = plottable(evaluation)
     right, top = pareto_range(laws)
     styles = law_styles(layout.names(ds), evaluation.reference)
-    figure = go.Figure()
+    scale = LinearSegmentedColormap.from_list("lock", LOCK_SCALE)
+    figure, (axes,) = sheet(paper, [330.0 if paper.narrow else 400.0], room=Room(left=48.0, right=18.0))
+    axes.set_xlim(0.0, right)
+    axes.set_ylim(0.0, top)
     front = _front(laws)
-    if len(front) > 1:
-        figure.add_scatter(
-            x=[law.power_cv.value for law in front],
-            y=[law.power.value for law in front],
-            mode="lines",
-            line={"color": REFERENCE_GREY, "width": 1.2, "dash": "dot"},
-            name="front",
-            hoverinfo="skip",
-        )
-    for law, side in zip(laws, pareto_labels(laws, right, top), strict=True):
-        figure.add_scatter(
-            x=[law.power_cv.value],
-            y=[law.power.value],
-            error_x=error_bars([law.power_cv]),
-            error_y=error_bars([law.power]),
-            mode="markers+text",
-            marker={
-                "size": 15,
-                "symbol": styles[law.name].symbol.replace("-open", ""),
-                "color": [law.lock.value],
-                "coloraxis": "coloraxis",
-                "line": {"color": "#FFFFFF", "width": 1.5},
-            },
-            text=[f"<b>{law.name}</b>" if law.name != evaluation.reference else law.name],
-            textposition=side.plotly,
-            name=law.name,
-            cliponaxis=False,
-            hovertemplate=f"<b>{law.name}</b> ({sees(law.information, law.preview)})"
-            f"<br>power %{{y:.3g}} W ({interval(law.power)})<br>CV %{{x:.3g}} ({interval(law.power_cv)})"
-            f"<br>lock {law.locked}/{law.runs} ({interval(law.lock, 2)})<extra></extra>",
-        )
-    figure.update_layout(
-        showlegend=False,
-        coloraxis={
-            "cmin": 0,
-            "cmax": 1,
-            "colorscale": LOCK_SCALE,
-            "colorbar": {
-                "title": {"text": "P(lock) [1]", "side": "right", "font": {"size": 13}},
-                "thickness": 12,
-                "outlinewidth": 0,
-                "len": 0.9,
-            },
-        },
-        margin_t=20,
-    )
-    figure.update_xaxes(title_text="Coefficient of variation of power [1]  (← smoother)", range=[0, right])
-    figure.update_yaxes(title_text="Mean power [W]", range=[0, top])
-    return finished(figure, 460)
+    axes.plot([law.power_cv.value for law in front], [law.power.value for law in front], ":", color=REFERENCE_GREY)
+    for law in laws:
+        x, y = law.power_cv, law.power
+        for estimate, along in ((x, True), (y, False)):
+            if _bounded(estimate):
+                span = [estimate.low, estimate.high]
+                axes.plot(*((span, [y.value] * 2) if along else ([x.value] * 2, span)), color=LIGHT.axis, lw=1.2)
+        colour, marker = scale(law.lock.value), styles[law.name].marker
+        size = 0.7 * MARK if paper.narrow else MARK
+        axes.plot(x.value, y.value, marker, ms=1.7 * size, mfc=colour, mec="#FFFFFF", mew=1.0, zorder=3)
+    left_out = _names(axes, laws, paper, evaluation.reference)
+    axes.set_xlabel("Coefficient of variation of power [1] (← smoother)")
+    axes.set_ylabel("Mean power [W]")
+    keys = [Key(f"P(lock) {at:g}", colour, "box") for at, colour in LOCK_SCALE]
+    keys += [Key("no other law beats it in both", REFERENCE_GREY, "dot")] if len(front) > 1 else []
+    said = "; ".join(f"{law.name} {number(law.power.value)} W at CV {number(law.power_cv.value, 2)}" for law in laws)
+    missing = f" Without room for its name: {listed(left_out)}." if left_out else ""
+    return Drawing(figure, f"Mean power against power CV of each law: {said}.{missing}", tuple(keys))
+
+
+def _names(axes: Axes, laws: Sequence[LawResult], paper: Paper, reference: str | None) -> list[str]:
+    """Write the names where they cover nothing, those at one point together; return those that found no place."""
+    to_pixels = axes.transData.transform
+    at = [to_pixels((law.power_cv.value, law.power.value)) for law in laws]
+    bars = []
+    for law in laws:
+        x, y = law.power_cv, law.power
+        if _bounded(x):
+            (left, low), (right, high) = to_pixels((x.low, y.value)), to_pixels((x.high, y.value))
+            bars.append(Box(left, right, low - 1.0, high + 1.0))
+        if _bounded(y):
+            (left, low), (right, high) = to_pixels((x.value, y.low)), to_pixels((x.value, y.high))
+            bars.append(Box(left - 1.0, right + 1.0, low, high))
+    together = groups([(law.power_cv.value, law.power.value) for law in laws])  # type: ignore[list-item]
+    names = [" = ".join(paper.short(laws[k].name) for k in group) for group in together]
+    size = paper.type - 0.5
+    sizes = [(LETTER * size * len(name) + 2.0, 1.25 * size) for name in names]
+    box = axes.get_window_extent()
+    area = Box(box.x0 + 2.0, box.x1 + 14.0, box.y0 + 2.0, box.y1 + 4.0)
+    found = place_freely([tuple(at[group[0]]) for group in together], sizes, bars, area)
+    to_data = axes.transData.inverted().transform
+    missing = []
+    for group, name, place_ in zip(together, names, found, strict=True):
+        if place_ is None:
+            missing += [laws[k].name for k in group]
+            continue
+        centre = ((place_.left + place_.right) / 2.0, (place_.bottom + place_.top) / 2.0)
+        x, y = to_data(centre)
+        point = at[group[0]]
+        near_x = min(max(point[0], place_.left), place_.right)
+        near_y = min(max(point[1], place_.bottom), place_.top)
+        if math.hypot(near_x - point[0], near_y - point[1]) > 12.0:
+            line = to_data([(near_x, near_y), point])
+            axes.plot(line[:, 0], line[:, 1], color=LIGHT.muted, lw=0.7, zorder=2, scalex=False, scaley=False)
+        weight = "normal" if laws[group[0]].name == reference else "bold"
+        axes.text(x, y, name, ha="center", va="center", fontsize=size, fontweight=weight, zorder=4)
+    return missing
+
+
+def _bounded(estimate: Estimate) -> bool:
+    return math.isfinite(estimate.low) and math.isfinite(estimate.high)
 
 
 def plottable(evaluation: Evaluation) -> list[LawResult]:

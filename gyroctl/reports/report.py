@@ -2,37 +2,42 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 import json
 import re
 from collections.abc import Callable
 from dataclasses import replace
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyroctl.names import in_markup
-from gyroctl.reports import figures, layout, wording
+from gyroctl.reports import figures, layout, page, wording
+from gyroctl.reports.beside import NOTHING, Beside, look_beside
+from gyroctl.reports.canvas import Drawing, Paper, plate
+from gyroctl.reports.coinciding import idle_wrappers
 from gyroctl.reports.evaluation import Evaluation, evaluate
+from gyroctl.reports.law_section import sections, use_words
 from gyroctl.reports.pareto import pareto
-from gyroctl.reports.resting import in_words
-from gyroctl.reports.theme import DARK, LIGHT, law_styles, template
-from gyroctl.reports.timeseries import POINTS, time_series
+from gyroctl.reports.theme import law_styles
+from gyroctl.reports.timeseries import LEVELS, POINTS, closer_look, script_safe, shown_first, time_series
 from gyroctl.reports.verdict import judge, shown
 from gyroctl.writing import write_text
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
     import xarray as xr
     from markupsafe import Markup
 
-DRAW: dict[str, Callable[[xr.Dataset, Evaluation], go.Figure]] = {
+DRAW: dict[str, Callable[[xr.Dataset, Evaluation, Paper], Drawing]] = {
     "pareto": pareto,
     "power": figures.power_per_realisation,
     "differences": figures.paired_forest,
     "survival": figures.survival,
     "motion": figures.motion,
     "energy": figures.energy,
+    "series": time_series,
 }
 """Figures by their anchor in the page, which holds their headings and captions."""
 
@@ -40,11 +45,22 @@ BY_RUN = ("power", "motion")
 """Those with a point for each run."""
 
 RUNS = 2000
-"""Realisations of which each run is drawn and each hash is listed: of more, so many of them."""
+"""Realisations of which each hash is listed: of more, so many of them."""
+
+POINTS_OF_RUNS = 6000
+"""Points of a figure with a point for each run, about: of more runs so many are drawn."""
 
 
-def write_report(source: xr.Dataset | str | Path, out_path: str | Path, evaluation: Evaluation | None = None) -> Path:
+def write_report(
+    source: xr.Dataset | str | Path,
+    out_path: str | Path,
+    evaluation: Evaluation | None = None,
+    beside: Path | None = None,
+) -> Path:
     """Write the self-contained HTML report of a comparison.
+
+    Margins of its laws and tables of an evaluation that lie in the folder of the results, or in folders within it, are
+    told in the sections of the laws.
 
     Parameters
     ----------
@@ -54,6 +70,8 @@ def write_report(source: xr.Dataset | str | Path, out_path: str | Path, evaluati
         File to write; ``report.html`` inside it when it is a directory.
     evaluation : Evaluation, optional
         Statistics of the comparison, where they have been worked out already.
+    beside : Path, optional
+        Folder in which margins and tables are looked for; by default that of the source, or of the page.
 
     Returns
     -------
@@ -68,10 +86,11 @@ def write_report(source: xr.Dataset | str | Path, out_path: str | Path, evaluati
     ds = layout.open_results(source)
     path = Path(out_path)
     path = path / "report.html" if path.is_dir() else path
-    return write_text(path, render(ds, evaluation))
+    home = beside or (Path(source) if isinstance(source, str | Path) else path.parent)
+    return write_text(path, render(ds, evaluation, look_beside(home if home.is_dir() else home.parent)))
 
 
-def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
+def render(ds: xr.Dataset, evaluation: Evaluation | None = None, beside: Beside = NOTHING) -> str:
     """HTML text of the report.
 
     Parameters
@@ -80,83 +99,81 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None) -> str:
         Comparison in the layout of results.nc.
     evaluation : Evaluation, optional
         Its statistics, where they have been worked out already.
+    beside : Beside, optional
+        Margins and tables that tell something about its laws.
 
     Returns
     -------
     str
         Complete page; equal input gives equal text.
     """
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-    from plotly.offline import get_plotlyjs
-
     found = evaluate(ds) if evaluation is None else evaluation
-    environment = Environment(
-        loader=PackageLoader("gyroctl.reports"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    # what words the text and the figures words the page: each function of `wording` is a filter
-    environment.filters["in_words"] = in_words
-    environment.filters |= {name: words for name, words in vars(wording).items() if callable(words)}
-    verdict, drawn = judge(found), shown(found)
+    verdict, idle = judge(found), idle_wrappers(ds)
+    drawn = tuple(law for law in shown(found) if law.name not in idle)
     few = found if len(drawn) == len(found.laws) else replace(found, laws=drawn)
     few_ds = ds if few is found else ds.sel(law=[law.name for law in drawn])
     styles = law_styles(layout.names(ds), found.reference) | law_styles(layout.names(few_ds), found.reference)
-    marked = _in_markup(few_ds, few)
-    by_run = _few_runs(*marked)
-    return environment.get_template("report.html.j2").render(
-        evaluation=found,
-        verdict=verdict,
-        sentences=[_emphasised(sentence, layout.names(ds)) for sentence in (*verdict.sentences, *_foreign(ds))],
-        created=str(ds.attrs["created"])[:16].replace("T", " "),
-        laws=found.by_power,
-        broken=[law for law in found.by_power if law.failures],
-        drawn=drawn,
-        styles=styles,
-        sea=sea_line(ds),
-        figures={
-            name: _figure_json(draw(*(by_run if name in BY_RUN else marked)))
-            for name, draw in DRAW.items()
-            if name != "differences" or found.power_differences
-        },
-        series=_series_json(time_series(*marked)) if layout.has_examples(ds) else None,
-        points=POINTS,
-        templates={
-            name: _script_safe(json.dumps(template(colours).to_plotly_json(), sort_keys=True))
-            for name, colours in (("light", LIGHT), ("dark", DARK))
-        },
-        plotly_js=get_plotlyjs(),
-        provenance=_provenance(ds),
-        realisations=list(zip(found.seeds[:RUNS], map(str, ds["sha256"].values[:RUNS]), strict=True)),
-        drawn_runs=len(by_run[1].seeds),
-        experiment=_experiment_text(ds),
-        parameters=_parameters(ds),
-    )
+    by_run = _few_runs(few_ds, few)
+    wanted = {
+        name: draw
+        for name, draw in DRAW.items()
+        if (name != "differences" or found.power_differences) and (name != "series" or layout.has_examples(ds))
+    }
+    drawings = {
+        name: plate(partial(draw, *(by_run if name in BY_RUN else (few_ds, few))), name)
+        for name, draw in wanted.items()
+    }
+    series = closer_look(few_ds, few) if layout.has_examples(ds) else None
+    values = {
+        "evaluation": found,
+        "verdict": verdict,
+        "sentences": [_emphasised(sentence, layout.names(ds)) for sentence in (*verdict.sentences, *_foreign(ds))],
+        "created": str(ds.attrs["created"])[:16].replace("T", " "),
+        "laws": found.by_power,
+        "broken": [law for law in found.by_power if law.failures],
+        "drawn": drawn,
+        "idle": idle,
+        "styles": styles,
+        "sea": sea_line(ds),
+        "figures": {**dict.fromkeys(DRAW), **drawings},
+        "sections": sections(few_ds, few, drawn),
+        "use_words": use_words(ds),
+        "beside": beside,
+        "shown": shown_first(few),
+        "series": {"head": script_safe(series["head"]), "text": series["text"]} if series else None,
+        "library": packed_library() if series else "",
+        "points": POINTS,
+        "levels": LEVELS,
+        "provenance": _provenance(ds),
+        "realisations": list(zip(found.seeds[:RUNS], map(str, ds["sha256"].values[:RUNS]), strict=True)),
+        "drawn_runs": len(by_run[1].seeds),
+        "experiment": _experiment_text(ds),
+        "parameters": _parameters(ds),
+    }
+    return page.render("report.html.j2", values)
+
+
+@lru_cache(maxsize=1)
+def packed_library() -> str:
+    """Plotting library for the closer look, as base64 of gzip: the page unpacks it when it is asked for."""
+    from plotly.offline import get_plotlyjs
+
+    return base64.b64encode(gzip.compress(get_plotlyjs().encode(), 9, mtime=0)).decode("ascii")
 
 
 def _few_runs(ds: xr.Dataset, found: Evaluation) -> tuple[xr.Dataset, Evaluation]:
-    """Comparison with no more than about `RUNS` realisations: every so many-th, and those that stand out."""
+    """Comparison with no more than about `POINTS_OF_RUNS` runs: every so many-th, and those that stand out."""
     count = ds.sizes["realisation"]
-    if count <= RUNS:
+    most = max(POINTS_OF_RUNS // ds.sizes["law"], 100)
+    if count <= most:
         return ds, found
-    chosen = set(np.linspace(0, count - 1, RUNS).round().astype(int).tolist())
+    chosen = set(np.linspace(0, count - 1, most).round().astype(int).tolist())
     for variable in ("mean_power", "phi1_p98", "phi3_p98"):
         for row in layout.values(ds, variable):
             if (known := np.flatnonzero(np.isfinite(row))).size:
                 chosen |= {int(known[row[known].argmin()]), int(known[row[known].argmax()])}
     at = sorted(chosen)
     return ds.isel(realisation=at), replace(found, seeds=tuple(found.seeds[k] for k in at))
-
-
-def _in_markup(ds: xr.Dataset, found: Evaluation) -> tuple[xr.Dataset, Evaluation]:
-    """Comparison whose laws are called as markup writes their names: the text of a figure is markup to plotly."""
-    names = [in_markup(name) for name in layout.names(ds)]
-    if names == layout.names(ds):
-        return ds, found
-    drawn = ds.assign_coords(law=names)
-    return drawn, evaluate(drawn)
 
 
 def sea_line(ds: xr.Dataset) -> str:
@@ -176,27 +193,6 @@ def sea_line(ds: xr.Dataset) -> str:
         for key, name, unit in known
         if isinstance(sea.get(key), int | float)
     )
-
-
-def _figure_json(figure: go.Figure) -> str:
-    """Figure as JSON without its template, which the page holds once for light and once for dark."""
-    figure.layout.template = None
-    return _script_safe(str(figure.to_json()))
-
-
-def _series_json(figure: go.Figure) -> str:
-    """Time series as JSON in which the times that all lines share stand once: the page hands them to each line."""
-    figure.layout.template = None
-    content = json.loads(str(figure.to_json()))
-    content["layout"]["meta"] = {"time": content["data"][0]["x"]}
-    for trace in content["data"]:
-        assert trace.pop("x") == content["layout"]["meta"]["time"]
-    return _script_safe(json.dumps(content, separators=(",", ":")))
-
-
-def _script_safe(text: str) -> str:
-    """JSON that cannot end the script element it stands in, whatever a law is called."""
-    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
 
 
 def _emphasised(sentence: str, names: list[str]) -> Markup:

@@ -1,168 +1,174 @@
-"""The example realisation as an interactive time series: one panel a signal, one colour a law."""
+"""The example realisation in time: a picture of its middle, and all of it for those who want to look closer."""
 
 from __future__ import annotations
 
+import base64
+import gzip
+import json
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.reports import layout
+from gyroctl.reports.canvas import Drawing, Key, Paper, Room, sheet
 from gyroctl.reports.evaluation import Evaluation
-from gyroctl.reports.theme import REFERENCE_GREY, law_styles, template
+from gyroctl.reports.theme import REFERENCE_GREY, law_styles
 from gyroctl.reports.verdict import judge
+from gyroctl.reports.wording import listed, number
 
 if TYPE_CHECKING:
-    import plotly.graph_objects as go
     import xarray as xr
+    from matplotlib.axes import Axes
 
 PANELS = (
     ("power", "Electrical power [W]"),
     ("ring_speed", "Ring speed [rad/s]"),
-    ("phi1", "φ<sub>1</sub>, horizontal motion [rad]"),
-    ("phi3", "φ<sub>3</sub>, vertical motion [rad]"),
-    ("cc", "Coupling coefficient c<sub>c</sub> [Nms]"),
-    ("cg", "Generator coefficient c<sub>g</sub> [Nms]"),
-    ("load_share", "Used share of the lock capacity [1]"),
+    ("phi1", "φ₁, horizontal motion [rad]"),
+    ("phi3", "φ₃, vertical motion [rad]"),
+    ("cc", "Coupling coefficient cc [Nms]"),
+    ("cg", "Generator coefficient cg [Nms]"),
+    ("load_share", "Load share [1], linear up to 1"),
 )
 POINTS = 2000
 """Most points of a line: two a pixel or so over the whole run, and the first view sample by sample."""
 
+LEVELS = 65534
+"""Steps into which the range of a line is parted where it is stored for a closer look: more than a screen has."""
 
-def time_series(ds: xr.Dataset, evaluation: Evaluation) -> go.Figure:
+UNKNOWN = 65535
+"""What stands for no number there."""
+
+VIEW = {True: 60.0, False: 120.0}
+"""Seconds of the picture, on a telephone and on a desk."""
+
+
+def time_series(ds: xr.Dataset, evaluation: Evaluation, paper: Paper) -> Drawing:
     """Elevation, power, ring speed, motion, actuators and load share of the first realisation, over time [s].
 
-    The legend shows and hides a law in all panels; at first only the reference and the best law are shown, and 120 s
-    of the run. A line has at most `POINTS` points: every sample of those 120 s, and beside them the least and the
-    greatest value of every few seconds, so that each peak shows. All lines have the same times.
+    The winner and the reference, in the middle of the run. The load share has every value: its axis is linear up to 1
+    and logarithmic beyond.
 
     Raises
     ------
     ValueError
         The dataset holds no example time series.
     """
-    from plotly.subplots import make_subplots
-
-    from gyroctl.simulation.extremes import STRETCH, few_points, middle  # its room loads SciPy
+    from gyroctl.simulation.extremes import middle  # its room loads SciPy
 
     if not layout.has_examples(ds):
         raise ValueError("the dataset holds no example time series")
+    time = np.asarray(ds["time"].values, dtype=np.float64)
+    begin, end = middle(time, VIEW[paper.narrow])
+    inside = (time >= begin) & (time <= end)
     styles = law_styles(layout.names(ds), evaluation.reference)
-    figure = make_subplots(
-        rows=1 + len(PANELS),
-        cols=1,
-        shared_xaxes=True,
-        vertical_spacing=0.034,
-        subplot_titles=["Wave elevation [m]", *(title for _, title in PANELS)],
+    room = Room(left=56.0, top=24.0, down=36.0)
+    figure, axes = sheet(paper, [92.0] * (1 + len(PANELS)), room=room, share_x=True)
+    axes[0].plot(time[inside], ds["example_elevation"].values[inside], color=REFERENCE_GREY, lw=1.2)
+    axes[0].set_title("Wave elevation [m]")
+    chosen = shown_first(evaluation)
+    for panel, (signal, title) in zip(axes[1:], PANELS, strict=True):
+        panel.set_title(title)
+        for name in chosen:
+            values = ds[f"example_{signal}"].sel(law=name).values[inside]
+            held = signal in ("cc", "cg")
+            style = styles[name]
+            panel.plot(time[inside], values, color=style.colour, lw=1.3, drawstyle="steps-post" if held else "default")
+        if signal in ("cc", "cg"):  # a constant signal would otherwise get an axis about itself
+            panel.set_ylim(*_actuator_range(ds[f"example_{signal}"].values))
+        if signal == "load_share":
+            _beyond_one(panel)
+    for panel in axes:
+        panel.locator_params(axis="y", nbins=4) if panel is not axes[-1] else None
+        panel.tick_params(axis="x", labelbottom=panel is axes[-1])
+    axes[-1].set_xlabel("Time [s]")
+    axes[0].set_xlim(begin, end)
+    powers = [f"{name} {number(float(np.nanmean(ds['example_power'].sel(law=name).values)))} W" for name in chosen]
+    alt = (
+        f"Wave elevation, power, ring speed, motion, coefficients and load share of {listed(chosen)} from "
+        f"{begin:g} to {end:g} s. Mean electrical power over the whole run: {'; '.join(powers)}."
     )
+    return Drawing(figure, alt, tuple(Key(name, styles[name].colour, "solid") for name in chosen))
+
+
+def closer_look(ds: xr.Dataset, evaluation: Evaluation) -> dict[str, Any]:
+    """All laws over the whole run, for the part of the page that is drawn on request.
+
+    Returns
+    -------
+    dict
+        ``text``: base64 of gzip of the lines as 16-bit numbers, each in `LEVELS` steps of its own range; ``head``: what
+        they are, with the ends of each range. A line has at most `POINTS` points: every sample of 120 s in the middle,
+        and beside them the least and the greatest value of every few seconds. All lines have the same times.
+    """
+    from gyroctl.simulation.extremes import few_points, middle
+
+    styles = law_styles(layout.names(ds), evaluation.reference)
     time = np.asarray(ds["time"].values, dtype=np.float64)
     grid = few_points(time, POINTS)
-    drawn = time if grid is None else grid.time
-
-    def line(name: str) -> NDArray[np.float32]:
-        """Values of all laws, or of all of the waves, in single precision."""
-        values = np.asarray(ds[f"example_{name}"].values, dtype=np.float64)
-        return np.asarray(values if grid is None else grid(values), dtype=np.float32)
-
-    figure.add_scatter(
-        x=drawn,
-        y=line("elevation"),
-        mode="lines",
-        line={"color": REFERENCE_GREY, "width": 1.2},
-        showlegend=False,
-        hovertemplate="%{y:.3f} m<extra>elevation</extra>",
-        row=1,
-        col=1,
-    )
-    shown = _shown_first(evaluation)
-    rows = {name: row for row, name in enumerate(layout.names(ds))}
-    lines = {signal: line(signal) for signal, _ in PANELS}
-    for law in evaluation.laws:
-        style = styles[law.name]
-        for row, (signal, _) in enumerate(PANELS, start=2):
-            figure.add_scatter(
-                x=drawn,
-                y=lines[signal][rows[law.name]],
-                mode="lines",
-                line={"color": style.colour, "width": 1.4, "shape": "hv" if signal in ("cc", "cg") else "linear"},
-                name=law.name,
-                legendgroup=law.name,
-                showlegend=row == 2,
-                visible=True if law.name in shown else "legendonly",
-                hovertemplate=f"%{{y:.3g}}<extra>{law.name}</extra>",
-                row=row,
-                col=1,
-            )
-    last = 1 + len(PANELS)
-    usual = (time >= middle(time, STRETCH)[0]) & (time <= middle(time, STRETCH)[1])
-    even = np.ptp(np.diff(time)) < 1e-6  # what is stored of a long run is its peaks but for the middle
-    low, high = _usual_range(ds["example_load_share"].values[:, usual | even])
-    figure.update_yaxes(range=[low, high], row=last, col=1)
-    figure.update_xaxes(title_text="Time [s]", row=last, col=1)
-    figure.update_yaxes(nticks=5)
-    for row, (signal, _) in enumerate(PANELS, start=2):
-        if signal in ("cc", "cg"):  # a constant signal would otherwise get an axis from -1 to 1
-            figure.update_yaxes(range=_actuator_range(ds[f"example_{signal}"].values), row=row, col=1)
-    for note in figure.layout.annotations:
-        note.update(x=0, xanchor="left", font={"size": 12.5}, yshift=2)
-    figure.update_xaxes(range=list(middle(time, STRETCH)))
-    figure.update_layout(
-        template=template(),
-        height=110 + 122 * last,
-        hovermode="x",
-        legend={"y": 1.035, "yanchor": "bottom"},
-        updatemenus=[_zoom_buttons(time, last)],
-        margin_t=96,
-    )
-    return figure
+    names = [law.name for law in evaluation.laws]
+    lines, ranges = list[NDArray[np.uint16]](), list[list[float]]()
+    for signal in ("elevation", *(signal for signal, _ in PANELS)):
+        values = np.atleast_2d(np.asarray(ds[f"example_{signal}"].values, dtype=np.float64))
+        rows = values if signal == "elevation" else values[[layout.names(ds).index(name) for name in names]]
+        for row in rows if grid is None else grid(rows):
+            steps, ends = in_steps(row)
+            lines.append(steps)
+            ranges.append(ends)
+    packed = gzip.compress(np.stack(lines).astype("<u2").tobytes(), 9, mtime=0)
+    head = {
+        "time": [round(float(t), 3) for t in (time if grid is None else grid.time)],
+        "laws": names,
+        "colours": [styles[name].colour for name in names],
+        "first": shown_first(evaluation),
+        "panels": [list(panel) for panel in PANELS],
+        "ranges": ranges,
+        "levels": LEVELS,
+        "view": list(middle(time, VIEW[False])),
+    }
+    return {"head": head, "text": base64.b64encode(packed).decode("ascii")}
 
 
-def _shown_first(evaluation: Evaluation) -> set[str]:
+def in_steps(values: NDArray[np.float64]) -> tuple[NDArray[np.uint16], list[float]]:
+    """Line as steps of its own range, and the ends of that; the ends themselves are kept."""
+    known = values[np.isfinite(values)]
+    low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    steps = np.full(values.size, UNKNOWN, dtype=np.uint16)
+    inside = np.isfinite(values)
+    steps[inside] = np.round((values[inside] - low) / ((high - low) or 1.0) * LEVELS).astype(np.uint16)
+    return steps, [low, high]
+
+
+def script_safe(value: Any) -> str:
+    """JSON that cannot end the script element it stands in, whatever a law is called."""
+    text = json.dumps(value, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def shown_first(evaluation: Evaluation) -> list[str]:
+    """Winner and reference, or what stands in for them."""
     winner = judge(evaluation).winner or evaluation.by_power[0].name
     second = evaluation.reference if evaluation.reference not in (None, winner) else None
     others = [law.name for law in evaluation.by_power if law.name != winner]
-    return {winner, second or (others[0] if others else winner)}
+    return list(dict.fromkeys([winner, second or (others[0] if others else winner)]))
 
 
-def _usual_range(values: NDArray[Any]) -> tuple[float, float]:
-    """Range that leaves out the outermost 0.5 %: the load share divides by a rate that passes zero."""
-    finite = values[np.isfinite(values)]
-    low, high = (float(q) for q in np.quantile(finite, [0.005, 0.995])) if finite.size else (0.0, 1.0)
-    low, high = min(low, 0.0), max(high, 1.0)
-    return low - 0.05 * (high - low), high + 0.05 * (high - low)
+def _beyond_one(axes: Axes) -> None:
+    """Axis of a load share: linear up to 1, logarithmic beyond, so that every value has its place."""
+    axes.set_yscale("symlog", linthresh=1.0, linscale=1.0)
+    top = 10.0 ** np.ceil(np.log10(max(axes.get_ylim()[1], 10.0)))
+    ticks = [0.0, 0.5, 1.0, *(10.0**k for k in range(1, round(float(np.log10(top))) + 1))]
+    shown = ticks if len(ticks) <= 5 else [0.0, 1.0, *ticks[3 :: max(1, (len(ticks) - 3) // 2)]]
+    axes.set_yticks(shown, [f"{tick:g}" for tick in shown])
+    axes.set_yticks([], minor=True)
+    axes.set_ylim(0.0, top)
+    axes.axhline(1.0, color=REFERENCE_GREY, lw=1.0, ls="--")
 
 
-def _actuator_range(values: NDArray[Any]) -> list[float]:
+def _actuator_range(values: NDArray[Any]) -> Sequence[float]:
     finite = values[np.isfinite(values)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
     low, high = min(low, 0.0), max(high, 0.0)
     margin = 0.1 * (high - low) or 1.0
     return [low - (margin if low < 0.0 else 0.25 * margin), high + margin]
-
-
-def _zoom_buttons(time: NDArray[np.float64], rows: int) -> dict[str, Any]:
-    from gyroctl.simulation.extremes import STRETCH, middle
-
-    views = {
-        "20 s": list(middle(time, 20.0)),
-        "120 s": list(middle(time, STRETCH)),
-        "whole run": [float(time[0]), float(time[-1])],
-    }
-    axes = [f"xaxis{k if k > 1 else ''}.range" for k in range(1, rows + 1)]
-    return {
-        "type": "buttons",
-        "direction": "right",
-        "showactive": False,  # plotly's highlight is a fixed near-white, unreadable on a dark page
-        "x": 1.0,
-        "xanchor": "right",
-        "y": 1.035,
-        "yanchor": "bottom",
-        "pad": {"r": 0, "t": 0},
-        "bgcolor": "rgba(128,138,148,0.12)",
-        "bordercolor": "rgba(128,138,148,0.35)",
-        "font": {"size": 12},
-        "buttons": [
-            {"label": label, "method": "relayout", "args": [{axis: view for axis in axes}]}
-            for label, view in views.items()
-        ],
-    }

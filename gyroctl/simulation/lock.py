@@ -285,10 +285,31 @@ def load_share(
     array, (n,)
         1 at pull-out of a steady lock; V is the modulus of the mean of exp(i psi)(phi1' + i phi3').
     """
+    V = np.abs(_pull(psi, phi1_rate, phi3_rate, dt, wp))
+    return np.asarray(np.asarray(cg) / (capacity * np.maximum(V, 1e-9)))
+
+
+def load_angle(psi: ArrayLike, phi1_rate: ArrayLike, phi3_rate: ArrayLike, dt: float, wp: float) -> NDArray[np.float64]:
+    """Load angle in the course of time: that of the mean over one period of exp(i psi)(phi1' + i phi3').
+
+    Parameters
+    ----------
+    psi, phi1_rate, phi3_rate, dt, wp
+        As those of `load_share`.
+
+    Returns
+    -------
+    array, (n,)
+        From -pi to pi; on a locked orbit it is constant, see `gyroctl.orbits.PeriodicOrbit`. [rad]
+    """
+    return np.asarray(np.angle(_pull(psi, phi1_rate, phi3_rate, dt, wp)))
+
+
+def _pull(psi: ArrayLike, phi1_rate: ArrayLike, phi3_rate: ArrayLike, dt: float, wp: float) -> NDArray[np.complex128]:
+    """Mean of exp(i psi)(phi1' + i phi3') over the last period, (n,). [rad/s]"""
     turned = np.exp(1j * np.asarray(psi)) * (np.asarray(phi1_rate) + 1j * np.asarray(phi3_rate))
     span = max(round(2.0 * np.pi / wp / dt), 1)
     total = np.concatenate([[0.0], np.cumsum(turned)])
     ends = np.arange(1, turned.size + 1)
     begins = np.maximum(ends - span, 0)
-    V = np.abs(total[ends] - total[begins]) / (ends - begins)
-    return np.asarray(np.asarray(cg) / (capacity * np.maximum(V, 1e-9)))
+    return np.asarray((total[ends] - total[begins]) / (ends - begins))

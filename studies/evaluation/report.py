@@ -15,11 +15,13 @@ from gyroctl.provenance import made
 from gyroctl.reports.wording import seed_ranges
 from gyroctl.studies.evaluation import gauge, information, price, real
 from gyroctl.studies.evaluation.offdesign import offdesign_table
+from gyroctl.studies.evaluation.page import write_page
 from gyroctl.studies.evaluation.physics import DURATION, LAWS, SEEDS, physics_table
 from gyroctl.studies.evaluation.request import Request
 from gyroctl.studies.evaluation.robustness import faults_table, robustness_table
 from gyroctl.studies.evaluation.seas import seas_table
 from gyroctl.studies.evaluation.seeds import states_in_words
+from gyroctl.studies.evaluation.titles import TITLES
 from gyroctl.studies.style import save
 from gyroctl.writing import write_json, write_text
 
@@ -47,19 +49,6 @@ IN_SEAS = ("seas", "real")
 
 ALL_OF_IT = "the whole table"
 """What failed, where no case of it could be run."""
-
-TITLES = {
-    "seas": "All laws in three seas",
-    "offdesign": "Off the design, same parameters",
-    "information": "The price of information",
-    "information_real": "The price of information in real water",
-    "robustness": "Devices that differ from the design",
-    "physics": "The laws in real water",
-    "price": "The price list of real water",
-    "faults": "Faults and other devices in real water",
-    "gauge": "What a wave gauge up-wave is worth",
-    "real": "Laws in real water, each with its set for it",
-}
 
 USUAL = {
     "physics": (LAWS, SEEDS, DURATION),
@@ -115,6 +104,10 @@ def evaluate_tables(names: Sequence[str], ask: Request) -> dict[str, dict[str, A
                 found[name] = _not_made(name, ask, in_words(error))
                 if broken == len(wanted):
                     raise
+    try:
+        write_page(ask.out, tuple(TITLES))
+    except InputError as error:  # a file of an earlier call: what is made now stands in its own files
+        ask.say(f"No page was written: {error}")
     return found
 
 

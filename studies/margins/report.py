@@ -41,6 +41,7 @@ from gyroctl.studies.margins.mapped import (
 from gyroctl.studies.margins.maps import STABLE, OrbitMap
 from gyroctl.studies.margins.measures import LoopAnswer, Margins
 from gyroctl.studies.margins.measuring import check_samples, measured, of_a_law, of_constant, steps_of
+from gyroctl.studies.margins.page import write_page
 from gyroctl.studies.margins.real_water import WATER_STAGES, real_water
 from gyroctl.studies.margins.request import Request, find_orbit
 from gyroctl.studies.margins.words import meanings
@@ -160,7 +161,9 @@ def margin_report(
     content["figures"] = drawn
     content["seconds"] = round(time.monotonic() - begin, 1)
     kept.write()
-    return dict(plain(content))
+    found = dict(plain(content))
+    write_page(found, out)
+    return found
 
 
 def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: bool = False) -> dict[str, Any]:

@@ -6,12 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from gyroctl.errors import InputError
 from gyroctl.palette import law_styles
-from gyroctl.reports import wording
+from gyroctl.reading import read_json
+from gyroctl.reports import page
 from gyroctl.statistics import Estimate
 from gyroctl.studies.site.draw import strongest
 from gyroctl.studies.site.words import sentences
 from gyroctl.writing import write_text
+
+MEND = "Give the folder that gyroctl site wrote"
 
 GRIDS = (
     ("power_at_site", "Power"),
@@ -30,19 +34,25 @@ def write_page(content: Mapping[str, Any], path: Path) -> Path:
     return write_text(path, render(content))
 
 
+def page_again(folder: Path, out: Path) -> Path:
+    """Make the page again from the site.json of a folder.
+
+    Raises
+    ------
+    InputError
+        Field ``results``, for a site.json that is none.
+    """
+    path = folder / "site.json"
+    content = read_json("results", path, MEND)
+    try:
+        return write_page(content, out / "site.html")
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        problem = f"is not what a site study writes ({type(error).__name__}: {error})"
+        raise InputError("results", str(path), problem, MEND) from error
+
+
 def render(content: Mapping[str, Any]) -> str:
     """HTML text of the page; equal content gives equal text."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
-
-    environment = Environment(
-        loader=PackageLoader("gyroctl.reports"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    environment.filters |= {name: words for name, words in vars(wording).items() if callable(words)}
-    environment.filters |= {"estimate": estimate, "shade": shade}
     laws = strongest(content, len(content["annual"]))
     cells = content["cells"]
     powers = [one["power_at_site"]["value"] or 0.0 for cell in cells for one in cell["laws"].values()]
@@ -56,20 +66,21 @@ def render(content: Mapping[str, Any]) -> str:
         "energy": ("MWh", 1e-3) if max(energies, default=0.0) >= 1e4 else ("kWh", 1.0),
     }
     most = {"power_at_site": max(powers, default=1.0), "capture_width": max(widths, default=1.0)}
-    return environment.get_template("site.html.j2").render(
-        content=content,
-        request=content["request"],
-        laws=laws,
-        styles=law_styles(laws, "best_constant"),
-        heights=sorted({cell["hs_m"] for cell in cells}, reverse=True),
-        periods=sorted({cell["period_s"] for cell in cells}),
-        at={(cell["hs_m"], cell["period_s"]): cell for cell in cells},
-        grids=GRIDS,
-        units=units,
-        most={**most, "lock": 1.0, "in_step": 1.0},
-        sentences=sentences(content, units["energy"]),
-        apart=[cell for cell in cells if cell["state"] not in ("run",)],
-    )
+    values = {
+        "content": content,
+        "request": content["request"],
+        "laws": laws,
+        "styles": law_styles(laws, "best_constant"),
+        "heights": sorted({cell["hs_m"] for cell in cells}, reverse=True),
+        "periods": sorted({cell["period_s"] for cell in cells}),
+        "at": {(cell["hs_m"], cell["period_s"]): cell for cell in cells},
+        "grids": GRIDS,
+        "units": units,
+        "most": {**most, "lock": 1.0, "in_step": 1.0},
+        "sentences": sentences(content, units["energy"]),
+        "apart": [cell for cell in cells if cell["state"] not in ("run",)],
+    }
+    return page.render("site.html.j2", values, {"estimate": estimate, "shade": shade})
 
 
 def estimate(told: Mapping[str, Any], factor: float = 1.0) -> Estimate:

@@ -1,0 +1,52 @@
+"""`gyroctl report`: the page of a comparison, a margin study, an evaluation or a site again, from its files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def report(
+    folder: Annotated[Path, typer.Argument(help="Folder of results, or a results.nc.")],
+    out: Annotated[Path | None, typer.Option(help="Where to write; by default beside the results.")] = None,
+) -> None:
+    """Write the pages of a folder again from its files: comparison, margins, evaluation, site."""
+    from gyroctl.cli.compare import check_folder
+
+    if out is not None:
+        check_folder(out)
+    beside = folder if folder.is_dir() else folder.parent
+    home = out or beside
+    pages = _studies(folder, home) if folder.is_dir() else []
+    if not pages or (folder / "results.nc").exists():
+        _comparison(folder, home, beside)
+    for page in pages:
+        typer.echo(f"Page: {page}")
+
+
+def _comparison(folder: Path, home: Path, beside: Path) -> None:
+    """Page and summary of a comparison; refuses a folder in which there is nothing at all."""
+    from gyroctl.cli.compare import write
+    from gyroctl.reports import open_results
+
+    write(open_results(folder), home, results=home != beside, source=beside)
+
+
+def _studies(folder: Path, home: Path) -> list[Path]:
+    """Write the pages of the studies whose files lie in a folder."""
+    from gyroctl.studies.evaluation.page import tables_in
+    from gyroctl.studies.evaluation.page import write_page as evaluation_page
+    from gyroctl.studies.evaluation.titles import TITLES
+    from gyroctl.studies.margins.page import page_again as margins_page
+    from gyroctl.studies.site.page import page_again as site_page
+
+    pages = []
+    if (folder / "margins.json").is_file():
+        pages.append(margins_page(folder, home))
+    if (folder / "site.json").is_file():
+        pages.append(site_page(folder, home))
+    if tables_in(folder, tuple(TITLES)):
+        pages.append(evaluation_page(folder, tuple(TITLES), home))
+    return pages
