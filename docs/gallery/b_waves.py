@@ -25,8 +25,8 @@ left.legend()
 
 waves = gy.realise(plant, gy.SeaState(), seed=1, duration=100.0)
 soon = waves.time <= 20.0
-right.plot(waves.time[soon], waves.Me1[soon], label="Me1, about the vertical")
-right.plot(waves.time[soon], waves.Me3[soon], label="Me3, about the horizontal")
+right.plot(waves.time[soon], waves.moments[0, soon], label="Me1, about the vertical")
+right.plot(waves.time[soon], waves.moments[1, soon], label="Me3, about the horizontal")
 right.set(title=f"Moments of realisation {waves.sha256[:8]}", xlabel="time [s]", ylabel="moment [Nm]")
 right.legend()
 plt.show()

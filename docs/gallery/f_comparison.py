@@ -22,7 +22,7 @@ ds = gy.compare(plant, laws, waves, quiet=True, workers=1)
 
 figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
 for name in laws:
-    left.plot(ds.seed, ds.mean_power.sel(law=name), "o-", label=name)
+    left.plot(ds.realisation, ds.mean_power.sel(law=name), "o-", label=name)
 left.set(title="Mean power by realisation", xlabel="seed", ylabel="power [W]")
 left.legend()
 for place, name in enumerate(("coupling", "stabiliser")):
