@@ -1,5 +1,5 @@
 # `compare` and `test` are the README's two commands; the others need the environment that `test` makes.
-.PHONY: compare test slow lint types imports checks docs-rooms docs-results same-bits
+.PHONY: compare test slow lint types imports checks docs docs-rooms docs-results same-bits
 
 compare:
 	python3 -m venv .venv && .venv/bin/pip install -q -c constraints.txt . && .venv/bin/gyroctl compare
@@ -22,6 +22,10 @@ types:
 
 imports:
 	.venv/bin/lint-imports
+
+# the pages, the reference and the figures as a site: open build/site/index.html
+docs:
+	.venv/bin/python docs/build_site.py
 
 # the picture in docs/architecture.md
 docs-rooms:

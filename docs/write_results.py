@@ -74,9 +74,15 @@ def filled(page: str, folder: str = "docs") -> str:
 
 def whole_pages() -> dict[str, str]:
     """Pages that hold nothing but results, by path."""
-    found = {path: f"{_made(make)}\n" for path, make in {**evaluations.PAGES, **physics.PAGES}.items()}
+    made = {path: f"{_made(make)}\n" for path, make in {**evaluations.PAGES, **physics.PAGES}.items()}
+    found = {path: text if text.startswith("# ") else f"# {_title(path)}\n\n{text}" for path, text in made.items()}
     found = {path: text.replace(HERE, "") for path, text in found.items()}
     return {**found, "docs/results/README.md": index()}
+
+
+def _title(path: str) -> str:
+    """Title of a page whose results are not kept yet."""
+    return f"{Path(path).stem.capitalize()} in full"
 
 
 def index() -> str:

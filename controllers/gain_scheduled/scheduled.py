@@ -51,24 +51,24 @@ class ScheduledState(NamedTuple):
     last readings.
     """
 
-    U1: float
-    U3: float
-    V1: float
-    V3: float
-    W1: float
-    W3: float
-    speed: float
-    slow_square: float
-    square: float
-    turning: float
-    weight: float
-    phi_c: float
-    phi_s: float
-    rate_c: float
-    rate_s: float
-    clamped: float
-    begun: float
-    seen: Readings
+    U1: float  # slow part of u1 [rad/s]
+    U3: float  # and of u3 [rad/s]
+    V1: float  # brisk part of u1 [rad/s]
+    V3: float  # and of u3 [rad/s]
+    W1: float  # the brisk part filtered again, of u1 [rad/s]
+    W3: float  # and of u3 [rad/s]
+    speed: float  # ring speed [rad/s]
+    slow_square: float  # mean square of the slow envelope [rad^2/s^2]
+    square: float  # of the brisk one [rad^2/s^2]
+    turning: float  # of that filtered again times its rate of turning [rad^3/s^3]
+    weight: float  # of its square [rad^2/s^2]
+    phi_c: float  # part of phi1 that turns with the ring, as its cosine [rad]
+    phi_s: float  # as its sine [rad]
+    rate_c: float  # part of phi1' that does, as its cosine [rad/s]
+    rate_s: float  # as its sine [rad/s]
+    clamped: float  # samples outside the table [-]
+    begun: float  # 1 once begun [-]
+    seen: Readings  # the last readings
 
 
 @shown(law_face)
@@ -81,7 +81,7 @@ class Scheduled(NamedTuple):
     envelopes: tuple[float, ...]  # nodes of V, increasing [rad/s]
     frequencies: tuple[float, ...]  # nodes of the peak frequency, increasing [rad/s]
     bandwidths: tuple[float, ...]  # nodes of the bandwidth, increasing [-]
-    cells: tuple[float, ...]  # rows of ROW numbers: envelope slowest, then frequency, then bandwidth
+    cells: tuple[float, ...]  # rows of ROW numbers, envelope slowest, then frequency, bandwidth [units of the cell]
     load: float = 1.0  # factor on the generator gain of the operating point [-]
     effort: float = 1.0  # factor on the feedback [-]
     slow: float = 5.0  # time constant of the envelope [s]

@@ -52,7 +52,18 @@ UNITS = {
 
 
 def table_file(name: str) -> Path:
-    """Path of a shipped table."""
+    """Path of a shipped table.
+
+    Parameters
+    ----------
+    name : str
+        Name of the table: "scheduled_lqr", "scheduled_lmi".
+
+    Returns
+    -------
+    Path
+        Beside the law.
+    """
     return Path(__file__).with_name(f"{name}.toml")
 
 
@@ -68,6 +79,16 @@ def lost_by(plant: Plant) -> dict[str, float]:
 
 def read_table(path: Path) -> dict[str, Any]:
     """Content of a table file.
+
+    Parameters
+    ----------
+    path : Path
+        JSON file of a design.
+
+    Returns
+    -------
+    dict
+        Nodes, cells and limits.
 
     Raises
     ------
@@ -129,7 +150,20 @@ def _bounded(value: Any) -> bool:
 
 
 def law_of(content: Mapping[str, Any], **fields: float) -> Scheduled:
-    """Law of a table's content; `fields` replace the law's own."""
+    """Law of a table's content; `fields` replace the law's own.
+
+    Parameters
+    ----------
+    content : mapping
+        As `read_table` returns it.
+    **fields : float
+        Fields of `Scheduled`, in their units.
+
+    Returns
+    -------
+    Scheduled
+        The law.
+    """
     V, w, b = (tuple(float(value) for value in content["nodes"][name]) for name in NODES)
     cells = tuple(value for cell in content["cells"] for value in row_of(cell))
     return Scheduled(V, w, b, cells, **{**content["filters"], **fields})

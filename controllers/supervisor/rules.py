@@ -55,24 +55,24 @@ class Rules(NamedTuple):
 class Watch(NamedTuple):
     """What the supervisor remembers: mode, filters, counters."""
 
-    mode: float  # see MODES
+    mode: float  # see MODES [-]
     since: float  # time in this mode [s]
     steady: float  # time for which the ring has kept the waves' speed [s]
     share: float  # part of the wrapped law in the command [-]
-    fresh: float  # 1 in the sample at which the wrapped law begins anew
+    fresh: float  # 1 in the sample at which the wrapped law begins anew [-]
     speed: float  # mean ring speed [rad/s]
     U1: float  # [rad/s]
     U3: float  # [rad/s]
-    begun: float  # 1 after the first sample
-    starts: float  # times that START was entered
-    pulls: float  # times that PULL was entered
-    catches: float  # locks handed over to the wrapped law after PULL
-    unloads: float  # times that UNLOAD was entered
+    begun: float  # 1 after the first sample [-]
+    starts: float  # times that START was entered [-]
+    pulls: float  # times that PULL was entered [-]
+    catches: float  # locks handed over to the wrapped law after PULL [-]
+    unloads: float  # times that UNLOAD was entered [-]
     time_start: float  # time spent in START [s]
-    time_pull: float
-    time_produce: float
-    time_unload: float
-    clipped: float  # samples at which the wrapped law asked for a negative generator gain
+    time_pull: float  # in PULL [s]
+    time_produce: float  # in PRODUCE [s]
+    time_unload: float  # in UNLOAD [s]
+    clipped: float  # samples at which the wrapped law asked for a negative generator gain [-]
 
 
 def first_watch() -> Watch:

@@ -37,7 +37,7 @@ class Record:
     content : dict
         Of numbers and texts, as JSON can hold it; floats that are not finite too.
     arrays : dict of str to array
-        Numbers, by name.
+        Numbers, by name. [unit in the name]
     about : dict
         What it is of and what made it: it is told, and no part of the result.
     """

@@ -57,7 +57,18 @@ def room_folder(name: str) -> Path:
 
 
 def listing(rooms: Mapping[str, Path]) -> str:
-    """Return a line for each file of the rooms (files or folders by name): its name and the hash of its content."""
+    """Return a line for each file of the rooms (files or folders by name): its name and the hash of its content.
+
+    Parameters
+    ----------
+    rooms : mapping of str to Path
+        Files or folders by name.
+
+    Returns
+    -------
+    str
+        One line a file, in the order of the names.
+    """
     lines = []
     for room, root in rooms.items():
         for path in [root] if root.is_file() else root.rglob("*"):

@@ -32,13 +32,34 @@ def code_of(*modules: str) -> str:
     """SHA-256 of all code of this package that can change a bit of what the modules compute, and of `made_with`.
 
     The files are read once in a process.
+
+    Parameters
+    ----------
+    *modules : str
+        Modules of the package, by their dotted names.
+
+    Returns
+    -------
+    str
+        64 digits.
     """
     text = json.dumps(made_with(), sort_keys=True) + text_of(*modules)
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def text_of(*modules: str) -> str:
-    """SHA-256 of the code alone, whatever libraries it runs with."""
+    """SHA-256 of the code alone, whatever libraries it runs with.
+
+    Parameters
+    ----------
+    *modules : str
+        Modules of the package, by their dotted names.
+
+    Returns
+    -------
+    str
+        64 digits.
+    """
     return hashlib.sha256(_listed(tuple(sorted(set(modules)))).encode()).hexdigest()
 
 

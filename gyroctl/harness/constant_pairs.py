@@ -30,6 +30,41 @@ def scan(
     """Simulate every constant pair (cc, cg) [Nms] on every realisation, started on the locked orbit.
 
     Parameters, results and errors are those of `gyroctl.simulation.run_ensemble`; `workers` defaults to all cores.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    sea : Sea
+        The sea.
+    pairs : sequence of (cc, cg)
+        Constant controls. [Nms]
+    seeds : sequence of int
+        Realisations.
+    duration : float
+        Length of the runs. [s]
+    blend : float
+        Blend from the regular wave; scoring starts after it. [s]
+    dt : float, optional
+        Longest integration step. [s]
+    workers : int, optional
+        Threads; all cores by default. They change no result.
+    title : str
+        Of the progress line.
+    quiet : bool
+        No progress.
+    ledger : bool
+        Whether the energy ledger is kept.
+
+    Returns
+    -------
+    EnsembleRun
+        Arrays (pairs, seeds).
+
+    Raises
+    ------
+    InputError
+        As `gyroctl.simulation.run_ensemble`.
     """
     check_plant(plant)
     check_kind("sea", sea, get_args(Sea), "a sea", "Give a sea, for example gyroctl.SeaState()")

@@ -52,13 +52,13 @@ class Channel:
     noise : float
         Standard deviation of white noise per sample. [unit of the channel]
     bias : float
-        Constant error.
+        Constant error. [unit of the reading]
     quantum : float
-        Resolution; 0 for none.
+        Resolution; 0 for none. [unit of the reading]
     delay : int
         Age of the measurement in samples of the actuators' period.
     dropout : float
-        Probability that a sample is missing; the law then sees the last one that came.
+        Probability that a sample is missing; the law then sees the last one that came. [-]
     lost_from, lost_for : float
         When the sensor is lost, and for how long; 0 s is never. With "last" for one period it is one sample that comes
         a period late. [s]

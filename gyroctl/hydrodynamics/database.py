@@ -20,7 +20,18 @@ SHIPPED = Path(__file__).parent.parent / "data" / "hydrodynamics.nc"
 
 @cache
 def shipped() -> Hydrodynamics:
-    """Return the database that comes with the package: the float of Zhang et al. (2017), rebuilt by `bem.build`."""
+    """Return the database that comes with the package: the float of Zhang et al. (2017), rebuilt by `bem.build`.
+
+    Returns
+    -------
+    Hydrodynamics
+        The table, read once in a process.
+
+    Raises
+    ------
+    InputError
+        Where the file of the package is damaged.
+    """
     return load(SHIPPED)
 
 

@@ -39,6 +39,11 @@ class ExcitationTable:
     phase : {"complex", "magnitude"}
         "complex" keeps the phases; "magnitude" drops them, as (42)-(43) of the paper do, so that both moments are in
         phase with the elevation.
+
+    Raises
+    ------
+    InputError
+        Field ``excitation.phase``: neither "complex" nor "magnitude".
     """
 
     omega: NDArray[np.float64]
@@ -131,5 +136,23 @@ class ExcitationTable:
 
 
 def excitation_table(hydro: Hydrodynamics, phase: Phase = "complex") -> ExcitationTable:
-    """Return the excitation of a database as a callable table."""
+    """Return the excitation of a database as a callable table.
+
+    Parameters
+    ----------
+    hydro : Hydrodynamics
+        The database.
+    phase : {"complex", "magnitude"}
+        Whether the phases are kept, see `ExcitationTable`.
+
+    Returns
+    -------
+    ExcitationTable
+        He_1, He_3 at any frequency and heading. [Nm/m]
+
+    Raises
+    ------
+    InputError
+        Field ``excitation.phase``.
+    """
     return ExcitationTable(hydro.omega, hydro.headings, hydro.excitation, phase)

@@ -52,9 +52,9 @@ class RadiationFit:
     Parameters
     ----------
     p : ndarray (m + 1,)
-        Numerator, highest power first.
+        Numerator, highest power first. [Nms/rad] with s in [rad/s]
     q : ndarray (n,)
-        Denominator without its leading 1.
+        Denominator without its leading 1. [rad/s] to its power
     relative_rms : float
         Root of sum |H - K|^2 / sum |K|^2 over the band, unweighted. [-]
     damping_low : float
@@ -135,7 +135,7 @@ def fit_radiation(
     low_weight : float
         Weight of the squared error at low frequencies, below 2 rad/s for the shipped float; 1 weighs all frequencies
         alike. At 1.2 rad/s lies its lightly damped phi1 mode: there a small absolute error of the damping decides over
-        the stability of the locked orbit.
+        the stability of the locked orbit. [-]
 
     Returns
     -------

@@ -88,6 +88,11 @@ class Hydrodynamics:
         Polynomials of what the wetted surface adds, fitted to the panels of the hull.
     added_mass_zero : ndarray (2,), optional
         Added moments of inertia at zero frequency, nan for a rotation that lacks it; kept, and used nowhere. [kg m^2]
+
+    Raises
+    ------
+    InputError
+        For a table that no calculation could have produced: numbers that are not finite, or shapes that disagree.
     """
 
     omega: Floats

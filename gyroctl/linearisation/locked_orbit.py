@@ -113,7 +113,7 @@ def lock_orbit(
     dt : float, optional
         Longest step; 0.01 s at the size of Table 1. [s]
     guess : (n,) array, optional
-        State at phase zero; by default from harmonic balance.
+        State at phase zero; by default from harmonic balance. [rad], [rad/s]
     nearest : bool
         Where there is no orbit, look for the nearest wave height that has one (some 0.2 s).
 

@@ -30,7 +30,24 @@ if TYPE_CHECKING:
 @shown(model_face)
 @dataclass(frozen=True)
 class PeriodicModel(PeriodicMatrices):
-    """A periodic model: the fields of `PeriodicMatrices`, and the models that are made from it."""
+    """A periodic model: the fields of `PeriodicMatrices`, and the models that are made from it.
+
+    Parameters
+    ----------
+    A, B, C, D : arrays
+        (N, n, n), (N, n, 4), (N, p, n) and (N, p, 4): x[k+1] = A_k x[k] + B_k u[k],
+        y[k] = C_k x[k] + D_k u[k], in the units of the states, inputs and outputs.
+    states, inputs, outputs : tuple of str
+        Their names.
+    asked : float
+        Control period that was asked for; the one that divides the wave's is used. [s]
+    orbit : (N + 1, n) array
+        States of the plant at the samples. [rad], [rad/s]
+    controls : (2,) array
+        cc and cg. [Nms]
+    flow : object
+        The plant between two samples.
+    """
 
     def select(self, inputs: Sequence[str] | None = None, outputs: Sequence[str] | None = None) -> PeriodicModel:
         """Return the model with fewer inputs and outputs, by name.

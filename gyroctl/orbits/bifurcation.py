@@ -40,17 +40,23 @@ class BifurcationCurve:
     parameters : (str, str)
         Names of the first and the second parameter.
     first, second : (n,) arrays
-        Their values along the curve.
+        Their values along the curve. [unit of the parameter]
     frequency : (n,) array
         Of the critical oscillation, zero where the multiplier is real. [rad/s]
     power : (n,) array
         Mean electrical power of the orbit there. [W]
     error : (n,) array
-        Distance of the critical multiplier from its place, by the eigenvalues.
+        Distance of the critical multiplier from its place, by the eigenvalues. [-]
     others : (n,) array
-        Modulus of the largest other multiplier over a period: below 1 the point is where stability is lost.
+        Modulus of the largest other multiplier over a period: below 1 the point is where stability is lost. [-]
     ends : (str, str)
         Why the curve stops: "limit", "resonance", "closed" or "step" (no further step found, or too many).
+    states : (n, m) array
+        Unknowns of the orbit at each point: the state at phase zero without the cyclic angle. [rad], [rad/s]
+    chain : tuple
+        Points as they were followed; `orbit` reads them.
+    scaled : object
+        The map that was followed, in scaled unknowns.
     """
 
     kind: Kind

@@ -88,11 +88,15 @@ class SpecialPoint:
     parameter : str
         Name of the parameter of the branch.
     value : float
-        Its value at the point.
+        Its value at the point. [unit of the parameter]
     multiplier : complex
-        The critical multiplier over the map's interval (half a period for symmetric orbits), of modulus one.
+        The critical multiplier over the map's interval (half a period for symmetric orbits), of modulus one. [-]
     error : float
-        Distance of its modulus (for real ones: of itself) from where it should be.
+        Distance of its modulus (for real ones: of itself) from where it should be. [-]
+    point : object
+        The point in scaled unknowns; `orbit` reads it.
+    scaled : object
+        The map that was followed.
     """
 
     kind: Kind
@@ -126,11 +130,11 @@ class Branch:
     parameter : str
         Name of the parameter.
     values : (n,) array
-        Its values; they turn back at folds.
+        Its values; they turn back at folds. [unit of the parameter]
     states : (n, m) array
-        Unknowns of each orbit: the state at phase zero without the cyclic angle.
+        Unknowns of each orbit: the state at phase zero without the cyclic angle. [rad], [rad/s]
     multipliers : (n, m) complex array
-        Floquet multipliers over one period, largest first.
+        Floquet multipliers over one period, largest first. [-]
     stable : (n,) bool array
         Whether all of them are inside the unit circle.
     power : (n,) array
@@ -139,6 +143,10 @@ class Branch:
         Where stability changes, in the same order.
     closed : bool
         Whether the branch came back to its beginning (an isola).
+    chain : tuple
+        Points as they were followed; `orbit` reads them.
+    scaled : object
+        The map that was followed, in scaled unknowns.
     """
 
     parameter: str

@@ -44,7 +44,7 @@ class Mode:
         By the states that take part in it: ring phase and angular momentum about the ring's axis; phi1; phi3; the
         difference between flywheel and ring; the waves that were radiated.
     multiplier : complex
-        Over one period, imaginary part not negative.
+        Over one period, imaginary part not negative. [-]
     order : {1, 2}
         1 for a real multiplier, 2 for a pair.
     rate : float
@@ -53,9 +53,9 @@ class Mode:
         Zero for a real one; otherwise known up to multiples of twice the wave's frequency, and given in the interval
         up to the wave's frequency. [rad/s]
     share : float
-        Part of the mode in the states that it is named after.
+        Part of the mode in the states that it is named after. [-]
     shape : (n,) complex array
-        Right eigenvector at phase zero, largest entry one.
+        Right eigenvector at phase zero, largest entry one. [-]
     """
 
     name: str
@@ -99,7 +99,18 @@ def segment_jacobians(orbit: Orbit, segments: int, halves: int = 1) -> NDArray[n
 
 
 def find_modes(orbit: Orbit) -> tuple[Mode, ...]:
-    """Modes of an orbit, slowest decay first."""
+    """Modes of an orbit, slowest decay first.
+
+    Parameters
+    ----------
+    orbit : Orbit
+        A locked orbit.
+
+    Returns
+    -------
+    tuple of Mode
+        libration, horizontal, vertical, slip, radiation: as many as the orbit has.
+    """
     if orbit.status == "no orbit":
         return ()
     slip = float(slip_rate(orbit.plant.coefficients, orbit.cc))  # zero where the flywheel is geared

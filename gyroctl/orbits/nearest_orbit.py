@@ -34,7 +34,33 @@ def find_orbit(
     dt: float | None = None,
     guess: Vector | None = None,
 ) -> Orbit:
-    """Find the locked orbit as `search_orbit`; where there is none, its advice names the nearest height with one."""
+    """Find the locked orbit as `search_orbit`; where there is none, its advice names the nearest height with one.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    wave : Regular
+        Height [m], angular frequency [rad/s] and heading [deg].
+    cc, cg : float
+        Controls. [Nms]
+    sense : {1, -1}
+        Sense of rotation of the ring.
+    dt : float, optional
+        Longest step; 0.01 s at the size of Table 1. [s]
+    guess : (n,) array, optional
+        State at phase zero; by default from harmonic balance. [rad], [rad/s]
+
+    Returns
+    -------
+    Orbit
+        Status "no orbit" where there is none.
+
+    Raises
+    ------
+    InputError
+        If an argument is not what it should be, or the excitation is not known at the frequency.
+    """
     orbit = search_orbit(plant, wave, cc, cg, sense, dt, guess)
     height = np.nan if orbit.status != "no orbit" else nearest_height(orbit)
     if np.isnan(height):

@@ -51,22 +51,22 @@ class Orbit:
     Parameters
     ----------
     x : (n,) array
-        State at phase zero of the wave.
+        State at phase zero of the wave. [rad], [rad/s]
     period : float
         Wave period. [s]
     multipliers : (n - 1,) complex array
-        Floquet multipliers over one period, largest first; without the angle omega, which is cyclic.
+        Floquet multipliers over one period, largest first; without the angle omega, which is cyclic. [-]
     error : float
         Largest difference between the Jacobian of the full map and the square of the half map's, or, where there is
-        no symmetry, the product of those of the two halves.
+        no symmetry, the product of those of the two halves. [-]
     residual : float
-        What remains of the fixed-point equation.
+        What remains of the fixed-point equation. [rad], [rad/s]
     power : float
         Mean electrical power. [W]
     load_angle : float
         Angle of the mean of exp(i psi)(phi1' + i phi3'). [rad]
     lock_share : float
-        Used share of the lock capacity, N cg/(J4 V) with V the modulus of that mean.
+        Used share of the lock capacity, N cg/(J4 V) with V the modulus of that mean. [-]
     status : {"stable", "unstable", "no orbit"}
         "no orbit": the other fields hold the last iterate and are not to be used.
     advice : str
@@ -77,7 +77,7 @@ class Orbit:
         Height [m], angular frequency [rad/s] and heading [deg].
     half_multipliers : (n - 1,) complex array
         Eigenvalues of the reflected half map, in the order of `multipliers`, which are their squares: they know the
-        frequency of a mode up to twice that of the period. Without the symmetry the principal roots of `multipliers`.
+        frequency of a mode up to twice that of the period. Without the symmetry principal roots of `multipliers`. [-]
     nearest_height : float
         The nearest wave height with an orbit where there is none at this; NaN where none was found. [m]
     """

@@ -30,11 +30,11 @@ class Palc:
     Parameters
     ----------
     step, shortest, longest : float
-        First, least and largest length of a step.
+        First, least and largest length of a step. [-]
     points : int
         Most points in each direction.
     tolerance : float
-        Largest residual of an accepted point.
+        Largest residual of an accepted point. [-]
     iterations : int
         Most Newton iterations before the step is shortened.
     angle : float

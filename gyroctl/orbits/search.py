@@ -31,7 +31,33 @@ def search_orbit(
     dt: float | None = None,
     guess: Vector | None = None,
 ) -> Orbit:
-    """Find the locked orbit; parameters, result and errors as of `gyroctl.lock_orbit`, without the nearest height."""
+    """Find the locked orbit; parameters, result and errors as of `gyroctl.lock_orbit`, without the nearest height.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    wave : Regular
+        Height [m], angular frequency [rad/s] and heading [deg].
+    cc, cg : float
+        Controls. [Nms]
+    sense : {1, -1}
+        Sense of rotation of the ring.
+    dt : float, optional
+        Longest step; 0.01 s at the size of Table 1. [s]
+    guess : (n,) array, optional
+        State at phase zero; by default from harmonic balance. [rad], [rad/s]
+
+    Returns
+    -------
+    Orbit
+        Status "no orbit" where there is none.
+
+    Raises
+    ------
+    InputError
+        If an argument is not what it should be, or the excitation is not known at the frequency.
+    """
     if not wave.height > 0.0:
         raise InputError("height", wave.height, "must be positive", "Give the wave height in metres, for example 0.2")
     if not wave.wp > 0.0:

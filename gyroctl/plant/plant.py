@@ -100,7 +100,7 @@ class Plant:
     origin : Plant, optional
         The plant that was changed into this one, for its name.
     geometry : Float, optional
-        Needed where the float moves through the waves, has drag, or a wetted surface of its own.
+        Needed where the float moves through the waves, has drag, or a wetted surface of its own. Lengths in [m].
 
     Raises
     ------

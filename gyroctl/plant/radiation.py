@@ -18,9 +18,9 @@ class Radiation:
     Parameters
     ----------
     p : tuple of m + 1 floats
-        Numerator, highest power first: p0 s^m + ... + pm, with m < n.
+        Numerator, highest power first: p0 s^m + ... + pm, with m < n. [Nms/rad] with s in [rad/s]
     q : tuple of n floats
-        Denominator without its leading one: s^n + q1 s^(n-1) + ... + qn.
+        Denominator without its leading one: s^n + q1 s^(n-1) + ... + qn. [rad/s] to its power
 
     Raises
     ------

@@ -44,7 +44,7 @@ class LawResult:
     label: str  # in words
     information: str  # what the law may see: none, sensors, gauge, forecast, oracle
     preview: float  # how far ahead it is told the waves, infinite for all of them [s]
-    runs: int
+    runs: int  # realisations
     failures: Mapping[int, str]  # why runs failed, by seed: these have no numbers
     locked: int  # runs that held lock to the end
     in_step: int | None  # runs in step with the waves
@@ -59,7 +59,7 @@ class LawResult:
     survival: Survival  # Kaplan-Meier curve of lock
     step: Estimate  # probability to be in step [1]
     turns_kept: float  # ring speed over that of the waves [1]
-    cycle_slips: float  # per 1000 waves
+    cycle_slips: float  # per 1000 waves [-]
     phi1_p98: float  # 98 % of |phi1|, mean over realisations [rad]
     phi3_p98: float  # 98 % of |phi3|, mean over realisations [rad]
     phi1_worst: float  # 98 % of |phi1|, worst realisation [rad]
@@ -76,7 +76,7 @@ class LawResult:
     stored_w: float  # [W]
     ledger_residual: float  # largest |residual| of the energy ledger, relative to the wave input [1]
     capture_width_ratio: float  # [1]
-    saturations: float  # saturated samples, mean of what is stored
+    saturations: float  # saturated samples, mean of what is stored [-]
     step_ms_median: float  # time of a step [ms]
     step_ms_p99: float  # 99 % of the time of a step, worst run [ms]
     deadline_misses: int | None  # sum over realisations
@@ -88,7 +88,7 @@ class LawResult:
     net_energy: float  # mean energy of the generator less that of the motor [J]
     starts: int | None  # of a supervisor, sum over realisations
     unloads: int | None  # of a supervisor, sum over realisations
-    card: Mapping[str, float] = field(default_factory=dict)  # what the numbers rest on, see `_card`
+    card: Mapping[str, float] = field(default_factory=dict)  # what the numbers rest on [unit of each], see `_card`
 
     @property
     def failed(self) -> int:
@@ -111,7 +111,7 @@ class Evaluation:
     cv_differences: tuple[PairedDifference, ...]  # power CV of the same pairs [1]
     reference: str | None  # the law that ratios refer to, None where the comparison has none
     seeds: tuple[int, ...]  # evaluation seeds
-    tuning_seeds: tuple[int, ...]
+    tuning_seeds: tuple[int, ...]  # seeds that laws were tuned on
     duration: float  # of every run [s]
     motion_limit: float  # of the 98 % motion [rad]
     yardstick: Mapping[str, Any] | None = None  # how the reference was found, None where the file does not say

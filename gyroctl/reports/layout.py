@@ -100,7 +100,25 @@ def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
 
 
 def check_layout(ds: xr.Dataset, name: str) -> xr.Dataset:
-    """Return `ds` unchanged if it is a comparison, else raise an InputError that lists all that is missing."""
+    """Return `ds` unchanged if it is a comparison, else raise an InputError that lists all that is missing.
+
+    Parameters
+    ----------
+    ds : xarray.Dataset
+        What is to be a comparison.
+    name : str
+        Where it comes from, for the message.
+
+    Returns
+    -------
+    xarray.Dataset
+        The same.
+
+    Raises
+    ------
+    InputError
+        Where variables, dimensions or attributes are missing: it names all of them.
+    """
     missing = [f"dimension {dim}" for dim in ("law", "realisation") if dim not in ds.dims]
     missing += [f"coordinate {coord}" for coord in COORDINATES if coord not in ds.variables]
     missing += [f"variable {variable}" for variable in REQUIRED if variable not in ds.variables]

@@ -27,7 +27,17 @@ STRAY = 0.01
 
 
 class Verdict(NamedTuple):
-    """The winner's name (None when no law qualifies), the sentences of the verdict and the caveats."""
+    """The winner's name (None when no law qualifies), the sentences of the verdict and the caveats.
+
+    Parameters
+    ----------
+    winner : str or None
+        Name of the law that wins.
+    sentences : tuple of str
+        The verdict, in prose.
+    caveats : tuple of str
+        What it does not say.
+    """
 
     winner: str | None
     sentences: tuple[str, ...]

@@ -114,7 +114,7 @@ def run_ensemble(
     seeds : sequence of int
         One realisation each; the same for every pair.
     start : (n,) array
-        State at t = 0, commonly the locked orbit of the equivalent regular wave.
+        State at t = 0, commonly the locked orbit of the equivalent regular wave. [rad], [rad/s]
     duration, blend : float
         Length of the run and of the blend from the regular wave; scoring starts after the blend. [s]
     dt, period : float, optional

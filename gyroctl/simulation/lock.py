@@ -61,7 +61,22 @@ def loss_time(psi: ArrayLike, dt: float, wp: float, sense: int = 1) -> NDArray[n
 
 
 def wave_phasor(moment: ArrayLike, dt: float, wp: float) -> NDArray[np.complex128]:
-    """Analytic signal of a moment (n,), band-passed to [wp/2, 3wp/2]: its angle is the phase of the waves. [Nm]"""
+    """Analytic signal of a moment (n,), band-passed to [wp/2, 3wp/2]: its angle is the phase of the waves. [Nm]
+
+    Parameters
+    ----------
+    moment : array_like, (n,)
+        Excitation moment at the samples. [Nm]
+    dt : float
+        Sampling period. [s]
+    wp : float
+        Peak frequency of the waves. [rad/s]
+
+    Returns
+    -------
+    (n,) complex array
+        [Nm]
+    """
     signal = np.asarray(moment, float)
     spectrum = np.fft.fft(signal)
     omega = 2.0 * np.pi * np.fft.fftfreq(signal.size, dt)

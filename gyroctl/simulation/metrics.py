@@ -54,7 +54,7 @@ class Record:
     Parameters
     ----------
     states : (n + 1, rows) array
-        State and energy ledger at each sample.
+        State and energy ledger at each sample. [rad], [rad/s], [J]
     commands, controls : (n, 2) arrays
         cc, cg as asked for at each sample and as they act from it on: held to the next, or where they move. [Nms]
     period : float

@@ -8,14 +8,27 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 CONFIDENCE = 0.95
+"""Two-sided confidence level of all intervals. [1]"""
+
 FEWEST = 4
 """Fewest realisations from which an interval of a mean is given: below it the scatter is not known."""
 
 NOT_DISTINGUISHABLE = "not distinguishable"
+"""Word for a difference whose sign the runs do not tell."""
 
 
 class Estimate(NamedTuple):
-    """A number with its confidence interval; `note` says why a bound is missing, or what the interval leaves out."""
+    """A number with its confidence interval; `note` says why a bound is missing, or what the interval leaves out.
+
+    Parameters
+    ----------
+    value : float
+        The number, in its own unit.
+    low, high : float
+        Ends of the interval, in the same unit; NaN where there is none.
+    note : str
+        Why a bound is missing, or what the interval leaves out.
+    """
 
     value: float
     low: float
@@ -24,7 +37,17 @@ class Estimate(NamedTuple):
 
 
 class Share(NamedTuple):
-    """A share of runs with its Wilson interval."""
+    """A share of runs with its Wilson interval.
+
+    Parameters
+    ----------
+    value : float
+        The share. [-]
+    low, high : float
+        Ends of the interval. [-]
+    runs : int
+        How many runs it is of.
+    """
 
     value: float
     low: float
@@ -33,7 +56,19 @@ class Share(NamedTuple):
 
 
 class Survival(NamedTuple):
-    """Kaplan-Meier estimate of the probability that lock still holds: a step function of time [s] with its interval."""
+    """Kaplan-Meier estimate of the probability that lock still holds: a step function of time [s] with its interval.
+
+    Parameters
+    ----------
+    time : (n,) array
+        Instants at which the estimate steps. [s]
+    probability : (n,) array
+        From each of them on. [-]
+    low, high : (n,) array
+        Ends of the interval. [-]
+    censored : int
+        Runs that ended in lock.
+    """
 
     time: NDArray[np.float64]
     probability: NDArray[np.float64]
@@ -43,7 +78,21 @@ class Survival(NamedTuple):
 
 
 class PairedDifference(NamedTuple):
-    """Mean of `first` minus `second` on the same realisations, with p-values before and after Holm's correction."""
+    """Mean of `first` minus `second` on the same realisations, with p-values before and after Holm's correction.
+
+    Parameters
+    ----------
+    first, second : str
+        Names of the two.
+    estimate : Estimate
+        Mean of `first` minus `second` with its interval, in their unit.
+    p_value, p_holm : float
+        Before and after the correction. [-]
+    words : str
+        What the difference is, see `in_words`.
+    tests : int
+        Comparisons over which it is corrected.
+    """
 
     first: str
     second: str
@@ -66,13 +115,35 @@ def finite(values: ArrayLike) -> NDArray[np.float64]:
 
 
 def finite_mean(values: ArrayLike) -> float:
-    """Mean of the finite values, NaN without a warning when there are none."""
+    """Mean of the finite values, NaN without a warning when there are none.
+
+    Parameters
+    ----------
+    values : array_like
+        Numbers of any shape, in any unit.
+
+    Returns
+    -------
+    float
+        In the same unit.
+    """
     kept = finite(values)
     return float(kept.mean()) if kept.size else float("nan")
 
 
 def finite_largest(values: ArrayLike) -> float:
-    """Largest of the finite values, NaN when there are none."""
+    """Largest of the finite values, NaN when there are none.
+
+    Parameters
+    ----------
+    values : array_like
+        Numbers of any shape, in any unit.
+
+    Returns
+    -------
+    float
+        In the same unit.
+    """
     kept = finite(values)
     return float(kept.max()) if kept.size else float("nan")
 

@@ -18,6 +18,18 @@ def holm(p_values: Sequence[float], tests: int = 0) -> list[float]:
     value is smaller than with all of them.
 
     Source: S. Holm, "A simple sequentially rejective multiple test procedure", Scand. J. Statist. 6 (1979) 65-70.
+
+    Parameters
+    ----------
+    p_values : sequence of float
+        Of each comparison. [-]
+    tests : int
+        Comparisons in all; 0 for those that are given.
+
+    Returns
+    -------
+    list of float
+        Corrected values, in the same order. [-]
     """
     order = sorted((i for i, p in enumerate(p_values) if np.isfinite(p)), key=lambda i: p_values[i])
     adjusted, running, count = [float("nan")] * len(p_values), 0.0, max(len(order), tests)
@@ -48,7 +60,7 @@ def paired_differences(
     names : sequence of str, length L
         Names of the laws.
     values : ndarray, shape (L, n)
-        One value a law and realisation.
+        One value a law and realisation. In any unit.
     confidence : float
         Confidence level of the single intervals and of the family of tests. [1]
     words : tuple of str
@@ -83,7 +95,24 @@ def paired_differences(
 
 
 def in_words(difference: Estimate, p_holm: float, words: tuple[str, str], level: float) -> str:
-    """Say what a difference is: the first or the second of `words` where the corrected test and the interval agree."""
+    """Say what a difference is: the first or the second of `words` where the corrected test and the interval agree.
+
+    Parameters
+    ----------
+    difference : Estimate
+        The difference with its interval, in its own unit.
+    p_holm : float
+        Corrected p-value. [-]
+    words : (str, str)
+        For a positive and a negative difference.
+    level : float
+        p-value below which it counts. [-]
+
+    Returns
+    -------
+    str
+        One of `words`, or that the two cannot be told apart.
+    """
     if not np.isfinite(p_holm):
         return difference.note
     if p_holm < level and (difference.low > 0.0 or difference.high < 0.0):

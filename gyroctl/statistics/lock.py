@@ -58,6 +58,11 @@ def lock_probability(locked: ArrayLike, confidence: float = CONFIDENCE) -> Estim
     -------
     Estimate
         Share of locked runs and its interval [1]; NaN when there are no runs.
+
+    Raises
+    ------
+    InputError
+        Field ``confidence``.
     """
     given = np.asarray(locked, dtype=np.float64)
     if given.size == 0:

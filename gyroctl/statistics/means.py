@@ -38,7 +38,7 @@ def bootstrap_mean(values: ArrayLike, confidence: float = CONFIDENCE, *, zero_if
     Parameters
     ----------
     values : array_like, shape (n,)
-        One value a realisation.
+        One value a realisation. In any unit.
     confidence : float
         Two-sided confidence level. [1]
     zero_if_lost : bool
@@ -76,7 +76,7 @@ def paired_ratio(values: ArrayLike, reference: ArrayLike, confidence: float = CO
     Parameters
     ----------
     values, reference : array_like, shape (n,)
-        One value a realisation, in the same order.
+        One value a realisation, in the same order. In any unit, the same for both.
     confidence : float
         Two-sided confidence level. [1]
 
@@ -126,7 +126,7 @@ def paired_difference(
     Parameters
     ----------
     values, reference : array_like, shape (n,)
-        One value a realisation, in the same order.
+        One value a realisation, in the same order. In any unit, the same for both.
     confidence : float
         Two-sided confidence level. [1]
     zero_if_lost : bool
@@ -135,7 +135,7 @@ def paired_difference(
     Returns
     -------
     tuple of Estimate and float
-        mean(values - reference) with its interval, and the p-value (NaN below four pairs).
+        mean(values - reference) with its interval, and the p-value (NaN below four pairs). In the unit of the values.
     """
     from scipy.stats import ttest_1samp
 

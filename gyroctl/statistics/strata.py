@@ -18,6 +18,23 @@ def per_realisation(values: ArrayLike, weights: ArrayLike) -> NDArray[np.float64
     """Weighted sum over the strata for each realisation, (n,): values (strata, n), weights (strata,).
 
     NaN where a stratum that weighs something has no finite number.
+
+    Parameters
+    ----------
+    values : array_like, (strata, n)
+        One value for each stratum and realisation, in any unit.
+    weights : array_like, (strata,)
+        Of the strata, not negative. [-] [-]
+
+    Returns
+    -------
+    (n,) array
+        In the unit of the values.
+
+    Raises
+    ------
+    ValueError
+        Where the shapes disagree.
     """
     table, weight = np.asarray(values, np.float64), np.asarray(weights, np.float64)
     if table.ndim != 2 or weight.shape != table.shape[:1]:
@@ -35,9 +52,9 @@ def stratified_sum(values: ArrayLike, weights: ArrayLike, confidence: float = CO
     Parameters
     ----------
     values : array_like, (strata, n)
-        One value a stratum and realisation; the realisations are the same in every stratum.
+        One value a stratum and realisation; the realisations are the same in every stratum. In any unit.
     weights : array_like, (strata,)
-        Of the strata; what one value is worth in the sum.
+        Of the strata; what one value is worth in the sum. [-]
     confidence : float
         Two-sided confidence level. [1]
 
@@ -63,7 +80,7 @@ def stratified_share(hits: ArrayLike, weights: ArrayLike, confidence: float = CO
     hits : array_like of bool, (strata, n)
         Whether it happened in a run.
     weights : array_like, (strata,)
-        Of the strata, not negative.
+        Of the strata, not negative. [-]
     confidence : float
         Two-sided confidence level. [1]
 
@@ -71,6 +88,11 @@ def stratified_share(hits: ArrayLike, weights: ArrayLike, confidence: float = CO
     -------
     Estimate
         Sum and interval, within 0 and the sum of the weights.
+
+    Raises
+    ------
+    InputError
+        Field ``confidence``.
     """
     table, weight = np.asarray(hits, bool), np.asarray(weights, np.float64)
     if table.size == 0:
@@ -99,9 +121,9 @@ def stratified_ratio(
     Parameters
     ----------
     values, reference : array_like, (strata, n)
-        One value a stratum and realisation.
+        One value a stratum and realisation. In any unit, the same for both.
     weights : array_like, (strata,)
-        Of the strata.
+        Of the strata. [-]
     confidence : float
         Two-sided confidence level. [1]
 

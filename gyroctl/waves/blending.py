@@ -12,6 +12,18 @@ from gyroctl.waves.checks import finite
 def check_blend(blend: float, duration: float) -> float:
     """Return the length of a blend that fits into a run [s].
 
+    Parameters
+    ----------
+    blend : float
+        Length of the blend. [s]
+    duration : float
+        Length of the run. [s]
+
+    Returns
+    -------
+    float
+        The blend. [s]
+
     Raises
     ------
     InputError
@@ -38,9 +50,9 @@ def blend_signals(
     Parameters
     ----------
     signals : ndarray, shape (..., rows, n)
-        Signals of one realisation or of a batch, overwritten.
+        Signals of one realisation or of a batch, overwritten. [Nm], or of the signal
     regular : ndarray, shape (rows,), complex
-        Regular wave of each row, ``Re(regular exp(i wp t))``.
+        Regular wave of each row, ``Re(regular exp(i wp t))``. [Nm], or of the signal
     wp : float
         Frequency of the regular wave. [rad/s]
     dt : float

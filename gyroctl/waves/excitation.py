@@ -42,7 +42,18 @@ class Wave(Protocol):
 
 
 def equivalent_amplitude(sea: Wave) -> float:
-    """Amplitude of the regular wave of equal energy, ``hs / (2 sqrt 2)`` [m]."""
+    """Amplitude of the regular wave of equal energy, ``hs / (2 sqrt 2)`` [m].
+
+    Parameters
+    ----------
+    sea : SeaState
+        Any sea with ``hs``, or a regular wave. [m]
+
+    Returns
+    -------
+    float
+        [m]
+    """
     return float(sea.hs / (2.0 * np.sqrt(2.0)))
 
 

@@ -71,7 +71,7 @@ def read_record(
     cutoff : float, optional
         Without it a fifth of the peak frequency. [rad/s]
     scale : float
-        Length of what was measured over that of the model, by Froude: elevations shrink by it, times by its root.
+        Length of what was measured over that of the model, by Froude: elevations shrink by it, times by its root. [-]
 
     Returns
     -------

@@ -76,7 +76,7 @@ def read_spectrum(
         Whether the file's directions are those the waves come "from", as buoys and SWAN have them, or travel "to".
     scale : float
         Length of what was measured over that of the model, by Froude: heights shrink by it, frequencies grow by its
-        root.
+        root. [-]
 
     Returns
     -------

@@ -158,7 +158,7 @@ def momentum_cap(
     waves : WaveRealisation
         The window.
     start : (n,) array
-        State of the plant at its start.
+        State of the plant at its start. [rad], [rad/s]
     duration : float
         Of the window. [s]
     most : float
@@ -172,6 +172,11 @@ def momentum_cap(
     -------
     float
         [W]
+
+    Raises
+    ------
+    InputError
+        Where the window is longer than the waves.
     """
     import cvxpy as cp
 

@@ -74,7 +74,7 @@ class Cut:
     waves : WaveRealisation
         From the start of the window to its end, and `AHEAD` beyond.
     start : (n,) array
-        State at the start.
+        State at the start. [rad], [rad/s]
     duration : float
         What is counted. [s]
     sha256 : str

@@ -170,7 +170,18 @@ MEANING = {
 
 
 def table(content: Mapping[str, Any]) -> list[str]:
-    """Lines of the table."""
+    """Lines of the table.
+
+    Parameters
+    ----------
+    content : mapping
+        What bound.json holds.
+
+    Returns
+    -------
+    list of str
+        For a terminal.
+    """
     whole = content["summary"]
     asked, limits = content["request"], whole["motion_limits_rad"]
     told = ", ".join(f"{name} {_range(limits[name])} rad" for name in ("phi1", "phi3"))

@@ -79,7 +79,18 @@ FULL = Effort()
 
 
 def quick(plant: Plant) -> Effort:
-    """A tenth of the effort, to look around; beyond the linear plant, whose model costs more, from one start alone."""
+    """A tenth of the effort, to look around; beyond the linear plant, whose model costs more, from one start alone.
+
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+
+    Returns
+    -------
+    Effort
+        For `best_found` and `bound_report`.
+    """
     if not beyond_linear(plant):
         return Effort(2, 200, 1, 2, 1, finalists=1, repairs=1)
     return Effort(2, 150, 0, polish=100, finalists=1, repairs=1, oracles=3, picked=1, learning=1)
@@ -88,7 +99,7 @@ def quick(plant: Plant) -> Effort:
 class Found(NamedTuple):
     """Best plan of a window."""
 
-    values: Mapping[str, float]  # metrics of the run through the true plant, see `Cut.worth`
+    values: Mapping[str, float]  # metrics of the run through the true plant, see `Cut.worth` [unit of each]
     record: Record  # that run
     origin: str  # start from which it was found
     planned_w: float  # harvest that the model promised [W]
@@ -154,7 +165,31 @@ def _picked(cut: Cut, runs: Mapping[str, Record], effort: Effort) -> Mapping[str
 def loosened(
     cut: Cut, smooth: Found, runs: Mapping[str, Record], effort: Effort = FULL, tick: Tick = lambda: None
 ) -> Found:
-    """Improve on the best of constant power with a generator power that is free in each interval; else as there."""
+    """Improve on the best of constant power with a generator power that is free in each interval; else as there.
+
+    Parameters
+    ----------
+    cut : Cut
+        The window.
+    smooth : Found
+        Best of constant power there.
+    runs : mapping of str to Record
+        Runs of laws to begin from.
+    effort : Effort
+        How much is tried.
+    tick : callable
+        Called after each step.
+
+    Returns
+    -------
+    Found
+        At least as good as `smooth`.
+
+    Raises
+    ------
+    InputError
+        Where the planner refuses the device.
+    """
     found = [smooth]
     if smooth.plan is not None:
         rough = problem_of(cut, ROUGH, closer(cut.motion, MARGIN))

@@ -88,6 +88,38 @@ def request(
 ) -> Request:
     """Build a request from what was typed; the files of laws that are typed may run, and `allow_code` for tuned sets.
 
+    Parameters
+    ----------
+    out : Path
+        Folder of tables, figures and runs.
+    laws : str
+        Laws with commas between, ``nmpc[information=oracle]``; all without it.
+    seeds : sequence of str
+        Realisations: ``1:64``, ``nmpc=1:16``, ``@gamma 5=1:8``.
+    duration : float, optional
+        Length of the runs. [s]
+    workers : int
+        0 for all cores; they change no result.
+    allow_tuning_seeds : bool
+        To try things out: such a table judges nothing.
+    budget : float, optional
+        Simulated time to find the best constant pair of a sea. [s]
+    planner : str
+        Law whose information is varied.
+    quiet : bool
+        No progress.
+    say : callable
+        Takes what is to be told.
+    allow_code : sequence of str or Path
+        Files of Python that may run.
+    only : str
+        Cases with commas between; all without it.
+
+    Returns
+    -------
+    Request
+        Checked.
+
     Raises
     ------
     InputError

@@ -169,6 +169,22 @@ def margin_report(
 def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: bool = False) -> dict[str, Any]:
     """Map where lock exists over (cc, cg) or (wp, height); writes lockmap.json and lockmap.png into `out`.
 
+    Parameters
+    ----------
+    asked : Request
+        Device, wave and controls.
+    axes : (str, str)
+        ("cc", "cg") or ("wp", "height").
+    out : Path
+        Folder, made where it is missing.
+    quiet : bool
+        No progress.
+
+    Returns
+    -------
+    dict
+        What lockmap.json holds.
+
     Raises
     ------
     InputError

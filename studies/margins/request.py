@@ -86,6 +86,30 @@ def request(
 ) -> Request:
     """Check and gather what a report is asked for; for an `own_device` the law takes its numbers.
 
+    Parameters
+    ----------
+    plant : Plant
+        The device.
+    height : float
+        Height of the regular wave. [m]
+    wp : float
+        Its frequency. [rad/s]
+    cc, cg : float
+        Constant controls, from which a law starts. [Nms]
+    sense : {1, -1}
+        Sense of rotation of the ring.
+    law_name : str
+        Registered name or ``file.py:Name``; none without it.
+    parameters : mapping, optional
+        Of the law, in their units.
+    own_device : bool
+        Whether the law is built for this device.
+
+    Returns
+    -------
+    Request
+        Checked.
+
     Raises
     ------
     InputError
@@ -126,6 +150,16 @@ def check_stiffness(plant: Plant, cc: float) -> None:
 
 def find_orbit(asked: Request) -> PeriodicOrbit:
     """Return the locked orbit of the constant controls.
+
+    Parameters
+    ----------
+    asked : Request
+        Device, wave and controls.
+
+    Returns
+    -------
+    PeriodicOrbit
+        Stable or not.
 
     Raises
     ------

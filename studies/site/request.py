@@ -46,7 +46,7 @@ BUDGET_MAX = 1e9
 class SiteRequest:
     """A site, ready to be run."""
 
-    scatter: Scatter
+    scatter: Scatter  # sea states with their share of the year
     out: Path  # folder of results, pictures and finished runs
     laws: Mapping[str, Law]  # the laws under test
     plant: Plant  # the device
@@ -59,12 +59,12 @@ class SiteRequest:
     budget: float = BUDGET  # simulated time to search the pair of a sea state [s]
     rarest: float = 0.0  # part of the year below which a sea state is not run [1]
     motion_limit: float = 0.35  # of the 98 % motion [rad]
-    settings: Settings = field(default_factory=Settings)
+    settings: Settings = field(default_factory=Settings)  # sensors, actuators, integration
     workers: int | None = None  # they change no result
     tuned_on: tuple[int, ...] = ()  # seeds that may not judge these laws
     scheduler: str | None = None  # of other machines
-    quiet: bool = False
-    say: Callable[[str], None] = lambda _: None
+    quiet: bool = False  # no progress
+    say: Callable[[str], None] = lambda _: None  # takes what is to be told
 
     @property
     def power_scale(self) -> float:

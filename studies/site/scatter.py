@@ -47,7 +47,7 @@ class Scatter:
     told : {"hours", "counts", "percent", "fraction"}
         How occurrence was told.
     total : float
-        Sum of the table as it was told.
+        Sum of the table as it was told. [unit of the table]
     missing : float
         Part of the year that is not in the table. [1]
     layout : str

@@ -60,8 +60,8 @@ class StuckState(NamedTuple):
 class StuckGenerator(NamedTuple):
     """A law whose generator is stuck for a while; the law below goes on without knowing. Build it with `stuck`."""
 
-    fault: Fault
-    law: Any
+    fault: Fault  # when, and how long
+    law: Any  # the law below
     period: float  # of the law below [s]
 
     @property
@@ -93,5 +93,18 @@ class StuckGenerator(NamedTuple):
 
 
 def stuck(law: Any, fault: Fault | None = None) -> StuckGenerator:
-    """Put a law on a device whose generator will be stuck."""
+    """Put a law on a device whose generator will be stuck.
+
+    Parameters
+    ----------
+    law : object
+        A law.
+    fault : Fault, optional
+        When and how long; the usual one without it.
+
+    Returns
+    -------
+    StuckGenerator
+        A law.
+    """
     return StuckGenerator(fault or Fault(), law, float(law.period))

@@ -69,6 +69,11 @@ def startup_report(
     -------
     dict
         What startup.json holds.
+
+    Raises
+    ------
+    InputError
+        For a law, a sea or seeds that cannot be used.
     """
     sea, built = SeaState(hs=hs, gamma=gamma), {name: build(name) for name in laws}
     asked = Ensemble(built, seeds, sea, rules, dt, quiet)

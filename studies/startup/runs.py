@@ -35,6 +35,7 @@ class Case(NamedTuple):
     law: str  # name of the wrapped law
     columns: dict[str, NDArray[np.float64]]  # (runs,) numbers by run; the name ends in the unit where there is one
     # time_s (n,), net_energy_j (runs, n), and of the first run ring_speed, flywheel_speed, phi1 (n,)
+    # [s], [J], [rad/s], [rad]
     series: dict[str, NDArray[np.float64]]
 
 
@@ -42,21 +43,57 @@ class Ensemble(NamedTuple):
     """What is run, from rest or through a forced loss."""
 
     laws: Mapping[str, Any]  # wrapped in the supervisor here
-    seeds: Sequence[int]
-    sea: Sea
+    seeds: Sequence[int]  # realisations
+    sea: Sea  # the sea of all of them
     rules: Rules | None = None  # of the supervisor
     dt: float = 0.01  # longest step [s]
-    quiet: bool = False
+    quiet: bool = False  # no progress
 
 
 def rest_runs(asked: Ensemble, duration: float) -> list[Case]:
-    """Start at rest in the irregular sea; runs of `duration` [s]."""
+    """Start at rest in the irregular sea; runs of `duration` [s].
+
+    Parameters
+    ----------
+    asked : Ensemble
+        Laws, seeds and sea.
+    duration : float
+        Length of the runs. [s]
+
+    Returns
+    -------
+    list of Case
+        One for each law.
+
+    Raises
+    ------
+    InputError
+        For a law, a seed or a duration that cannot be used.
+    """
     wrapped = {name: wrap(law, asked.rules) for name, law in asked.laws.items()}
     return _cases(asked, wrapped, duration, "rest")
 
 
 def lost_runs(asked: Ensemble, duration: float) -> list[Case]:
-    """Start locked; in the middle of the run the generator is stuck at its limit until the ring stalls."""
+    """Start locked; in the middle of the run the generator is stuck at its limit until the ring stalls.
+
+    Parameters
+    ----------
+    asked : Ensemble
+        Laws, seeds and sea.
+    duration : float
+        Length of the runs. [s]
+
+    Returns
+    -------
+    list of Case
+        One for each law.
+
+    Raises
+    ------
+    InputError
+        For a law, a seed or a duration that cannot be used.
+    """
     wrapped = {name: stuck(wrap(law, asked.rules)) for name, law in asked.laws.items()}
     return _cases(asked, wrapped, duration, "locked")
 

@@ -67,18 +67,18 @@ class MomentEstimator(NamedTuple):
     """Constants of the estimator; build it with `MomentEstimator.design`."""
 
     k: Coefficients  # of the design model
-    signals: Array  # (places, signals, 4): what it asks of the waves, from Me1, Me1', Me3, Me3'; see `wave_signals`
+    signals: Array  # (places, signals, 4): what it asks of the waves, from the four moments; see `wave_signals` [-]
     turning: float  # phase that the waves lose along the reach of the lever, at wp [rad]
     unexplained: float  # what the guess of the signals misses of the moments [Nm]
     period: float  # sampling period [s]
     wp: float  # frequency at which the moments swing on [rad/s]
     spread: float  # and their damping ratio [-]
-    gain: Array  # (f + 4, 4): float rows, Me1, Me1', Me3, Me3' from phi1, phi3, phi1', phi3'
-    partial: Array  # (16, f + 4, 4): gains by the sensors that are lost, 1 phi1, 2 phi3, 4 phi1', 8 phi3', added up
-    float_noise: Array  # (4,) variances of phi1, phi3, phi1', phi3' per sample
-    float_spread: Array  # (4,) variances of their innovations
-    ring_noise: Array  # (3,) variances of psi, psi', omega' per sample
-    ring_drift: Array  # (3,) variances that a period adds to them
+    gain: Array  # (f + 4, 4): float rows, Me1, Me1', Me3, Me3' from phi1, phi3, phi1', phi3' [SI]
+    partial: Array  # (16, f + 4, 4): gains by the lost sensors, 1 phi1, 2 phi3, 4 phi1', 8 phi3', added up [SI]
+    float_noise: Array  # (4,) variances of phi1, phi3, phi1', phi3' per sample [rad^2, rad^2/s^2]
+    float_spread: Array  # (4,) variances of their innovations [rad^2, rad^2/s^2]
+    ring_noise: Array  # (3,) variances of psi, psi', omega' per sample [rad^2, rad^2/s^2]
+    ring_drift: Array  # (3,) variances that a period adds to them [rad^2, rad^2/s^2]
     delay: int  # age of a command when it acts, in samples
     lag: tuple[float, float]  # time constants with which cc and cg follow their commands [s]
 
@@ -177,19 +177,19 @@ class MomentEstimator(NamedTuple):
 class EstimatorState(NamedTuple):
     """State of the estimator, changed in place by `update`."""
 
-    x_hat: Array  # (n,) state of the plant at the sample, in its order
+    x_hat: Array  # (n,) state of the plant at the sample, in its order [rad, rad/s]
     me_hat: Array  # (2,) Me1, Me3 at the sample [Nm]
-    wave: Array  # (4,) Me1, Me1', Me3, Me3'
-    ring: Array  # (3, 3) variance of psi, psi', omega'
-    queue: Array  # (delay + 1, 2) commands that have not acted yet
+    wave: Array  # (4,) Me1, Me1', Me3, Me3' [Nm, Nm/s]
+    ring: Array  # (3, 3) variance of psi, psi', omega' [rad^2, rad^2/s^2]
+    queue: Array  # (delay + 1, 2) commands that have not acted yet [Nms]
     held: Array  # (2,) controls at the sample, on their way to what was commanded [Nms]
-    innovation: Array  # (7,) measurement less prediction, in the order of the measurements; 0 where one is missing
-    last: Array  # (7,) last readings that were numbers
-    missing: Array  # (7,) 1 for readings that were not believed
-    then: Array  # (n,) state from which on the next command acts, see `look_to_then`
-    kept: Array  # (n + 6,) working space of it
-    work: Array  # (6, rows)
-    begun: Array  # (1,) samples so far
+    innovation: Array  # (7,) measurement less prediction, in their order; 0 where one is missing [rad, rad/s]
+    last: Array  # (7,) last readings that were numbers [rad, rad/s]
+    missing: Array  # (7,) 1 for readings that were not believed [-]
+    then: Array  # (n,) state from which on the next command acts, see `look_to_then` [rad, rad/s]
+    kept: Array  # (n + 6,) working space of it [rad, rad/s]
+    work: Array  # (6, rows) working space [rad, rad/s]
+    begun: Array  # (1,) samples so far [-]
 
 
 def _checked(sensor_noise: tuple[float, ...]) -> Array:
@@ -265,7 +265,15 @@ def update(estimator: MomentEstimator, state: EstimatorState, y: NDArray[np.floa
 
 @stamped(SOURCES)
 def look_to_then(estimator: MomentEstimator, state: EstimatorState) -> None:
-    """Write the state from which on the next command acts into `state.then`: of now, run on under what is under way."""
+    """Write the state from which on the next command acts into `state.then`: of now, run on under what is under way.
+
+    Parameters
+    ----------
+    estimator : MomentEstimator
+        The estimator, which knows the delay.
+    state : EstimatorState
+        Its state, of which ``then`` is written.
+    """
     n, kept = state.x_hat.size, state.kept
     for i in range(n):
         kept[i] = state.x_hat[i]

@@ -45,7 +45,7 @@ class Predictor(NamedTuple):
 
     step: float  # sampling period [s]
     horizon: int  # [steps]
-    learner: Learner
+    learner: Learner  # how the spectrum is learnt
     placed: Placed | None = None  # where the float that saw the waves moves
 
     @classmethod
@@ -169,17 +169,31 @@ class PredictorState(NamedTuple):
 
     history: Array  # (past, 3), round buffer of observed moments [Nm] and of the sine of phi1
     rested: Array  # (past, 2), where the float moves the moments at rest, as they were worked out; else (0, 2) [Nm]
-    samples: NDArray[np.int64]  # (1,) observations so far
-    values: Array  # (2 m,), those looked at, whitened
-    weights: Array  # (2 m,), G^-1 m
-    coming: Array  # (2, horizon), working space for callers
+    samples: NDArray[np.int64]  # (1,) observations so far [-]
+    values: Array  # (2 m,), those looked at, whitened [-]
+    weights: Array  # (2 m,), G^-1 m [-]
+    coming: Array  # (2, horizon), working space for callers [Nm]
     now: Array  # (2,) moments at the last sample, noise smoothed [Nm]
-    memory: LearnerState
+    memory: LearnerState  # what the spectrum was learnt from
     placed: PlacedState  # where the float moves
 
 
 def forecast(predictor: Predictor, state: PredictorState, seconds: float) -> Array:
     """Moments (2, n) at 1 .. n steps ahead of the last observation, up to `seconds`. [Nm]
+
+    Parameters
+    ----------
+    predictor : Predictor
+        The forecast.
+    state : PredictorState
+        Its state after `observe`.
+    seconds : float
+        How far ahead. [s]
+
+    Returns
+    -------
+    (2, n) array
+        Me1 and Me3. [Nm]
 
     Raises
     ------
@@ -250,6 +264,17 @@ def observe(predictor: Predictor, state: PredictorState, me1: float, me3: float,
     """Take the moments of one sample [Nm], and learn the spectrum where that is due, in place.
 
     `place` is the sine of phi1 where the moments are those at a float that moves.
+
+    Parameters
+    ----------
+    predictor : Predictor
+        The forecast.
+    state : PredictorState
+        Its state, changed in place.
+    me1, me3 : float
+        The moments. [Nm]
+    place : float
+        Sine of phi1 where they were felt. [-]
     """
     if take(predictor, state, me1, me3, place):
         learn(predictor.learner, state.memory)
@@ -261,6 +286,15 @@ def predict(predictor: Predictor, state: PredictorState, out: NDArray[np.float64
 
     `state.now` holds the moments at the last observation afterwards. Beyond the horizon `out` is zero, the mean of
     what is not known; `forecast` refuses to be asked for it.
+
+    Parameters
+    ----------
+    predictor : Predictor
+        The forecast.
+    state : PredictorState
+        Its state after `observe`; working space is changed in place.
+    out : (2, n) array
+        Written: Me1 and Me3. [Nm]
     """
     look_ahead(predictor.placed, predictor, state, out)
 
@@ -287,7 +321,7 @@ def forecast_spread(predictor: Predictor, state: PredictorState, leads: NDArray[
     leads : (n,) array
         0 for the moments now, up to the horizon. [steps]
     out : (2, n) array
-        Filled. Where the float moves they are `state.placed.spread`, and cost nothing; else they follow from the
+        Filled [Nm]. Where the float moves they are `state.placed.spread`, and cost nothing; else they follow from the
         spectrum alone, change where that is learnt, and cost more than a forecast.
     """
     if predictor.placed is not None:

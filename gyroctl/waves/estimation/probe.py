@@ -104,6 +104,19 @@ def foresee(predictor: Predictor, probe: Probe, state: PredictorState, sample: i
     Samples are to be asked for in their order; one that was left out is caught up with. `state` is a state of
     `predictor` that sees nothing but this probe; `state.now` holds the moments at the sample as told, or smoothed.
     Beyond the end of the record the moments are zero.
+
+    Parameters
+    ----------
+    predictor : Predictor
+        The forecast, beyond what the probe tells.
+    probe : Probe
+        What is told of the waves, and how far ahead.
+    state : PredictorState
+        Changed in place.
+    sample : int
+        Number of the sample that is now.
+    out : (2, n) array
+        Written: Me1 and Me3. [Nm]
     """
     told, last = probe.told, probe.told.shape[1] - 1
     reach = min(sample + probe.lead, last)

@@ -19,12 +19,12 @@ from gyroctl.waves.estimation.predictor import Predictor, forecast_spread, obser
 class Replay(NamedTuple):
     """What estimator and predictor said, sample by sample."""
 
-    x_hat: Array  # (n, states)
+    x_hat: Array  # (n, states) of the estimator [rad, rad/s]
     me_hat: Array  # (n, 2), of the estimator [Nm]
     now: Array  # (n, 2), of the predictor at the same instants [Nm]
     ahead: Array  # (n, 2, leads) [Nm]
     spread: Array  # (n, 2, leads) standard deviation of their errors, as the predictor says [Nm]
-    innovation: Array  # (n, 7) of the estimator
+    innovation: Array  # (n, 7) of the estimator [rad, rad/s]
 
 
 def replay(
@@ -39,7 +39,7 @@ def replay(
         How far ahead. [s]
     estimator : MomentEstimator
     measured : (n, 7) array
-        Measurements.
+        Measurements. [rad], [rad/s]
     controls : (n, 2) array
         Commands from each sample on. [Nms]
 
@@ -67,6 +67,20 @@ def replay(
 
 def replay_moments(predictor: Predictor, leads: Sequence[float], moments: Array) -> Array:
     """Forecasts (n, 2, leads) from moments (2, n) that are observed as they are. [Nm]
+
+    Parameters
+    ----------
+    predictor : Predictor
+        The forecast.
+    leads : sequence of float
+        How far ahead. [s]
+    moments : (2, n) array
+        Moments that are observed. [Nm]
+
+    Returns
+    -------
+    (n, 2, leads) array
+        Forecasts made at each sample. [Nm]
 
     Raises
     ------
@@ -99,6 +113,16 @@ def relative_error(
         True moments at the samples. [Nm]
     first : float
         What is made before this instant does not count: the sea is blended in and nothing is learnt yet. [s]
+
+    Returns
+    -------
+    (2, leads) array
+        For Me1 and Me3. [-]
+
+    Raises
+    ------
+    InputError
+        For a lead beyond the horizon.
     """
     steps, n, begin = _steps(predictor, leads), ahead.shape[0], round(first / predictor.step)
     out = np.empty((2, steps.size))
@@ -115,6 +139,29 @@ def coverage(predictor: Predictor, leads: Sequence[float], said: Replay, truth: 
     """Share (2, 2, leads) of errors within one and two of the standard deviations that the forecast says. [-]
 
     0.683 and 0.954 where the forecast knows its own error. Arguments as of `relative_error`.
+
+    Parameters
+    ----------
+    predictor : Predictor
+        The forecast, whose own errors are judged.
+    leads : sequence of float
+        How far ahead. [s]
+    said : Replay
+        What it forecast at each sample, with its spread. [Nm]
+    truth : (2, n or more) array
+        True moments at the samples. [Nm]
+    first : float
+        What is made before this instant does not count. [s]
+
+    Returns
+    -------
+    (2, 2, leads) array
+        Shares within one and within two standard deviations, for Me1 and Me3. [-]
+
+    Raises
+    ------
+    InputError
+        For a lead beyond the horizon.
     """
     steps, n, begin = _steps(predictor, leads), said.ahead.shape[0], round(first / predictor.step)
     out = np.empty((2, 2, steps.size))

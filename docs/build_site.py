@@ -1,0 +1,74 @@
+"""Build the documentation as a site, ``build/site``: open ``index.html`` there, no server is needed.
+
+    python docs/build_site.py
+
+Writes the pages of the reference, draws the figures, builds with warnings as errors, and checks every link of what came
+out. Fails where any of them does.
+"""
+
+from __future__ import annotations
+
+import argparse
+import shutil
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import reference_pages
+import site_links
+
+ROOT = Path(__file__).resolve().parents[1]
+OUT = ROOT / "build" / "site"
+
+ENTRANCE = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="refresh" content="0; url=docs/index.html">
+<title>gyroctl</title>
+</head>
+<body><a href="docs/index.html">gyroctl</a></body>
+</html>
+"""
+
+
+def build(out: Path = OUT, figures: bool = True) -> int:
+    """Build the site in the folder `out`; return 0 where nothing is wrong.
+
+    Parameters
+    ----------
+    out : Path
+        Folder, which is written anew.
+    figures : bool
+        Whether figures are drawn; without them pages show their scripts alone.
+    """
+    from sphinx.cmd.build import main as sphinx
+
+    shutil.rmtree(out, ignore_errors=True)
+    shutil.rmtree(ROOT / "docs" / "figures", ignore_errors=True)  # no figure of an older state
+    reference_pages.write()
+    options = ["-b", "html", "-W", "--keep-going", "-E", "-q", "-c", str(ROOT / "docs"), "-d", str(out) + "-read"]
+    options += [] if figures else ["-D", "sphinx_gallery_conf.plot_gallery=0"]
+    failed = sphinx([*options, str(ROOT), str(out)])
+    if failed:
+        return int(failed)
+    (out / "index.html").write_text(ENTRANCE, encoding="utf-8", newline="\n")
+    return site_links.main(out)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Read the arguments and build."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=OUT, help="folder, build/site without it")
+    parser.add_argument("--without-figures", action="store_true", help="quick: scripts of figures are shown, not run")
+    asked = parser.parse_args(arguments)
+    begun = time.monotonic()
+    failed = build(asked.out, not asked.without_figures)
+    words = "failed" if failed else f"built: {asked.out / 'index.html'}"
+    print(f"{words}, {time.monotonic() - begun:.0f} s")
+    return failed
+
+
+if __name__ == "__main__":
+    sys.exit(main())
