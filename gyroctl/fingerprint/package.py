@@ -26,17 +26,16 @@ shipped its first set finds the steps of the second one again."""
 LEDGER = "seeds.toml"
 """The ledger of seeds says who may run on what and computes nothing: to mark a seed spent makes no run stale."""
 
-TOLD = "version.py"
-"""The version of this package names what stands in its files, and they are hashed themselves: a release whose code is
-the same makes no run stale. Records tell the version beside their key."""
-
 LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "casadi", "osqp", "cmaes")
 """What computes a run, and what draws the samples of a search."""
 
 
 @cache
 def fingerprint() -> str:
-    """SHA-256 of all code and data of this package and of the versions of the libraries that compute."""
+    """SHA-256 of all code and data of this package and of the versions of the libraries that compute.
+
+    The version of the package stands in one of its files.
+    """
     names = [path.name for path in ROOT.iterdir() if path.name not in APART]
     rooms = {name: room_folder(name) for name in {*names, LAWS}}
     return hashlib.sha256((versions() + listing(rooms)).encode()).hexdigest()
@@ -73,7 +72,7 @@ def listing(rooms: Mapping[str, Path]) -> str:
     for room, root in rooms.items():
         for path in [root] if root.is_file() else root.rglob("*"):
             inside = path.relative_to(root).parts
-            passing = path.name == TOLD or any(
+            passing = any(
                 part.startswith((".", "__pycache__")) or part in (SHIPPED, LEDGER) for part in (room, *inside)
             )
             if path.is_file() and not passing:

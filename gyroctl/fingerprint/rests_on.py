@@ -24,8 +24,8 @@ APIECE = (LAWS, "studies")
 LOOKS = ("faces", "palette", "plots")
 """Rooms that show what others have computed, called by `__repr__`, `plot` and the like alone: no bit is theirs."""
 
-DATA = ("data",)
-"""What no import shows: tables that are read."""
+DATA = ("data", "version.py")
+"""What no import shows: tables that are read, and the version."""
 
 
 def code_of(*modules: str) -> str:
