@@ -126,7 +126,7 @@ RUNS = {
     "startup": Run("python -m gyroctl.studies.startup --seeds 1:101", "", "startup.json", "3 min"),
     "connection": Run(
         "python -m gyroctl.studies.connection --seeds 1:65 --budget 2e6",
-        "python -m gyroctl.studies.connection --seeds 1:9 --gammas 5 --heights 0.283 --duration 600 --budget 8e5",
+        "python -m gyroctl.studies.connection --seeds 1:9 --gammas 5 --heights 0.283 --duration 600 --budget 1e6",
         "connection.json",
         "not measured",
     ),

@@ -170,7 +170,7 @@ def test_an_answer_is_read_back_from_its_record(answer: Answer) -> None:
 @pytest.mark.slow
 def test_report_searches_and_keeps_all_figures_of_the_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GYROCTL_CACHE", str(tmp_path / "cache"))
-    connection_report(tmp_path / "out", range(1, 9), (5.0,), (0.283,), 600.0, budget=8e5, workers=2, quiet=True)
+    connection_report(tmp_path / "out", range(1, 9), (5.0,), (0.283,), 600.0, budget=1e6, workers=2, quiet=True)
     assert {path.name for path in (tmp_path / "out").iterdir()} == {
         f"connection.{e}" for e in ("json", "md", "png", "svg", "pdf")
     }

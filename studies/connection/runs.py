@@ -182,8 +182,8 @@ def compare_connections(
     devices = {"magnetic": magnetic, "rigid": magnetic.replace(connection="rigid")}
     seas = [SeaState(hs=float(hs), gamma=float(gamma)) for gamma in gammas for hs in heights]
     how = {"duration": duration, "workers": workers, "quiet": quiet}
+    best = [_at_best(devices, sea, seeds, budget, how) for sea in seas]  # first, since a budget may be refused
     same = [case for sea in seas for case in _same_gain(devices, sea, gains, seeds, how)]
-    best = [_at_best(devices, sea, seeds, budget, how) for sea in seas]
     same_p, best_p = (holm([p for _, p in cases]) for cases in (same, best))
     return Answer(
         tuple(float(gamma) for gamma in gammas),
