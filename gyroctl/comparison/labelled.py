@@ -10,7 +10,7 @@ from gyroctl.plots.laws import comparison_figure
 from gyroctl.plots.of_dataset import Drawn, plain
 
 
-class Comparison(xarray.Dataset):
+class Comparison(xarray.Dataset):  # type: ignore[no-untyped-call]
     """Laws on identical realisations, see `gyroctl.compare`: an `xarray.Dataset` with all its methods.
 
     ``found.plot()`` draws power, smoothness, motion and lock of each law, run by run. What is left of it by a choice of

@@ -47,8 +47,8 @@ def shown(face: Callable[[Any], Face]) -> Callable[[T], T]:
             except Exception as error:  # a repr that raises hides what one wanted to see
                 return Face(type(self).__name__, [("cannot be shown", f"{type(error).__name__}: {error}")])
 
-        kind.__repr__ = text
-        kind._repr_html_ = markup
+        own: Any = kind
+        own.__repr__, own._repr_html_ = text, markup
         return kind
 
     return give
@@ -58,9 +58,10 @@ def pictured(face: Callable[[Any], Face]) -> Callable[[T], T]:
     """Give a class the HTML repr alone: its repr is short, and builds it again."""
 
     def give(kind: T) -> T:
-        plain = kind.__repr__
-        shown(face)(kind)
-        kind.__repr__ = plain
+        own: Any = kind
+        plain = own.__repr__
+        shown(face)(own)
+        own.__repr__ = plain
         return kind
 
     return give

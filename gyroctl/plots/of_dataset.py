@@ -45,7 +45,7 @@ class Drawn:
         return getattr(plain(self._ds).plot, name)
 
 
-@xarray.register_dataset_accessor("gyroctl")
+@xarray.register_dataset_accessor("gyroctl")  # type: ignore[no-untyped-call]
 class Accessor:
     """``ds.gyroctl`` of a dataset that was read from a file: it draws a run or a comparison.
 

@@ -64,8 +64,8 @@ def run_figure(ds: Any, begin: float | None = None, end: float | None = None) ->
         for panel, (words, unit, names) in zip(axes, PANELS, strict=True):
             for i, name in enumerate(names):
                 colour = MUTED if name == "elevation" or i else look.colour
-                style = {"color": colour, "lw": 1.1, "ls": ("-", "--")[i], "label": NAMES.get(name, name)}
-                panel.plot(time[part], np.asarray(ds[name].values)[part], **style)
+                look_of: dict[str, Any] = {"color": colour, "lw": 1.1, "ls": ("-", "--")[i]}
+                panel.plot(time[part], np.asarray(ds[name].values)[part], label=NAMES.get(name, name), **look_of)
             if len(names) > 1:
                 panel.legend(loc="upper right", ncols=len(names))
             label(panel, words, "", unit)

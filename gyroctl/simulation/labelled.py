@@ -10,7 +10,7 @@ from gyroctl.plots.of_dataset import Drawn, plain
 from gyroctl.plots.run import run_figure
 
 
-class Trajectory(xarray.Dataset):
+class Trajectory(xarray.Dataset):  # type: ignore[no-untyped-call]
     """A run over time, see `gyroctl.simulation.trajectory`: an `xarray.Dataset` with all its methods.
 
     ``run.plot(begin, end)`` draws waves, ring, float, controls and power over these times [s]. What is left of it by a

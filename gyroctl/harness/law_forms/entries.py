@@ -13,6 +13,6 @@ def with_entry(values: Any, at: int, value: Any) -> Any:
     return (*values[:at], value, *values[at + 1 :])
 
 
-@overload(with_entry, strict=False)
+@overload(with_entry, strict=False)  # type: ignore[untyped-decorator]
 def _with_entry(values: Any, at: Any, value: Any) -> Any:
     return lambda values, at, value: tuple_setitem(values, at, value)

@@ -130,7 +130,7 @@ def casadi_law(
 def _meanings(inputs: Mapping[str, int], reads: tuple[str, ...] | None) -> dict[str, tuple[str, ...]]:
     """What each input of the function is: ("t",), ("state",), or the signals of its entries."""
     unnamed = [name for name in inputs if name not in ("t", "y", "state", *SIGNALS)]
-    found = {name: (name,) for name in inputs if name not in unnamed and name != "y"}
+    found: dict[str, tuple[str, ...]] = {name: (name,) for name in inputs if name not in unnamed and name != "y"}
     if "y" in inputs:
         found["y"] = CHANNELS if reads is None or inputs["y"] == len(CHANNELS) else reads
     elif unnamed and reads is not None:

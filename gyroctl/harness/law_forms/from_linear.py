@@ -106,6 +106,6 @@ def linear_law(
     rows = [CONTROLS.index(name) for name in sets]
     A[: system.nstates, : system.nstates], B[: system.nstates] = system.A, system.B
     C[np.ix_(rows, range(system.nstates))], D[rows] = system.C, system.D
-    tables = (tuple(float(value) for value in matrix.ravel()) for matrix in (A, B, C, D))
+    a, b, c, d = (tuple(float(value) for value in matrix.ravel()) for matrix in (A, B, C, D))
     numbers = tuple(float(SIGNALS.index(name)) for name in reads)
-    return LinearLaw(*tables, numbers, tuple(point[name] for name in reads), pair, most, N, period)
+    return LinearLaw(a, b, c, d, numbers, tuple(point[name] for name in reads), pair, most, N, period)

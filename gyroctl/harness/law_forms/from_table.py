@@ -63,7 +63,8 @@ def table_law(
     flat = tuple(float(value) for values in nodes.values() for value in values)
     counts = tuple(float(count) for count in shape)
     reads = tuple(float(SIGNALS.index(name)) for name in nodes)
-    return TableLaw(*commands, flat, counts, reads, float(smooth), most, N, period)
+    cc, cg = commands
+    return TableLaw(cc, cg, flat, counts, reads, float(smooth), most, N, period)
 
 
 Tables = tuple[dict[str, NDArray[np.float64]], dict[str, NDArray[np.float64]]]

@@ -16,10 +16,10 @@ from gyroctl.harness.law_forms.signals import SIGNALS, channels_of, heard, kept
 from gyroctl.plant.compiled import inlined
 
 UNARY = ("ASSIGN", "NEG", "EXP", "LOG", "SQRT", "SQ", "TWICE", "SIN", "COS", "TAN", "ASIN", "ACOS", "ATAN", "FABS")
-UNARY += ("SIGN", "NOT", "TANH", "SINH", "COSH", "INV", "FLOOR", "CEIL")
+MORE = ("SIGN", "NOT", "TANH", "SINH", "COSH", "INV", "FLOOR", "CEIL")
 BINARY = ("ADD", "SUB", "MUL", "DIV", "POW", "CONSTPOW", "FMIN", "FMAX", "LT", "LE", "EQ", "NE", "AND", "OR")
-BINARY += ("IF_ELSE_ZERO", "ATAN2", "HYPOT", "COPYSIGN")
-OPERATIONS = (*UNARY, *BINARY)
+CHOICES = ("IF_ELSE_ZERO", "ATAN2", "HYPOT", "COPYSIGN")
+OPERATIONS = (*UNARY, *MORE, *BINARY, *CHOICES)
 """casadi's names of the operations that are known, in the order of their numbers."""
 
 CONSTANT, INPUT, OUTPUT = -1.0, -2.0, -3.0
@@ -29,7 +29,7 @@ WIDTH = 4
 """Numbers of an instruction: operation, place of its result, and of its two arguments (or the number, the input)."""
 
 ADD, SUB, MUL, DIV = (float(OPERATIONS.index(name)) for name in ("ADD", "SUB", "MUL", "DIV"))
-FIRST_BINARY = float(len(UNARY))
+FIRST_BINARY = float(len(UNARY) + len(MORE))
 
 LARGEST_EXPONENT = 709.0
 """Beyond it exp is infinite, where Python would raise."""
@@ -131,7 +131,7 @@ def power(v: Any, w: Any) -> Any:
 
 @inlined
 def unary(code: Any, v: Any) -> Any:
-    """Carry out an operation on one number, by its place in `UNARY`."""
+    """Carry out an operation on one number, by its place in `OPERATIONS`."""
     if code == 0.0:
         return v
     if code == 1.0:
