@@ -178,9 +178,11 @@ def decades(low: float, high: float, most: int = 4) -> list[float]:
 
 def powers_of_ten(axis: Axis, low: float, high: float) -> None:
     """Give a logarithmic axis few ticks, written as numbers: what is no formula in a name is none in a tick."""
+    from matplotlib.ticker import NullLocator
+
     ticks = decades(low, high)
     axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set_ticks([], minor=True)
+    axis.set_minor_locator(NullLocator())
 
 
 @contextmanager
