@@ -153,7 +153,8 @@ class Plate(NamedTuple):
 
 def plate(draw: Callable[[Paper], Drawing], key: str, papers: Sequence[Paper] = (DESK, TELEPHONE)) -> Plate:
     """Draw a picture for each paper; `key` is other than that of every other picture of the page."""
-    drawn, keys = [], ()
+    drawn = list[str]()
+    keys: tuple[Key, ...] = ()
     for paper in papers:
         with look(paper):
             figure, alt, keys = draw(paper)
@@ -190,7 +191,7 @@ def look(paper: Paper) -> Iterator[None]:
     """Draw with the look of the reports."""
     import matplotlib as mpl
 
-    style: dict[str, Any] = {
+    style: Any = {
         "font.family": "sans-serif",
         "font.sans-serif": list(FONTS),
         "font.size": paper.type,

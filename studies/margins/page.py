@@ -108,11 +108,15 @@ def _channels(content: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         if isinstance(one, dict):
             gain = one.get("gain")
             pair = gain if isinstance(gain, list) and len(gain) == 2 else [None, None]
-            ends = [float(end) if is_finite(end) else math.nan for end in pair]
+            ends = [_as_number(end) for end in pair]
             yield {"name": name, "values": [*ends, *(_number(one, part) for part in ("phase", "delay", "disk"))]}
 
 
 def _number(values: Mapping[str, Any], name: str) -> float:
     """Number by its name, with whatever unit stands behind it there."""
     found = next((value for key, value in values.items() if key == name or key.startswith(f"{name}_")), None)
-    return float(found) if is_finite(found) else math.nan
+    return _as_number(found)
+
+
+def _as_number(value: Any) -> float:
+    return float(value) if is_finite(value) else math.nan
