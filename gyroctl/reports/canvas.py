@@ -89,7 +89,7 @@ class Room(NamedTuple):
     left: float = 62.0
     right: float = 14.0
     top: float = 10.0
-    bottom: float = 46.0
+    bottom: float = 49.0
     across: float = 60.0
     down: float = 60.0
 
@@ -216,6 +216,7 @@ def look(paper: Paper) -> Iterator[None]:
         "ytick.color": LIGHT.axis,
         "xtick.labelcolor": LIGHT.muted,
         "ytick.labelcolor": LIGHT.muted,
+        "xtick.major.pad": 6.5,  # clear of the lowest label of the other axis
         "xtick.labelsize": paper.type - 0.5,
         "ytick.labelsize": paper.type - 0.5,
         "figure.facecolor": "none",

@@ -282,7 +282,7 @@ def load_angle(sample: Sample, name: str, colour: str, paper: Paper) -> Drawing:
     return _tile(figure, axes, f"Load angle of {name}: median {middle} degrees, beyond ±90 for {beyond} of the time.")
 
 
-_ROOM = Room(left=58.0, right=14.0, top=8.0, bottom=40.0)
+_ROOM = Room(left=58.0, right=14.0, top=8.0, bottom=43.0)
 
 
 def _histogram(axes: Axes, values: Floats, edges: Floats, colour: str) -> None:

@@ -108,8 +108,9 @@ def _channels(content: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         if isinstance(one, dict):
             gain = one.get("gain")
             pair = gain if isinstance(gain, list) and len(gain) == 2 else [None, None]
-            ends = [_as_number(end) for end in pair]
-            yield {"name": name, "values": [*ends, *(_number(one, part) for part in ("phase", "delay", "disk"))]}
+            most, delay = (math.inf if value is None else _as_number(value) for value in (pair[1], one.get("delay_s")))
+            numbers = [_as_number(pair[0]), most, _number(one, "phase"), delay, _number(one, "disk")]
+            yield {"name": name, "values": numbers}
 
 
 def _number(values: Mapping[str, Any], name: str) -> float:
