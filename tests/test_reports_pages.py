@@ -342,7 +342,7 @@ def test_table_of_an_evaluation_is_markup_of_ours_alone():
     text = "# T\n\n## Cases\n\n| law | power |\n| --- | ---: |\n| <img src=x onerror=a()> | [b](javascript:c) |\n"
     found = in_html(text, 'a "title"')
     assert "<img" not in found and "<a " not in found
-    assert '<th scope="row">&lt;img' in found and 'aria-label="a &#34;title&#34;, table 1"' in found
+    assert '<th scope="row">&lt;img' in found and 'aria-label="a &quot;title&quot;, table 1"' in found
     assert "<h3>Cases</h3>" in found and "<h2>" not in found
 
 

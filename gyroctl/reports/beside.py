@@ -64,6 +64,8 @@ class Beside(NamedTuple):
     unread: list[str]
 
 
+NOTHING_TOLD = "–"
+
 NOTHING = Beside({}, {}, [], [])
 
 
@@ -127,7 +129,9 @@ def _by_law(content: Mapping[str, Any]) -> dict[str, list[RowFound]]:
                 ", ".join(case) or str(row["law"]),
                 _estimate(row["power"]),
                 _estimate(ratio),
-                *(str(row.get(name, "–")) for name in ("locked", "in_step", "runs")),
+                str(row.get("locked", NOTHING_TOLD)),
+                str(row.get("in_step", NOTHING_TOLD)),
+                str(row.get("runs", NOTHING_TOLD)),
                 float(row["turns_kept"]) if is_finite(row.get("turns_kept")) else math.nan,
             )
         )

@@ -89,7 +89,7 @@ class Room(NamedTuple):
     left: float = 62.0
     right: float = 14.0
     top: float = 10.0
-    bottom: float = 46.0
+    bottom: float = 49.0
     across: float = 60.0
     down: float = 60.0
 
@@ -153,7 +153,8 @@ class Plate(NamedTuple):
 
 def plate(draw: Callable[[Paper], Drawing], key: str, papers: Sequence[Paper] = (DESK, TELEPHONE)) -> Plate:
     """Draw a picture for each paper; `key` is other than that of every other picture of the page."""
-    drawn, keys = [], ()
+    drawn = list[str]()
+    keys: tuple[Key, ...] = ()
     for paper in papers:
         with look(paper):
             figure, alt, keys = draw(paper)
@@ -178,9 +179,11 @@ def decades(low: float, high: float, most: int = 4) -> list[float]:
 
 def powers_of_ten(axis: Axis, low: float, high: float) -> None:
     """Give a logarithmic axis few ticks, written as numbers: what is no formula in a name is none in a tick."""
+    from matplotlib.ticker import NullLocator
+
     ticks = decades(low, high)
     axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set_ticks([], minor=True)
+    axis.set_minor_locator(NullLocator())
 
 
 @contextmanager
@@ -188,7 +191,7 @@ def look(paper: Paper) -> Iterator[None]:
     """Draw with the look of the reports."""
     import matplotlib as mpl
 
-    style: dict[str, Any] = {
+    style: Any = {
         "font.family": "sans-serif",
         "font.sans-serif": list(FONTS),
         "font.size": paper.type,
@@ -213,6 +216,7 @@ def look(paper: Paper) -> Iterator[None]:
         "ytick.color": LIGHT.axis,
         "xtick.labelcolor": LIGHT.muted,
         "ytick.labelcolor": LIGHT.muted,
+        "xtick.major.pad": 6.5,  # clear of the lowest label of the other axis
         "xtick.labelsize": paper.type - 0.5,
         "ytick.labelsize": paper.type - 0.5,
         "figure.facecolor": "none",

@@ -146,9 +146,9 @@ def paired_forest(ds: xr.Dataset, evaluation: Evaluation, paper: Paper) -> Drawi
         Key("distinguishable", CLEAR_BLUE, "box"),
         Key(f"{NOT_DISTINGUISHABLE}, or no interval", REFERENCE_GREY, "hole"),
     )
-    apart = [d for d in pairs if d.words in ("more", "less")]
+    told_apart = [d for d in pairs if d.words in ("more", "less")]
     alt = (
-        f"Paired differences in mean power of {len(pairs)} pairs of laws with 95 % intervals; {len(apart)} are "
+        f"Paired differences in mean power of {len(pairs)} pairs of laws with 95 % intervals; {len(told_apart)} are "
         f"distinguishable from none. The numbers stand in the table of all pairs below."
     )
     return Drawing(figure, alt, keys)

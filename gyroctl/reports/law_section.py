@@ -199,7 +199,7 @@ def power_distribution(sample: Sample, name: str, colour: str, paper: Paper) -> 
     """Share of the time [1] by electrical power [W], with the mean and the 98 % quantile."""
     power = sample.series["power"]
     figure, (axes,) = sheet(paper, [130.0], room=_ROOM)
-    axes.hist(power, 40, weights=np.full(power.size, 1.0 / power.size), color=colour, linewidth=0)
+    _histogram(axes, power, np.histogram_bin_edges(power, 40), colour)
     mean, high = float(power.mean()), float(np.quantile(power, 0.98))
     axes.axvline(mean, color=REFERENCE_GREY, lw=1.4)
     axes.axvline(high, color=REFERENCE_GREY, lw=1.4, ls="--")
@@ -271,7 +271,7 @@ def load_angle(sample: Sample, name: str, colour: str, paper: Paper) -> Drawing:
     angle = np.degrees(sample.series["load_angle"])
     angle = angle[np.isfinite(angle)]
     figure, (axes,) = sheet(paper, [130.0], room=_ROOM)
-    axes.hist(angle, 48, (-180.0, 180.0), weights=np.full(angle.size, 1.0 / max(angle.size, 1)), color=colour, lw=0)
+    _histogram(axes, angle, np.linspace(-180.0, 180.0, 49), colour)
     axes.axvline(-90.0, color=WARNING, lw=1.2, ls="--")
     axes.set_xlim(-180.0, 180.0)
     axes.set_xticks([-180, -90, 0, 90, 180])
@@ -282,7 +282,14 @@ def load_angle(sample: Sample, name: str, colour: str, paper: Paper) -> Drawing:
     return _tile(figure, axes, f"Load angle of {name}: median {middle} degrees, beyond ±90 for {beyond} of the time.")
 
 
-_ROOM = Room(left=58.0, right=14.0, top=8.0, bottom=40.0)
+_ROOM = Room(left=58.0, right=14.0, top=8.0, bottom=43.0)
+
+
+def _histogram(axes: Axes, values: Floats, edges: Floats, colour: str) -> None:
+    """Share of the values between the edges, as one area."""
+    counts, _ = np.histogram(values, edges)
+    axes.stairs(counts / max(values.size, 1), edges, fill=True, color=colour, linewidth=0)
+    axes.set_ylim(bottom=0.0)
 
 
 def _tile(figure: Figure, axes: Axes, alt: str) -> Drawing:

@@ -6,6 +6,8 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gyroctl.reports import layout
 from gyroctl.reports.canvas import LETTER, Drawing, Key, Paper, Room, sheet
 from gyroctl.reports.coinciding import groups
@@ -68,7 +70,7 @@ def _names(axes: Axes, laws: Sequence[LawResult], paper: Paper, reference: str |
         if _bounded(y):
             (left, low), (right, high) = to_pixels((x.value, y.low)), to_pixels((x.value, y.high))
             bars.append(Box(left - 1.0, right + 1.0, low, high))
-    together = groups([(law.power_cv.value, law.power.value) for law in laws])  # type: ignore[list-item]
+    together = groups([np.array([law.power_cv.value, law.power.value]) for law in laws])
     names = [" = ".join(paper.short(laws[k].name) for k in group) for group in together]
     size = paper.type - 0.5
     sizes = [(LETTER * size * len(name) + 2.0, 1.25 * size) for name in names]
@@ -87,7 +89,7 @@ def _names(axes: Axes, laws: Sequence[LawResult], paper: Paper, reference: str |
         near_x = min(max(point[0], place_.left), place_.right)
         near_y = min(max(point[1], place_.bottom), place_.top)
         if math.hypot(near_x - point[0], near_y - point[1]) > 12.0:
-            line = to_data([(near_x, near_y), point])
+            line = to_data(np.array([(near_x, near_y), tuple(point)], dtype=np.float64))
             axes.plot(line[:, 0], line[:, 1], color=LIGHT.muted, lw=0.7, zorder=2, scalex=False, scaley=False)
         weight = "normal" if laws[group[0]].name == reference else "bold"
         axes.text(x, y, name, ha="center", va="center", fontsize=size, fontweight=weight, zorder=4)

@@ -156,12 +156,14 @@ def shown_first(evaluation: Evaluation) -> list[str]:
 
 def _beyond_one(axes: Axes) -> None:
     """Axis of a load share: linear up to 1, logarithmic beyond, so that every value has its place."""
+    from matplotlib.ticker import NullLocator
+
     axes.set_yscale("symlog", linthresh=1.0, linscale=1.0)
     top = 10.0 ** np.ceil(np.log10(max(axes.get_ylim()[1], 10.0)))
     ticks = [0.0, 0.5, 1.0, *(10.0**k for k in range(1, round(float(np.log10(top))) + 1))]
     shown = ticks if len(ticks) <= 5 else [0.0, 1.0, *ticks[3 :: max(1, (len(ticks) - 3) // 2)]]
     axes.set_yticks(shown, [f"{tick:g}" for tick in shown])
-    axes.set_yticks([], minor=True)
+    axes.yaxis.set_minor_locator(NullLocator())
     axes.set_ylim(0.0, top)
     axes.axhline(1.0, color=REFERENCE_GREY, lw=1.0, ls="--")
 

@@ -108,11 +108,16 @@ def _channels(content: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         if isinstance(one, dict):
             gain = one.get("gain")
             pair = gain if isinstance(gain, list) and len(gain) == 2 else [None, None]
-            ends = [float(end) if is_finite(end) else math.nan for end in pair]
-            yield {"name": name, "values": [*ends, *(_number(one, part) for part in ("phase", "delay", "disk"))]}
+            most, delay = (math.inf if value is None else _as_number(value) for value in (pair[1], one.get("delay_s")))
+            numbers = [_as_number(pair[0]), most, _number(one, "phase"), delay, _number(one, "disk")]
+            yield {"name": name, "values": numbers}
 
 
 def _number(values: Mapping[str, Any], name: str) -> float:
     """Number by its name, with whatever unit stands behind it there."""
     found = next((value for key, value in values.items() if key == name or key.startswith(f"{name}_")), None)
-    return float(found) if is_finite(found) else math.nan
+    return _as_number(found)
+
+
+def _as_number(value: Any) -> float:
+    return float(value) if is_finite(value) else math.nan
