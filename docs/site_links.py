@@ -85,7 +85,8 @@ def faults(site: Path) -> tuple[list[str], list[str], int]:
     tuple of list of str, list of str and int
         What is broken, each with the page that says it; the links to other hosts; the number of links within the site.
     """
-    pages = {path.resolve(): read(path.read_text(encoding="utf-8")) for path in sorted(site.rglob("*.html"))}
+    found = [path.resolve() for path in sorted(site.rglob("*.html")) if "_static" not in path.parts]  # templates there
+    pages = {path: read(path.read_text(encoding="utf-8")) for path in found}
     broken, away, inside = [], set(), 0
     for path, page in pages.items():
         name = path.relative_to(site.resolve()).as_posix()
