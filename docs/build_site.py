@@ -2,8 +2,8 @@
 
     python docs/build_site.py
 
-Writes the pages of the reference, draws the figures, builds with warnings as errors, and checks every link of what came
-out. Fails where any of them does.
+Writes the pages of the reference, draws the figures, builds with warnings as errors, and checks every link and every public
+name of what came out. Fails where any of them does.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from pathlib import Path
 
 import reference_pages
 import site_links
+import site_reference
 
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "build" / "site"
@@ -54,7 +55,9 @@ def build(out: Path = OUT, figures: bool = True) -> int:
     if failed:
         return int(failed)
     (out / "index.html").write_text(ENTRANCE, encoding="utf-8", newline="\n")
-    return site_links.main(out)
+    lacking = site_reference.faults(out)
+    print("\n".join(lacking) or "every public name is in the reference")
+    return 1 if site_links.main(out) or lacking else 0
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -12,6 +12,7 @@ import importlib.util
 import pkgutil
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -94,6 +95,11 @@ class Name:
     def constant(self) -> bool:
         """Whether it is a value rather than a class or a function."""
         return not callable(self.thing) or isinstance(self.thing, dict | tuple)
+
+    @property
+    def filled(self) -> bool:
+        """Whether it is a function with some of its arguments filled in."""
+        return isinstance(self.thing, partial)
 
 
 def rooms() -> list[str]:

@@ -64,6 +64,17 @@ def shown_above(name: Name) -> bool:
     return name.name in gyroctl.__all__ and home_of("gyroctl", name.name) == name.home
 
 
+def in_place(name: Name) -> bool:
+    """Whether a name is explained on the page of its room."""
+    return name.constant or name.filled
+
+
+def page_of(name: Name) -> str:
+    """File of the site that explains a name, from the folder of the reference."""
+    room = name.room.removeprefix("gyroctl.").replace(".", "_")
+    return f"room_{room}.html" if in_place(name) else f"names/{name.path}.html"
+
+
 def room_page(room: str) -> str:
     """The names of a room: those that ``gyroctl`` exports by a link, the others by pages, constants in place."""
     import importlib
@@ -77,12 +88,17 @@ def room_page(room: str) -> str:
         told = ", ".join(f":obj:`~gyroctl.{name.name}`" for name in above)
         lines += [f"Exported by ``gyroctl`` itself: {told}.", ""]
     own = [name for name in names if name not in above]
-    lines += summary([name for name in own if not name.constant], module)
-    constants = [name for name in own if name.constant]
-    if constants:
-        lines += heading("Constants", "-")
-        for name in constants:
+    lines += summary([name for name in own if not in_place(name)], module)
+    for title, chosen in (
+        ("Functions with arguments filled in", [name for name in own if name.filled]),
+        ("Constants", [name for name in own if name.constant]),
+    ):
+        lines += heading(title, "-") if chosen else []
+        for name in chosen:
             lines += [f".. autodata:: {name.home}.{name.name}", "   :no-value:", ""]
+    behind = sorted({f"{name.thing.func.__module__}.{name.thing.func.__name__}" for name in own if name.filled})
+    for function in behind:
+        lines += ["Their arguments are those that are not filled in of", "", f".. autofunction:: {function}", ""]
     return "\n".join(lines)
 
 

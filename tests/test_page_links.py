@@ -12,6 +12,7 @@ import pytest
 import site_links
 from markdown_it import MarkdownIt
 from markdown_it.token import Token
+from public_names import Name
 
 ROOT = Path(__file__).parents[1]
 FOLDERS = ("docs", "docs/results")
@@ -162,13 +163,15 @@ def test_fault_of_a_site_is_found(tmp_path: Path, name: str, text: str, fault: s
     assert site(tmp_path, {name: text})[0] == [fault]
 
 
-def test_built_site_holds_every_public_name() -> None:
-    """Where it was built: `make docs`."""
-    built = ROOT / "build" / "site" / "docs" / "reference" / "names"
-    if not built.is_dir():
-        pytest.skip("the site is not built here")
-    from public_names import all_names
+PAGE = (
+    '<dt id="gyroctl.Regular"><a href="../m.html"><span class="viewcode-link">[source]</span></a></dt>'
+    "<dt><strong>height</strong></dt><dt><strong>wp, heading</strong></dt>"
+)
 
-    for name in all_names():
-        if not name.constant:
-            assert (built / f"{name.path}.html").is_file(), name.path
+
+def test_name_that_the_reference_does_not_show_whole_is_found() -> None:
+    site_reference, name = pytest.importorskip("site_reference"), Name("gyroctl", "Regular", "gyroctl.waves.regular")
+    assert site_reference.lacking(name, PAGE) == []
+    assert site_reference.lacking(name, PAGE.replace("height", "width")) == ["height"]
+    assert site_reference.lacking(name, PAGE.replace("viewcode", "no")) == ["its source"]
+    assert site_reference.lacking(name, PAGE.replace("Regular", "Other")) == ["itself"]
