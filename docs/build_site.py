@@ -2,8 +2,8 @@
 
     python docs/build_site.py
 
-Writes the pages of the reference, draws the figures, builds with warnings as errors, and checks every link and every public
-name of what came out. Fails where any of them does.
+Writes the pages of the reference, draws the figures, builds with warnings as errors, and checks every link and every
+public name of what came out. Fails where any of them does.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The reference of the built site: every public name has its page, with all of its arguments and a link to its source."""
+"""The reference of the built site: every public name has its page, with its arguments and a link to its source."""
 
 from __future__ import annotations
 
