@@ -9,6 +9,7 @@ public name of what came out. Fails where any of them does.
 from __future__ import annotations
 
 import argparse
+import re
 import shutil
 import sys
 import time
@@ -34,6 +35,34 @@ ENTRANCE = """<!doctype html>
 """
 
 
+def mend_sources(out: Path) -> None:
+    """Lead the pages of sources back to the reference.
+
+    Sphinx takes one room for all names of a file; where two rooms export names of one, half of its links are to places
+    that are not there. The page is right, and says the place. Its list of files also names modules without a page.
+    """
+    for page in (out / "_modules").rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        new = re.sub(r"names/([\w.]+)\.html#([\w.]+)", _back, text)
+        if page == out / "_modules" / "index.html":
+            new = re.sub(
+                r'<li><a href="([^"]+)">[^<]*</a></li>\n?', lambda f: f[0] if _is_page(page, f[1]) else "", new
+            )
+        if new != text:
+            page.write_text(new, encoding="utf-8", newline="\n")
+
+
+def _back(found: re.Match[str]) -> str:
+    path, place = found[1], found[2]
+    name = path.rpartition(".")[2]
+    _, here, member = place.partition(f".{name}")
+    return f"names/{path}.html#{path}{member}" if here else found[0]
+
+
+def _is_page(page: Path, address: str) -> bool:
+    return (page.parent / address).is_file()
+
+
 def build(out: Path = OUT, figures: bool = True) -> int:
     """Build the site in the folder `out`; return 0 where nothing is wrong.
 
@@ -54,6 +83,7 @@ def build(out: Path = OUT, figures: bool = True) -> int:
     failed = sphinx([*options, str(ROOT), str(out)])
     if failed:
         return int(failed)
+    mend_sources(out)
     (out / "index.html").write_text(ENTRANCE, encoding="utf-8", newline="\n")
     lacking = site_reference.faults(out)
     print("\n".join(lacking) or "every public name is in the reference")

@@ -14,6 +14,7 @@ from reference_pages import page_of
 def lacking(name: Name, html: str) -> list[str]:
     """What the page of a name does not show."""
     shown = set(re.findall(r"\w+", " ".join(re.findall(r"<strong>(.*?)</strong>", html))))
+    shown |= set(re.findall(rf'id="{re.escape(name.path)}\.(\w+)"', html))  # members with a text of their own
     what = [] if f'id="{name.path}"' in html or f'id="{name.home}.{name.name}"' in html else ["itself"]
     if not name.constant:
         what += [entry.name for entry in parameters(name.thing) if entry.name not in shown]
