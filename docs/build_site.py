@@ -45,9 +45,9 @@ def mend_sources(out: Path) -> None:
         text = page.read_text(encoding="utf-8")
         new = re.sub(r"names/([\w.]+)\.html#([\w.]+)", _back, text)
         if page == out / "_modules" / "index.html":
-            new = re.sub(
-                r'<li><a href="([^"]+)">[^<]*</a></li>\n?', lambda f: f[0] if _is_page(page, f[1]) else "", new
-            )
+            for address in re.findall(r'<li><a href="([^"]+)">', new):
+                if not (page.parent / address).is_file():
+                    new = re.sub(rf'<li><a href="{re.escape(address)}">.*?</a>', "<li>", new)
         if new != text:
             page.write_text(new, encoding="utf-8", newline="\n")
 
@@ -57,10 +57,6 @@ def _back(found: re.Match[str]) -> str:
     name = path.rpartition(".")[2]
     _, here, member = place.partition(f".{name}")
     return f"names/{path}.html#{path}{member}" if here else found[0]
-
-
-def _is_page(page: Path, address: str) -> bool:
-    return (page.parent / address).is_file()
 
 
 def build(out: Path = OUT, figures: bool = True) -> int:
