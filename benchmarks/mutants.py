@@ -93,7 +93,11 @@ def stale(mutants: Sequence[Mutant], root: Path = ROOT) -> list[str]:
         count = path.read_text(encoding="utf-8").count(mutant.old) if path.is_file() else 0
         if count != 1:
             problems.append(f"{name}: its text is {count} times in {mutant.file}")
-        if count == 1 and not _readable(path.read_text(encoding="utf-8").replace(mutant.old, mutant.new)):
+        if (
+            count == 1
+            and path.suffix == ".py"
+            and not _readable(path.read_text(encoding="utf-8").replace(mutant.old, mutant.new))
+        ):
             problems.append(f"{name}: is no Python any more")
         if mutant.old == mutant.new or not mutant.tests:
             problems.append(f"{name}: changes nothing, or names no test")

@@ -58,8 +58,9 @@ exclude_patterns = [
     "docs/figures/*.md5",
     "docs/figures/*.json",
 ]
-templates_path = ["templates"]
-source_suffix = {".md": "myst-nb", ".ipynb": "myst-nb", ".rst": "restructuredtext"}
+templates_path = [str(HERE / "templates")]  # absolute, since autosummary begins at the sources
+# autosummary writes its pages with the first of them
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb", ".ipynb": "myst-nb"}
 
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
@@ -91,6 +92,7 @@ sphinx_gallery_conf: dict[str, Any] = {
     "backreferences_dir": "docs/reference/used",
     "min_reported_time": 1e9,
     "show_memory": False,
+    "capture_repr": (),
     "write_computation_times": False,
     "abort_on_example_error": False,
     "reset_modules": ("matplotlib", "site_figures.look"),

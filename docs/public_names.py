@@ -12,7 +12,9 @@ import importlib.util
 import pkgutil
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 import gyroctl
@@ -86,6 +88,11 @@ class Name:
         return getattr(importlib.import_module(self.room), self.name)
 
     @property
+    def key(self) -> tuple[str, str]:
+        """Where it is written and how it is called there."""
+        return self.home, self.thing.__name__ if isinstance(self.thing, type | FunctionType) else self.name
+
+    @property
     def path(self) -> str:
         """How it is imported."""
         return f"{self.room}.{self.name}"
@@ -94,6 +101,11 @@ class Name:
     def constant(self) -> bool:
         """Whether it is a value rather than a class or a function."""
         return not callable(self.thing) or isinstance(self.thing, dict | tuple)
+
+    @property
+    def filled(self) -> bool:
+        """Whether it is a function with some of its arguments filled in."""
+        return isinstance(self.thing, partial)
 
 
 def rooms() -> list[str]:
@@ -121,13 +133,17 @@ def groups() -> dict[str, list[Name]]:
 
 def all_names() -> Iterator[Name]:
     """Every public name once: where several rooms export it, as the first of them does."""
-    seen: set[tuple[str, str]] = set()
+    yield from first_named().values()
+
+
+@cache
+def first_named() -> dict[tuple[str, str], Name]:
+    """Every public name by where it is written and what it is called there, as the first room of the flow has it."""
+    found: dict[tuple[str, str], Name] = {}
     for room in ("", *rooms_in_order()):
         for each in names_of(room):
-            key = each.home, getattr(each.thing, "__name__", each.name)
-            if key not in seen:
-                seen.add(key)
-                yield each
+            found.setdefault(each.key, each)
+    return found
 
 
 def rooms_in_order() -> list[str]:

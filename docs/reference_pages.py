@@ -11,9 +11,7 @@ import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
-from public_names import Name, groups, home_of, names_of, rooms_in_order
-
-import gyroctl
+from public_names import Name, first_named, groups, names_of, rooms_in_order
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDER = ROOT / "docs" / "reference"
@@ -59,9 +57,21 @@ def front() -> str:
     return "\n".join(lines)
 
 
-def shown_above(name: Name) -> bool:
-    """Whether ``gyroctl`` itself exports the same thing, and its page is there."""
-    return name.name in gyroctl.__all__ and home_of("gyroctl", name.name) == name.home
+def shown_above(name: Name) -> Name | None:
+    """The same thing where its page is: with the room that exports it first, None where that is this one."""
+    first = first_named()[name.key]
+    return None if first == name else first
+
+
+def in_place(name: Name) -> bool:
+    """Whether a name is explained on the page of its room."""
+    return name.constant or name.filled
+
+
+def page_of(name: Name) -> str:
+    """File of the site that explains a name, from the folder of the reference."""
+    room = name.room.removeprefix("gyroctl.").replace(".", "_")
+    return f"room_{room}.html" if in_place(name) else f"names/{name.path}.html"
 
 
 def room_page(room: str) -> str:
@@ -72,17 +82,21 @@ def room_page(room: str) -> str:
     names = names_of(room)
     about = (importlib.import_module(module).__doc__ or "").strip()
     lines = [*heading(module), about, ""]
-    above = [name for name in names if shown_above(name)]
+    above = [first for name in names if (first := shown_above(name)) is not None]
     if above:
-        told = ", ".join(f":obj:`~gyroctl.{name.name}`" for name in above)
-        lines += [f"Exported by ``gyroctl`` itself: {told}.", ""]
-    own = [name for name in names if name not in above]
-    lines += summary([name for name in own if not name.constant], module)
-    constants = [name for name in own if name.constant]
-    if constants:
-        lines += heading("Constants", "-")
-        for name in constants:
+        lines += [f"Explained elsewhere: {', '.join(f':obj:`{name.path}`' for name in above)}.", ""]
+    own = [name for name in names if shown_above(name) is None]
+    lines += summary([name for name in own if not in_place(name)], module)
+    for title, chosen in (
+        ("Functions with arguments filled in", [name for name in own if name.filled]),
+        ("Constants", [name for name in own if name.constant]),
+    ):
+        lines += heading(title, "-") if chosen else []
+        for name in chosen:
             lines += [f".. autodata:: {name.home}.{name.name}", "   :no-value:", ""]
+    behind = sorted({f"{name.thing.func.__module__}.{name.thing.func.__name__}" for name in own if name.filled})
+    for function in behind:
+        lines += ["Their arguments are those that are not filled in of", "", f".. autofunction:: {function}", ""]
     return "\n".join(lines)
 
 

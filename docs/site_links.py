@@ -6,6 +6,7 @@ reader may follow to other hosts are listed, not requested.
 
 from __future__ import annotations
 
+import posixpath
 import re
 import sys
 from collections.abc import Iterator
@@ -85,10 +86,11 @@ def faults(site: Path) -> tuple[list[str], list[str], int]:
     tuple of list of str, list of str and int
         What is broken, each with the page that says it; the links to other hosts; the number of links within the site.
     """
-    pages = {path.resolve(): read(path.read_text(encoding="utf-8")) for path in sorted(site.rglob("*.html"))}
+    files = {path.relative_to(site).as_posix() for path in site.rglob("*") if path.is_file()}
+    named = [name for name in sorted(files) if name.endswith(".html") and not name.startswith("_static/")]  # templates
+    pages = {name: read((site / name).read_text(encoding="utf-8")) for name in named}
     broken, away, inside = [], set(), 0
-    for path, page in pages.items():
-        name = path.relative_to(site.resolve()).as_posix()
+    for name, page in pages.items():
         for address in page.links + page.fetched:
             if outside(address):
                 if address in page.fetched:
@@ -99,7 +101,7 @@ def faults(site: Path) -> tuple[list[str], list[str], int]:
             if urlsplit(address).scheme:  # data:, mailto:
                 continue
             inside += 1
-            if why := _dead(path, address, pages):
+            if why := _dead(name, address, files, pages):
                 broken.append(f"{name}: {address}: {why}")
     for sheet in sorted(site.rglob("*.css")):
         broken += [
@@ -110,11 +112,11 @@ def faults(site: Path) -> tuple[list[str], list[str], int]:
     return broken, sorted(away), inside
 
 
-def _dead(path: Path, address: str, pages: dict[Path, Page]) -> str:
+def _dead(page: str, address: str, files: set[str], pages: dict[str, Page]) -> str:
     """Why a link within the site leads nowhere, or an empty text."""
     parts = urlsplit(address)
-    target = path if not parts.path else (path.parent / unquote(parts.path)).resolve()
-    if not target.is_file():
+    target = posixpath.normpath(posixpath.join(posixpath.dirname(page), unquote(parts.path))) if parts.path else page
+    if target not in files:
         return "there is no such file"
     place = unquote(parts.fragment)
     if place and target in pages and place not in pages[target].places:

@@ -5,6 +5,7 @@ Docutils ships the translation from LaTeX; here it is given to Sphinx as one of 
 
 from __future__ import annotations
 
+import re
 from html import escape
 from typing import Any
 
@@ -13,6 +14,9 @@ from docutils.utils.math import MathError
 from docutils.utils.math.latex2mathml import tex2mathml
 from sphinx.application import Sphinx
 from sphinx.errors import ExtensionError
+
+PRIMES = re.compile(r"(?P<primes>'+)(?:\^(?P<power>\w))?")
+"""Marks of rates, raised in print, with a power behind them."""
 
 
 def mathml(tex: str, block: bool = False) -> str:
@@ -23,8 +27,9 @@ def mathml(tex: str, block: bool = False) -> str:
     ExtensionError
         Where the formula is not understood: the build stops and names it.
     """
+    primed = PRIMES.sub(lambda f: "^{" + r"\prime" * len(f["primes"]) + f" {f['power'] or ''}" + "}", tex)
     try:
-        found = str(tex2mathml(tex, as_block=block))
+        found = str(tex2mathml(primed, as_block=block))
     except MathError as error:
         raise ExtensionError(f"a formula is not understood: {tex!r}: {error}") from error
     return found

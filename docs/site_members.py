@@ -5,6 +5,7 @@ The accessors that named tuples bring are left out.
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 from documented import missing_section
@@ -24,6 +25,13 @@ def fields(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: l
         added = missing_section(thing)
         place = next((i - 1 for i, line in enumerate(lines) if set(line) == {"-"} and i), len(lines))
         lines[place:place] = [*added, ""] if added else []
+    lines[:] = [with_bars(line) for line in lines]
+
+
+def with_bars(line: str) -> str:
+    """A line in which the bars of absolute values are bars, not marks of reStructuredText; code stays as it is."""
+    parts = re.split(r"(`+[^`]*`+)", line)
+    return "".join(part if part.startswith("`") else part.replace("|", r"\|") for part in parts)
 
 
 def setup(app: Sphinx) -> dict[str, Any]:

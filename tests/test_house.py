@@ -165,6 +165,7 @@ def test_ci_makefile_and_hooks_run_the_same_checks() -> None:
     assert made["slow"] == [".venv/bin/python -m pytest -n 2 -m slow"] and made["slow"][0] in text(".ci/run")
     assert made["slow"][0] in text("README.md") and 'pytest -n 2 -m "not slow"' in text("README.md")
     assert made["lint"] + made["types"] + made["imports"] == wanted
+    assert made["docs"] == [".venv/bin/python docs/build_site.py"] and made["docs"][0] in text(".ci/run")
     assert re.search(r"^checks: lint types imports$", text("Makefile"), re.MULTILINE)
     hooks = text(".pre-commit-config.yaml")
     assert re.findall(r"^ +entry: (.*)$", hooks, re.MULTILINE) == wanted

@@ -14,19 +14,21 @@ import gyroctl as gy
 plant = gy.zhang2017()
 omega = np.linspace(1.5, 6.0, 400)
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
+figure, axes = plt.subplots(figsize=(9, 3.2), layout="constrained")
 for gamma in (1.0, 5.0, 50.0):
-    left.plot(omega, gy.SeaState(gamma=gamma).spectrum(omega), label=f"γ = {gamma:g}")
-left.set(title="JONSWAP spectra of Hs 0.283 m", xlabel="ω [rad/s]", ylabel="S [m² s]", yscale="log", ylim=(1e-5, 0.1))
-left.legend()
+    axes.plot(omega, gy.SeaState(gamma=gamma).spectrum(omega), label=f"γ = {gamma:g}")
+axes.set(title="JONSWAP spectra of Hs 0.283 m", xlabel="ω [rad/s]", ylabel="S [m² s]", yscale="log", ylim=(1e-5, 0.1))
+axes.legend()
+plt.show()
 
 # %%
 # The moments of the default sea. Their phases differ by some 82°, which picks the sense in which the ring locks.
 
 waves = gy.realise(plant, gy.SeaState(), seed=1, duration=100.0)
+figure, axes = plt.subplots(figsize=(9, 3.2), layout="constrained")
 soon = waves.time <= 20.0
-right.plot(waves.time[soon], waves.moments[0, soon], label="Me1, about the vertical")
-right.plot(waves.time[soon], waves.moments[1, soon], label="Me3, about the horizontal")
-right.set(title=f"Moments of realisation {waves.sha256[:8]}", xlabel="time [s]", ylabel="moment [Nm]")
-right.legend()
+axes.plot(waves.time[soon], waves.moments[0, soon], label="Me1, about the vertical")
+axes.plot(waves.time[soon], waves.moments[1, soon], label="Me3, about the horizontal")
+axes.set(title=f"Moments of realisation {waves.sha256[:8]}", xlabel="time [s]", ylabel="moment [Nm]")
+axes.legend()
 plt.show()

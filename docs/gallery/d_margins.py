@@ -13,17 +13,18 @@ import gyroctl as gy
 
 plant, wave = gy.zhang2017(), gy.Regular(height=0.2, wp=3.14)
 
-gains = np.linspace(2e-4, 4.8e-3, 24)
+gains = np.linspace(2e-4, 6e-3, 30)
 orbits = [gy.lock_orbit(plant, wave, cc=0.052, cg=cg, nearest=False) for cg in gains]
 found = [(cg, orbit) for cg, orbit in zip(gains, orbits, strict=True) if orbit.status != "no orbit"]
 
-figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.2), layout="constrained")
+figure, axes = plt.subplots(figsize=(9, 3.2), layout="constrained")
 for status, mark in (("stable", "o"), ("unstable", "x")):
     here = [(1e3 * cg, orbit.lock_share) for cg, orbit in found if orbit.status == status]
     if here:
-        left.plot(*zip(*here, strict=True), mark, label=status)
-left.set(title="Used share of what the wave can pull", xlabel="cg [10⁻³ Nms]", ylabel="N cg / (J4 V)", ylim=(0, 1))
-left.legend()
+        axes.plot(*zip(*here, strict=True), mark, label=status)
+axes.set(title="Used share of what the wave can pull", xlabel="cg [10⁻³ Nms]", ylabel="N cg / (J4 V)")
+axes.legend()
+plt.show()
 
 # %%
 # The averaged model of the slow modes is an ordinary linear system: what the load does to the angle of the ring, within
@@ -34,8 +35,9 @@ omega = np.linspace(0.02, averaged.valid_frequency, 200)
 row, column = averaged.outputs.index("psi"), averaged.inputs.index("cg")
 identity = np.eye(len(averaged.states))
 response = [averaged.C @ np.linalg.solve(1j * w * identity - averaged.A, averaged.B) + averaged.D for w in omega]
-right.plot(omega, 20.0 * np.log10([abs(one[row, column]) * 3.5e-4 for one in response]))
-right.set(title="From a relative change of cg to ψ", xlabel="ω [rad/s]", ylabel="gain [dB re 1 rad]")
+figure, axes = plt.subplots(figsize=(9, 3.2), layout="constrained")
+axes.plot(omega, 20.0 * np.log10([abs(one[row, column]) * 3.5e-4 for one in response]))
+axes.set(title="From a relative change of cg to ψ", xlabel="ω [rad/s]", ylabel="gain [dB re 1 rad]")
 plt.show()
 
 # %%
