@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -78,7 +78,13 @@ def _power(panel: Axes, cases: Sequence[AtBest]) -> None:
             found = (case.magnetic if name == MAGNETIC else case.rigid).power
             told = case.words in ("more", "less")
             arms = np.nan_to_num([[found.value - found.low], [found.high - found.value]])
-            look = {"color": colour, "marker": marker, "ms": 7, "mew": 1.4, "mfc": colour if told else "white"}
+            look: dict[str, Any] = {
+                "color": colour,
+                "marker": marker,
+                "ms": 7,
+                "mew": 1.4,
+                "mfc": colour if told else "white",
+            }
             panel.errorbar(case.hs + sign * apart, found.value, yerr=arms, lw=0, elinewidth=1.2, **look)
     panel.set_xticks([case.hs for case in cases], [f"{case.hs:g}" for case in cases])
     label(panel, "", "Hs [m]", "")
