@@ -51,8 +51,10 @@ def draw(answer: Answer) -> Figure:
             above.set_ylabel("runs that hold lock")
             below.set_ylabel("mean power [W]")
             above.legend(loc="lower left")
-    for panel in axes[columns:]:
-        panel.set_ylim(bottom=0.0)
+    lowest = min(one.power.low for case in answer.at_best for one in (case.magnetic, case.rigid))
+    for panel in axes[columns:]:  # below nothing where a device drains its flywheel
+        panel.set_ylim(bottom=1.2 * min(lowest, 0.0) if lowest < 0.0 else 0.0)
+        panel.axhline(0.0, color=INK, lw=0.9)
     return figure
 
 
