@@ -134,6 +134,10 @@ def test_figure_says_what_it_shows_with_units_and_the_same_scale_for_what_is_com
         figure = draw(answer)
     above, below = figure.axes[:2], figure.axes[2:]
     assert len({axes.get_ylim() for axes in above}) == len({axes.get_ylim() for axes in below}) == 1
+    shown = [one.power.value for case in answer.at_best for one in (case.magnetic, case.rigid)]
+    assert below[0].get_ylim()[0] <= min(shown) and max(shown) <= below[0].get_ylim()[1], (
+        "no point outside of the panel"
+    )
     assert "[W]" in below[0].get_ylabel() and "[m]" in below[0].get_xlabel() and "Nms]" in above[0].get_xlabel()
     shown = {text.get_text() for text in above[0].get_legend().get_texts()}
     assert shown == {"with the coupling", "rigidly geared"}

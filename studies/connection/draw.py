@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -51,8 +51,10 @@ def draw(answer: Answer) -> Figure:
             above.set_ylabel("runs that hold lock")
             below.set_ylabel("mean power [W]")
             above.legend(loc="lower left")
-    for panel in axes[columns:]:
-        panel.set_ylim(bottom=0.0)
+    lowest = min(one.power.low for case in answer.at_best for one in (case.magnetic, case.rigid))
+    for panel in axes[columns:]:  # below nothing where a device drains its flywheel
+        panel.set_ylim(bottom=1.2 * min(lowest, 0.0) if lowest < 0.0 else 0.0)
+        panel.axhline(0.0, color=INK, lw=0.9)
     return figure
 
 
@@ -78,7 +80,13 @@ def _power(panel: Axes, cases: Sequence[AtBest]) -> None:
             found = (case.magnetic if name == MAGNETIC else case.rigid).power
             told = case.words in ("more", "less")
             arms = np.nan_to_num([[found.value - found.low], [found.high - found.value]])
-            look = {"color": colour, "marker": marker, "ms": 7, "mew": 1.4, "mfc": colour if told else "white"}
+            look: dict[str, Any] = {
+                "color": colour,
+                "marker": marker,
+                "ms": 7,
+                "mew": 1.4,
+                "mfc": colour if told else "white",
+            }
             panel.errorbar(case.hs + sign * apart, found.value, yerr=arms, lw=0, elinewidth=1.2, **look)
     panel.set_xticks([case.hs for case in cases], [f"{case.hs:g}" for case in cases])
     label(panel, "", "Hs [m]", "")

@@ -112,8 +112,8 @@ def _share(share: Mapping[str, Any]) -> Share:
 
 
 def _estimate(found: Mapping[str, Any]) -> Estimate:
-    values = (math.nan if found[name] is None else found[name] for name in ("value", "low", "high"))
-    return Estimate(*values, found["note"])
+    value, low, high = (math.nan if found[name] is None else found[name] for name in ("value", "low", "high"))
+    return Estimate(value, low, high, found["note"])
 
 
 def table(answer: Answer) -> str:
