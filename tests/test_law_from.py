@@ -370,6 +370,9 @@ def untrue(y: Any, calls: list[int] = []) -> tuple[float, float]:  # noqa: B006 
 
 
 STATIC = control.ss([], [], [], [[1e-4]])
+FORGETFUL = ca.Function("f", [ca.SX.sym("y", 7), ca.SX.sym("x")], [ca.SX([0.05, 1e-4])], ["y", "state"], ["u"])
+"""It takes a state and gives none."""
+
 REFUSED: list[tuple[str, Callable[[], Any]]] = [
     ("law_from.source", lambda: gy.law_from(3.0)),  # type: ignore[arg-type]
     ("law_from.source", lambda: gy.law_from(control.tf([1, 0, 0], [1, 1]), reads="psi_rate", sets="cg")),
@@ -403,6 +406,7 @@ REFUSED: list[tuple[str, Callable[[], Any]]] = [
     ("law_from.init", lambda: gy.law_from(governor)),
     ("law_from.init", lambda: gy.law_from(lambda y: (0.0, 0.0), init=(1.0,))),
     ("law_from.init", lambda: gy.law_from(casadi_filter())),
+    ("law_from.source", lambda: gy.law_from(FORGETFUL, init=(0.0,))),
 ]
 
 
