@@ -21,6 +21,7 @@ from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.harness.law_forms.signals import SIGNALS
 from gyroctl.harness.law_forms.tape import OPERATIONS, TapeLaw
 from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.loop_margins.closed_loop_orbit import close_loop
 from gyroctl.loop_margins.dual_numbers import step_jacobian
 
 RNG = np.random.default_rng(7)
@@ -333,6 +334,26 @@ def test_whole_check_passes_on_each_form(device: gy.Plant) -> None:
 
 
 @pytest.mark.slow
+def test_laws_made_in_a_line_have_linear_margins(device: gy.Plant) -> None:
+    """A proportional law by three roads has the same multipliers in the loop, and so the same margins."""
+    wave = gy.Regular(0.2, 3.14)
+    orbit = gy.lock_orbit(device, wave, 0.052, 3.5e-4)
+    rate = ca.SX.sym("psi_rate")
+    answer = ca.vertcat(0.052, 3.5e-4 + 2e-4 * (rate - 3.14))
+    gain = control.ss([], [], [], [[2e-4]], inputs=["psi_rate"], outputs=["cg"])
+    laws = [
+        gy.law_from(gain, at={"psi_rate": 3.14}, cc=0.052, cg=3.5e-4),
+        gy.law_from(ca.Function("f", [rate], [answer], ["psi_rate"], ["u"])),
+        gy.law_from(lambda psi_rate: (0.052, 3.5e-4 + 2e-4 * (psi_rate - 3.14))),
+    ]
+    loops = [close_loop(device, wave, law, orbit, settle=60) for law in laws]
+    assert [loop.status for loop in loops] == ["stable"] * 3
+    largest = [float(np.abs(loop.multipliers[0])) for loop in loops]
+    assert largest == pytest.approx([largest[0]] * 3, rel=1e-8)
+    assert largest[0] != pytest.approx(float(np.abs(orbit.multipliers[0])), rel=1e-7)  # it is fed back
+
+
+@pytest.mark.slow
 def test_laws_made_in_a_line_take_part_in_a_comparison(device: gy.Plant) -> None:
     waves = [gy.realise(device, gy.SeaState(), seed, 90.0) for seed in (1, 2)]
     ds = gy.compare(device, made(), waves, gy.Settings(blend=20.0), quiet=True)
@@ -349,6 +370,9 @@ def untrue(y: Any, calls: list[int] = []) -> tuple[float, float]:  # noqa: B006 
 
 
 STATIC = control.ss([], [], [], [[1e-4]])
+FORGETFUL = ca.Function("f", [ca.SX.sym("y", 7), ca.SX.sym("x")], [ca.SX([0.05, 1e-4])], ["y", "state"], ["u"])
+"""It takes a state and gives none."""
+
 REFUSED: list[tuple[str, Callable[[], Any]]] = [
     ("law_from.source", lambda: gy.law_from(3.0)),  # type: ignore[arg-type]
     ("law_from.source", lambda: gy.law_from(control.tf([1, 0, 0], [1, 1]), reads="psi_rate", sets="cg")),
@@ -382,6 +406,7 @@ REFUSED: list[tuple[str, Callable[[], Any]]] = [
     ("law_from.init", lambda: gy.law_from(governor)),
     ("law_from.init", lambda: gy.law_from(lambda y: (0.0, 0.0), init=(1.0,))),
     ("law_from.init", lambda: gy.law_from(casadi_filter())),
+    ("law_from.source", lambda: gy.law_from(FORGETFUL, init=(0.0,))),
 ]
 
 

@@ -170,7 +170,9 @@ def _flattened(kind: Any, function: Any, meant: Mapping[str, tuple[str, ...]], r
     if command.numel() == 2 + size and size and not parts:
         command, new = command[:2], command[2:]
     else:
-        new = parts.pop(next(iter(parts))) if size and parts else x
+        # a state that stood still would be a multiplier of 1 in the loop: without one it is set anew at each sample
+        forgotten = size > 0 and not parts
+        new = parts.pop(next(iter(parts))) if size and parts else kind.zeros(0 if forgotten else max(size, 1))
     if command.numel() != 2 or parts or new.numel() != max(size, 1):
         raise InputError(SOURCE, ", ".join(names), "is not what a law answers", OUTPUTS)
     return ca.Function("law", [whole], [ca.vertcat(command, new)])
