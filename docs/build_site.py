@@ -23,6 +23,9 @@ import site_reference
 ROOT = Path(__file__).resolve().parents[1]
 OUT = ROOT / "build" / "site"
 
+LINK_BACK = re.compile(r"names/([\w.]+)\.html#([\w.]+)")
+"""A link from a source to the reference: page and place."""
+
 ENTRANCE = """<!doctype html>
 <html lang="en">
 <head>
@@ -43,7 +46,7 @@ def mend_sources(out: Path) -> None:
     """
     for page in (out / "_modules").rglob("*.html"):
         text = page.read_text(encoding="utf-8")
-        new = re.sub(r"names/([\w.]+)\.html#([\w.]+)", _back, text)
+        new = LINK_BACK.sub(_back, text)
         if page == out / "_modules" / "index.html":
             for address in re.findall(r'<li><a href="([^"]+)">', new):
                 if not (page.parent / address).is_file():
@@ -53,9 +56,11 @@ def mend_sources(out: Path) -> None:
 
 
 def _back(found: re.Match[str]) -> str:
+    """The link to a page of the reference with the place that is there: the name by its path, or a member of it."""
     path, place = found[1], found[2]
-    name = path.rpartition(".")[2]
-    _, here, member = place.partition(f".{name}")
+    if place == path or place.startswith(f"{path}."):
+        return found[0]
+    _, here, member = place.partition(f".{path.rpartition('.')[2]}")
     return f"names/{path}.html#{path}{member}" if here else found[0]
 
 

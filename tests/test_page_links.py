@@ -175,3 +175,16 @@ def test_name_that_the_reference_does_not_show_whole_is_found() -> None:
     assert site_reference.lacking(name, PAGE.replace("height", "width")) == ["height"]
     assert site_reference.lacking(name, PAGE.replace("viewcode", "no")) == ["its source"]
     assert site_reference.lacking(name, PAGE.replace("Regular", "Other")) == ["itself"]
+
+
+@pytest.mark.parametrize(
+    ("link", "mended"),
+    [
+        ("names/gyroctl.a.b.It.html#gyroctl.a.It.do", "names/gyroctl.a.b.It.html#gyroctl.a.b.It.do"),
+        ("names/gyroctl.a.It.html#gyroctl.a.It.do", "names/gyroctl.a.It.html#gyroctl.a.It.do"),
+        ("names/gyroctl.it.it.html#gyroctl.it.it", "names/gyroctl.it.it.html#gyroctl.it.it"),
+    ],
+)
+def test_sources_lead_back_to_the_place_that_is_there(link: str, mended: str) -> None:
+    build_site = pytest.importorskip("build_site")
+    assert build_site.LINK_BACK.sub(build_site._back, link) == mended
