@@ -25,7 +25,7 @@ FLOW: dict[str, tuple[str, ...]] = {
     "Seas from files": ("read_spectrum", "read_record"),
     "Waves": ("realise", "WaveRealisation"),
     "Lock": ("lock_orbit", "PeriodicOrbit", "margins"),
-    "Laws": ("law", "Law", "Measurement", "Sensors", "Channel", "Actuators"),
+    "Laws": ("law", "law_from", "check_law", "Law", "Measurement", "Sensors", "Channel", "Actuators"),
     "Runs": ("simulate", "Settings", "scan"),
     "Comparison": ("compare", "find_yardstick", "Yardstick"),
     "Errors": ("InputError", "LawError"),
@@ -57,6 +57,7 @@ ROOMS: tuple[str, ...] = (
     "studies.startup",
     "studies.forecast",
     "studies.device",
+    "studies.connection",
 )
 """Rooms with a face of their own, in the order of the flow; `rooms` finds them, and a test compares."""
 

@@ -8,6 +8,7 @@ law is always grey: colour means "a law under test".
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import count
 from typing import NamedTuple
 
 INK, MUTED, GRID = "#1F2933", "#5B6672", "#E6E9ED"
@@ -111,10 +112,12 @@ def law_styles(names: Sequence[str], reference: str | None = REFERENCE) -> dict[
 
 
 def _free(present: set[str]) -> Iterator[LawStyle]:
-    """Looks for laws of one's own, without an end."""
-    while True:
-        yield from OWN
-        yield from (look for name, look in reversed(tuple(REGISTERED.items())) if name not in present)
+    """Looks for laws of one's own, without an end: where the colours begin again, the markers are shifted."""
+    looks = (*OWN, *(look for name, look in reversed(tuple(REGISTERED.items())) if name not in present))
+    for number in count():
+        shift = number // len(looks)
+        look, other = looks[number % len(looks)], looks[(number + shift) % len(looks)]
+        yield look if not shift % len(looks) else look._replace(symbol=other.symbol, marker=other.marker)
 
 
 def _case(look: LawStyle, number: int) -> LawStyle:

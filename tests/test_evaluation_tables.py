@@ -15,9 +15,9 @@ from gyroctl.cli.app import app
 from gyroctl.comparison import execution
 from gyroctl.harness.registry import describe
 from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.palette import law_styles
 from gyroctl.studies.evaluation import Request, information, offdesign, request, seas
 from gyroctl.studies.evaluation.cases import Case, run_case
-from gyroctl.studies.evaluation.draw import _styles
 from gyroctl.studies.evaluation.entrants import Entrant, pair, reference
 from gyroctl.studies.evaluation.information import REALISTIC, information_table, levels
 from gyroctl.studies.evaluation.offdesign import OffSea, found_pair, off_seas, offdesign_table
@@ -231,5 +231,5 @@ def test_command_refuses_before_the_first_run(tmp_path: Path) -> None:
 
 
 def test_no_two_laws_look_alike_in_a_figure() -> None:
-    styles = _styles([*(f"law {i}" for i in range(24)), "best_constant"])
+    styles = law_styles([*(f"law {i}" for i in range(24)), "best_constant"])
     assert len({(style.colour, style.marker) for style in styles.values()}) == 25

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-import json
+import gzip
 import tracemalloc
 import weakref
 from collections.abc import Sequence
@@ -23,8 +23,7 @@ from gyroctl.harness.run import Settings
 from gyroctl.plant.kernel import rows
 from gyroctl.reports import layout, report
 from gyroctl.reports.evaluation import evaluate
-from gyroctl.reports.report import _series_json
-from gyroctl.reports.timeseries import POINTS, time_series
+from gyroctl.reports.timeseries import LEVELS, PANELS, POINTS, closer_look
 from gyroctl.reports.verdict import judge, shown
 from gyroctl.simulation.extremes import few_points, middle
 from gyroctl.statistics import family, holm, paired_difference
@@ -177,25 +176,27 @@ def test_correction_of_chosen_tests_is_no_smaller_than_over_all() -> None:
 
 def test_lines_of_the_report_are_short_and_keep_every_peak() -> None:
     ds = synthetic(duration=3000.0)
-    figure = time_series(ds, evaluate(ds))
-    names = layout.names(ds)
-    for trace in figure.data[1:8]:
-        assert trace.x.size == trace.y.size <= POINTS
-    peaks = {float(t.y.max()) for t in figure.data} | {float(t.y.min()) for t in figure.data}
-    for signal in layout.EXAMPLES:
-        for own in ds[f"example_{signal}"].values.astype(np.float32):
-            assert float(own.max()) in peaks and float(own.min()) in peaks
-    content = json.loads(_series_json(figure))
-    shared = content["layout"]["meta"]["time"]
-    time = np.frombuffer(base64.b64decode(shared["bdata"]), np.dtype(shared["dtype"]))
-    np.testing.assert_array_equal(time, few_points(ds.time.values, POINTS).time)  # type: ignore[union-attr]
-    assert len(content["data"]) == 1 + 7 * len(names) and all("x" not in trace for trace in content["data"])
+    found = closer_look(ds, evaluate(ds))
+    names, head = layout.names(ds), found["head"]
+    steps = np.frombuffer(gzip.decompress(base64.b64decode(found["text"])), "<u2")
+    lines = steps.reshape(len(head["ranges"]), len(head["time"]))
+    assert len(head["time"]) <= POINTS and len(lines) == 1 + len(PANELS) * len(names)
+    np.testing.assert_allclose(head["time"], few_points(ds.time.values, POINTS).time, atol=1e-3)  # type: ignore[union-attr]
+    order = [names.index(name) for name in head["laws"]]
+    signals = [ds.example_elevation.values[None]]
+    signals += [ds[f"example_{signal}"].values[order] for signal, _ in PANELS]
+    for line, (low, high), own in zip(lines, head["ranges"], np.concatenate(signals), strict=True):
+        assert (low, high) == pytest.approx((own.min(), own.max()), rel=1e-4)
+        if high > low:
+            assert {0, LEVELS} <= set(line.tolist()), "the least and the greatest of all samples are there"
 
 
 def test_page_of_many_realisations_draws_some_and_those_that_stand_out(monkeypatch: pytest.MonkeyPatch) -> None:
     ds = synthetic(realisations=60, examples=False)
     assert report._few_runs(ds, evaluate(ds))[0] is ds
     monkeypatch.setattr(report, "RUNS", 10)
+    monkeypatch.setattr(report, "RUNS_LEAST", 10)
+    monkeypatch.setattr(report, "POINTS_OF_RUNS", 10)
     found = evaluate(ds)
     few_ds, few = report._few_runs(ds, found)
     assert 10 <= len(few.seeds) <= 10 + 3 * 2 * ds.sizes["law"] and few.laws is found.laws

@@ -47,8 +47,8 @@ BY_RUN = ("power", "motion")
 RUNS = 2000
 """Realisations of which each hash is listed: of more, so many of them."""
 
-POINTS_OF_RUNS = 6000
-"""Points of a figure with a point for each run, about: of more runs so many are drawn."""
+POINTS_OF_RUNS, RUNS_LEAST = 6000, 100
+"""Points of a figure with a point for each run, about, and realisations that are drawn at least: of more so many."""
 
 
 def write_report(
@@ -164,7 +164,7 @@ def packed_library() -> str:
 def _few_runs(ds: xr.Dataset, found: Evaluation) -> tuple[xr.Dataset, Evaluation]:
     """Comparison with no more than about `POINTS_OF_RUNS` runs: every so many-th, and those that stand out."""
     count = ds.sizes["realisation"]
-    most = max(POINTS_OF_RUNS // ds.sizes["law"], 100)
+    most = max(POINTS_OF_RUNS // ds.sizes["law"], RUNS_LEAST)
     if count <= most:
         return ds, found
     chosen = set(np.linspace(0, count - 1, most).round().astype(int).tolist())

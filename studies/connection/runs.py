@@ -34,14 +34,14 @@ LONGER, POWER = ("longer", "shorter"), ("more", "less")
 class SameGain(NamedTuple):
     """Both devices with one gain in one sea."""
 
-    gamma: float
+    gamma: float  # peak enhancement of the sea [1]
     hs: float  # [m]
     cg: float  # [Nms]
     magnetic: Share  # of the runs that hold lock
     rigid: Share
     longer: Estimate  # time in lock with the coupling less that without, on the same waves [s]
-    p_holm: float  # corrected over all gains and seas
-    words: str
+    p_holm: float  # corrected over all gains and seas [1]
+    words: str  # what the difference says
 
 
 class OneDevice(NamedTuple):
@@ -61,13 +61,13 @@ class OneDevice(NamedTuple):
 class AtBest(NamedTuple):
     """Each device with its own best constant controls in one sea."""
 
-    gamma: float
+    gamma: float  # peak enhancement of the sea [1]
     hs: float  # [m]
     magnetic: OneDevice
     rigid: OneDevice
     gain: Estimate  # power with the coupling less that without, on the same waves [W]
-    p_holm: float  # corrected over all seas
-    words: str
+    p_holm: float  # corrected over all seas [1]
+    words: str  # what the difference says
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ class Answer:
     Parameters
     ----------
     gammas : tuple of float
-        Peak enhancements of the seas.
+        Peak enhancements of the seas. [1]
     heights : tuple of float
         Significant wave heights. [m]
     seeds : tuple of int
@@ -134,7 +134,7 @@ def compare_connections(
     Parameters
     ----------
     gammas : sequence of float
-        Peak enhancements of the seas.
+        Peak enhancements of the seas. [1]
     heights : sequence of float
         Significant wave heights. [m]
     seeds : sequence of int
