@@ -322,6 +322,7 @@ def test_rolling_resistance_is_the_load_times_its_arm() -> None:
     assert plant.powers(x, (0.0, 0.0), (0.0, 0.0))["rolling_resistance"] == pytest.approx(torque * p.N * 3.1, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_held_moments_are_exact_on_a_line(linear: gy.Plant) -> None:
     """New every 10 ms and extrapolated: what is a line in time acts as if the stages knew it."""
     from typing import NamedTuple

@@ -84,6 +84,7 @@ def test_bad_experiment_is_refused_in_one_line(name: str, tmp_path: Path, run: R
     assert not out.exists(), "half-written"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(FAILING))
 def test_law_that_fails_is_named_beside_the_results_of_the_others(name: str, tmp_path: Path, run: Run) -> None:
     text, words = FAILING[name]

@@ -100,6 +100,7 @@ def test_status_verify_and_clean(study: Path, run: Run, monkeypatch: pytest.Monk
     assert code == 2 and "names code" in said
 
 
+@pytest.mark.slow
 def test_whole_series_and_laws_from_elsewhere_are_verified_as_they_were_compared(tmp_path: Path, run: Run) -> None:
     """The first run of each law is kept otherwise with whole series, and is then another result."""
     (tmp_path / "own").mkdir()

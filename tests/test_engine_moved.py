@@ -148,6 +148,7 @@ def test_sample_is_withheld_and_compared_bit_by_bit(tmp_path: Path) -> None:
     assert all("not made again" in each.differs[0] for each in compared(sample, copy))
 
 
+@pytest.mark.slow
 def test_study_goes_on_in_another_folder(tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was finished in one is not computed again in the other, and a change of the law's table is seen there."""
     here = written(tmp_path / "here")

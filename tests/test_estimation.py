@@ -146,6 +146,7 @@ def test_innovations_are_white_where_the_design_is_the_truth(device: gy.Plant) -
 # --- the compiled filter against dense ones --------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_filter_is_the_dense_one_where_the_ring_stands(device: gy.Plant) -> None:
     """With ring and flywheel at rest and small motion the plant is linear: matrices do the same as the kernel."""
     estimator = MomentEstimator.design(device)

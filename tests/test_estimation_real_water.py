@@ -130,6 +130,7 @@ def test_forecast_reckons_with_what_the_guess_misses(design: gy.Plant) -> None:
 # --- the model that runs along ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_period_of_the_model_is_that_of_the_plant(design: gy.Plant) -> None:
     """Against an adaptive integration of `Plant.derivative` with moments that swing on as the estimator takes them.
 

@@ -70,6 +70,7 @@ def test_too_short_a_run_is_refused(device: gy.Plant) -> None:
         forecast_error(case(device), seer, [100000], 60.0)
 
 
+@pytest.mark.slow
 def test_planner_goes_its_way_while_it_is_noted(device: gy.Plant) -> None:
     waves = lead_in(gy.realise(device, gy.SeaState(), 100000, 20.0), SETTINGS)
     law: Any = gy.law("nmpc", horizon=2.0)

@@ -40,6 +40,7 @@ def run(device: gy.Plant, **laws: Any) -> set[str]:
     return {law for law in laws if not any(outcomes[law, seed].failure for seed in (1, 2))}
 
 
+@pytest.mark.slow
 def test_a_compiled_law_around_a_slow_one_is_slow(device: gy.Plant, sent: list[tuple[str, int]]) -> None:
     """A supervisor is a NamedTuple whatever it wraps: what it wraps decides."""
     plans, rules = (gy.law("supervisor", wraps={"law": name}) for name in ("nmpc", "coupling"))

@@ -108,6 +108,7 @@ def test_every_run_gets_the_law_anew(device: gy.Plant) -> None:
     assert found[1, 2, 3] == found[3, 1, 2]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [failing.Sleeps(), failing.Endless()], ids=lambda law: type(law).__name__)
 def test_a_law_that_does_not_come_back_is_given_up(
     device: gy.Plant, law: gy.Law, monkeypatch: pytest.MonkeyPatch

@@ -82,6 +82,7 @@ def fed(predictor: Predictor, drawn: Drawn, samples: int) -> tuple[PredictorStat
     return state, out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("samples", [1, 6, 45, 170])
 def test_mean_and_deviation_are_those_of_the_conditional_distribution(plant: gy.Plant, samples: int) -> None:
     predictor = designed(plant)

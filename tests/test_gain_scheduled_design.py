@@ -221,6 +221,7 @@ def test_demand_is_a_constraint_of_the_design(device: gy.Plant, monkeypatch: pyt
     assert min(found.disk for name, found in strict.margins.items() if name != "controls") >= 1.1 * least
 
 
+@pytest.mark.slow
 def test_lmi_proves_its_decay_between_the_nodes(device: gy.Plant) -> None:
     small = dataclasses.replace(Design(), envelopes=(0.15, 0.3), frequencies=(3.15,), bandwidths=(0.5,), shares=(0.55,))
     found, certificate = design_lmi(device, small, quiet=True)

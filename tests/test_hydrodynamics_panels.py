@@ -125,6 +125,7 @@ def bare() -> Hydrodynamics:
     return dataclasses.replace(shipped(), froude_krylov=None, diffraction=None, hull=None, wetted=None)
 
 
+@pytest.mark.slow
 def test_import_of_results_without_parts_takes_them_from_a_mesh(tmp_path: Path) -> None:
     whole = import_results(save(bare(), tmp_path / "bare.nc"), "capytaine", tmp_path / "out.nc", Site(), shipped().hull)
     found, hydro = load(whole), shipped()

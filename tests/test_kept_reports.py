@@ -149,6 +149,7 @@ def test_stages_are_on_the_disk_as_they_end(tmp_path: Path) -> None:
     assert json.loads(path.read_text()) == found
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_margins_of_a_law_that_fails_keep_those_of_the_constant_controls(
     tmp_path: Path, laws: Path, monkeypatch: pytest.MonkeyPatch

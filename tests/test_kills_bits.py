@@ -17,6 +17,7 @@ SEEDS = range(100000, 100020)
 DURATION = 200.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(set(registered()) - PLAIN))
 def test_machine_code_has_the_bits_of_python_on_twenty_realisations(device: gy.Plant, name: str) -> None:
     law, settings = gy.law(name), Settings(blend=20.0)

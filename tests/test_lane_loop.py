@@ -229,6 +229,7 @@ def test_nothing_is_lent_that_the_loop_made_itself() -> None:
     assert all(what in given for what, given in found), found
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["constant", "nmpc"])
 def test_fillings_on_two_threads_have_the_bits_of_each_run_alone(device: gy.Plant, name: str) -> None:
     law, waves = gy.law(name), realisations(device, 2 * WORTH, 60.0)

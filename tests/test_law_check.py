@@ -123,6 +123,7 @@ def test_laws_of_a_file(tmp_path: Path) -> None:
         laws_of(tmp_path / "missing.py")
 
 
+@pytest.mark.slow
 def test_command_lists_and_checks_and_ends_with_two_on_failure(tmp_path: Path) -> None:
     runner = CliRunner()
     assert "load_angle" in runner.invoke(app, ["laws"]).output

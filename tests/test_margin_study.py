@@ -310,6 +310,7 @@ def test_command_line_refuses_with_exit_code_two(
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_command_line_gives_json_in_a_pipe(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

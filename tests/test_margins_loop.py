@@ -115,6 +115,7 @@ def confirm(loop: LoopOrbit, margins: LoopMargins) -> int:
 # --- the bar: each margin in the nonlinear loop -------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_every_gain_and_delay_margin_holds_in_the_nonlinear_loop(loop: LoopOrbit, margins: LoopMargins) -> None:
     assert margins.status == "stable"
     assert confirm(loop, margins) >= 2

@@ -164,6 +164,7 @@ class Elements(HTMLParser):
         self.found += [tag, *(name for name, _ in attrs if name.startswith("on"))]
 
 
+@pytest.mark.slow
 def test_report_of_a_name_that_is_markup_holds_it_as_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """In the page, in its figures, in the picture and in the table of the terminal."""
     ds = synthetic().assign_coords(law=["best_constant", MARKUP, "b", "c"])
@@ -182,6 +183,7 @@ def test_report_of_a_name_that_is_markup_holds_it_as_text(tmp_path: Path, capsys
     assert "[red]x[/]" in shown and "\x1b" not in shown
 
 
+@pytest.mark.slow
 def test_comparison_of_a_name_that_is_markup_runs(tmp_path: Path, run: Run) -> None:
     name = "<img src=x onerror=alert(1)> $x^{"
     file = tmp_path / "study.toml"

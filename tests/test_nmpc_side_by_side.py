@@ -41,6 +41,7 @@ def test_predictions_side_by_side_are_those_of_one_after_the_other(count: int) -
     assert room.costs[0] == 7.0 and np.all(room.states[0] == 7.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [100000, 100001])
 @pytest.mark.parametrize("count, least", [(1, 1), (2, 1), (5, 1), (BESIDE + 1, 1), (3, 90)])
 def test_each_plan_becomes_what_it_becomes_alone(count: int, least: int, seed: int) -> None:

@@ -156,6 +156,7 @@ def test_hoarding_before_the_scoring_gains_nothing(
     assert gains_nothing(found, pair)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("duration", LENGTHS)
 @pytest.mark.parametrize("last", [1.0, 3.0, 10.0, 30.0])
 def test_draining_before_the_scoring_gives_no_more_than_the_waves_gave(

@@ -159,6 +159,7 @@ def test_wheel_holds_nothing_that_was_compiled_here(checkout: dict[str, int], un
     assert set(contents(built(unpacked, tmp_path / "wheel"))) == set(checkout)
 
 
+@pytest.mark.slow
 def test_checkout_without_links_has_the_same_laws_and_studies(unlinked: Path, tmp_path: Path) -> None:
     """Used in place: the package finds its two rooms in the folder above."""
     listed = run("-m", "gyroctl", "laws", folder=tmp_path, source=unlinked)

@@ -64,6 +64,7 @@ def test_a_file_in_the_place_of_the_directory_is_refused(tmp_path: Path) -> None
 # --- figures and their data ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_every_figure_gives_a_picture_and_data_that_belong_together(
     tmp_path: Path, recwarn: pytest.WarningsRecorder
 ) -> None:

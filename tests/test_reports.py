@@ -285,6 +285,7 @@ def test_report_loads_nothing_from_outside(tmp_path):
     assert gzip.decompress(base64.b64decode(library[0])).decode().count("plotly.js v") == 1
 
 
+@pytest.mark.slow
 def test_report_is_the_same_from_memory_and_from_the_file(tmp_path):
     ds = synthetic()
     save(ds, tmp_path / "results.nc")

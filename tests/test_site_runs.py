@@ -60,6 +60,7 @@ def by_hand(device: gy.Plant, law: gy.Law) -> list[np.ndarray]:
     return found
 
 
+@pytest.mark.slow
 def test_a_year_is_the_sum_of_its_sea_states_resumed_to_the_bit_in_both_layouts(
     device, tmp_path, known_pairs, run: Run
 ):

@@ -167,6 +167,7 @@ def test_negative_gain_of_an_ordinary_law_never_motors(device: gy.Plant) -> None
     np.testing.assert_array_equal(wrapped.states, record.states)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["load_angle", "coupling"])
 def test_locks_again_after_a_generator_that_pulled_too_hard(device: gy.Plant, name: str) -> None:
     waves = waves_of(device, 100005, 450.0, LOCKED)

@@ -314,6 +314,7 @@ def test_verdict_says_that_a_pair_was_not_searched(device: gy.Plant) -> None:
     assert not any("best_constant" in sentence for sentence in judge(evaluate(alone)).sentences)
 
 
+@pytest.mark.slow
 def test_command_searches_for_the_sea_of_the_experiment(searches: list[Any], tmp_path: Path) -> None:
     toml = tmp_path / "e.toml"
     toml.write_text(
