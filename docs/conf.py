@@ -44,6 +44,7 @@ include_patterns = [
     "docs/reference/**",
     "docs/figures/**",
     "notebooks/*.ipynb",
+    "notebooks/*.md",
 ]
 exclude_patterns = [
     "**/.*",
