@@ -351,6 +351,9 @@ def _module(name: str, file: Path) -> ModuleType:
     spec = importlib.util.spec_from_file_location(f"gyroctl_user_{file.stem}", file)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)
+    beside = str(file.resolve().parent)
+    if added := beside not in sys.path:
+        sys.path.append(beside)  # what lies beside it is found however gyroctl was begun, and hides no installed module
     try:
         with noted(file):
             spec.loader.exec_module(module)
@@ -361,6 +364,9 @@ def _module(name: str, file: Path) -> ModuleType:
             f"the file cannot be imported: {type(error).__name__}: {error}",
             "Run the file with Python and correct it",
         ) from error
+    finally:
+        if added and beside in sys.path:
+            sys.path.remove(beside)
     _loaded[_content(file)] = module  # with the tables that it read
     return module
 
