@@ -76,8 +76,8 @@ def test_forecast_from_the_sensors(device: gy.Plant) -> None:
 @pytest.mark.slow
 def test_study_writes_table_and_figure(tmp_path: Path) -> None:
     text = forecast_report(tmp_path, [SEED], duration=260.0)
-    written = {"forecast.csv", "forecast.json", "forecast.png", "forecast_real_water.png"}
-    assert {path.name for path in tmp_path.iterdir()} == written
+    figures = {f"{stem}.{kind}" for stem in ("forecast", "forecast_real_water") for kind in ("png", "svg", "pdf")}
+    assert {path.name for path in tmp_path.iterdir()} == {"forecast.csv", "forecast.json"} | figures
     with (tmp_path / "forecast.csv").open(encoding="utf-8") as stream:
         rows = {(row["sea"], row["source"], row["moment"]): row for row in csv.DictReader(stream)}
     assert len(rows) == (len(SEAS) + len(REAL_WATER)) * len(SOURCES) * 2
