@@ -36,17 +36,20 @@ def _comparison(folder: Path, home: Path, beside: Path) -> None:
 
 def _studies(folder: Path, home: Path) -> list[Path]:
     """Write the pages of the studies whose files lie in a folder."""
-    from gyroctl.studies.evaluation.page import tables_in
-    from gyroctl.studies.evaluation.page import write_page as evaluation_page
-    from gyroctl.studies.evaluation.titles import TITLES
-    from gyroctl.studies.margins.page import page_again as margins_page
-    from gyroctl.studies.site.page import page_again as site_page
-
+    # the studies bring the plant and all that computes with them, which takes longer to load than the page to draw
     pages = []
     if (folder / "margins.json").is_file():
+        from gyroctl.studies.margins.page import page_again as margins_page
+
         pages.append(margins_page(folder, home))
     if (folder / "site.json").is_file():
+        from gyroctl.studies.site.page import page_again as site_page
+
         pages.append(site_page(folder, home))
-    if tables_in(folder, tuple(TITLES)):
-        pages.append(evaluation_page(folder, tuple(TITLES), home))
+    if any(page.with_suffix(".json").is_file() for page in folder.glob("*.md")):
+        from gyroctl.studies.evaluation.page import tables_in, write_page
+        from gyroctl.studies.evaluation.titles import TITLES
+
+        if tables_in(folder, tuple(TITLES)):
+            pages.append(write_page(folder, tuple(TITLES), home))
     return pages

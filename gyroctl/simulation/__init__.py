@@ -1,8 +1,9 @@
-"""Simulation: lock, metrics, trajectories and the compiled ensemble."""
+"""Simulation: lock, metrics, trajectories and the compiled ensemble.
 
-from gyroctl.simulation.ensemble import EnsembleRun, run_ensemble
-from gyroctl.simulation.lock import cycle_slips, loss_time, wave_phasor
-from gyroctl.simulation.metrics import Record, evaluate
-from gyroctl.simulation.trajectory import trajectory
+The names stand in ``__init__.pyi`` and are loaded when they are first used: a page that shows results takes figures
+from this room, and not what computes them.
+"""
 
-__all__ = ["EnsembleRun", "Record", "cycle_slips", "evaluate", "loss_time", "run_ensemble", "trajectory", "wave_phasor"]
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
