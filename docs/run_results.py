@@ -67,11 +67,16 @@ RUNS = {
         "2 h",
     ),
     "faults": Run(
-        'gyroctl evaluate faults --laws "nmpc[plant=realistic],coupling[tuning=real]" --seeds 3465:3472 '
-        '--seeds "@friction 0.45=3465:3528"',
+        'gyroctl evaluate faults --laws "nmpc[plant=realistic]" --seeds 3465:3472 --seeds "@friction 0.45=3465:3528"',
         "gyroctl evaluate faults --laws coupling,load_angle --seeds 1:2 --duration 300",
         "faults.json",
         "1 h",
+    ),
+    "faults_coupling": Run(
+        'gyroctl evaluate faults --laws "coupling[tuning=real]" --seeds 3465:3472 --seeds "@friction 0.45=3465:3528"',
+        "gyroctl evaluate faults --laws coupling --seeds 1:2 --duration 300",
+        "faults.json",
+        "not measured",
     ),
     "information": Run(
         "gyroctl evaluate information --seeds 1:8",
@@ -111,6 +116,12 @@ RUNS = {
         "--allow-tuning-seeds",
         "real.json",
         "2 h",
+    ),
+    "real_coupling": Run(
+        'gyroctl evaluate real --laws coupling --seeds 3953:4016 --seeds "@gamma 5=3553:3952"',
+        "gyroctl evaluate real --laws coupling --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
+        "real.json",
+        "not measured",
     ),
     "bound_gamma1": Run(BOUND.format(1), QUICK.format(1), "bound.json", "30 min"),
     "bound_gamma5": Run(BOUND.format(5), QUICK.format(5), "bound.json", "30 min"),

@@ -31,10 +31,10 @@ def reading(psi_rate: float, omega_rate: float = 65.0) -> Measurement:
     return Measurement(0.0, psi_rate, omega_rate, 0.0, 0.0, 0.0, 0.0)
 
 
-def change(device: gy.Plant, u3: float, omega_rate: float, cc: float) -> float:
-    """Acceleration of a ring at the floor, with moments by which the float's rate phi3' = u3 stays. [rad/s^2]"""
+def change(device: gy.Plant, u3: float, omega_rate: float, cc: float, psi_rate: float = LEAST) -> float:
+    """Acceleration of a ring, with moments by which the float's rate phi3' = u3 stays. [rad/s^2]"""
     x = np.zeros(len(device.labels))
-    x[[PSI_RATE, OMEGA_RATE, PHI3_RATE]] = LEAST, omega_rate, u3
+    x[[PSI_RATE, OMEGA_RATE, PHI3_RATE]] = psi_rate, omega_rate, u3
     rates = [PHI1_RATE, PHI3_RATE]
     moments = np.zeros(2)
     at_rest = device.derivative(x, (cc, 0.0), moments)[rates]
@@ -63,6 +63,16 @@ def test_ring_at_the_floor_keeps_its_speed(device: gy.Plant, u3: float) -> None:
     cc = held_up(GUARD, LAW, reading(LEAST, W), u3, WP, 0.0)
     assert 0.0 < cc < GUARD.cc_guard
     assert change(device, u3, W, cc) == pytest.approx(0.0, abs=0.02 * abs(change(device, u3, W, 0.0)))
+
+
+@pytest.mark.parametrize("u3", [0.9, 1.1])
+def test_ring_keeps_the_speed_by_which_its_contact_still_holds(device: gy.Plant, u3: float) -> None:
+    """Pressed by J4 omega' psi', the contact of friction mu holds J4 omega' u3 while psi' > u3/mu, above the floor."""
+    W, mu = 65.0, 0.5
+    cc = held_up(GUARD._replace(friction=mu), LAW, reading(LEAST, W), u3, WP, 0.0)
+    assert held_up(GUARD, LAW, reading(LEAST, W), u3, WP, 0.0) < cc < GUARD.cc_guard
+    assert change(device, u3, W, cc, u3 / mu) == pytest.approx(0.0, abs=0.02 * abs(change(device, u3, W, 0.0, u3 / mu)))
+    assert change(device, u3, W, cc, 0.95 * u3 / mu) > 0.0 > change(device, u3, W, cc, 1.05 * u3 / mu)
 
 
 @pytest.mark.parametrize("over", [-0.01, 0.01])

@@ -10,7 +10,8 @@ generator has no part in it, its torque is internal to the axis. So less load is
 
 The contact hands on no more than its friction. It is pressed by M3 = J4 omega' psi', and so can hold the ring against
 the float only while ``mu J4 omega' psi' > J4 omega' u3``: the ring must be faster than u3/mu, however strong the
-coupling. A ring that has once become slower is lost. So a growing u3 may be carried on by its own trend.
+coupling. A ring that has once become slower is lost. So the guard holds it up at u3/friction where it is told a
+friction, and a growing u3 may be carried on by its own trend.
 
 It is meant for laws that leave the coupling open for a part of the cycle; with one that is never open it acts seldom.
 """
@@ -32,6 +33,7 @@ class RingGuard(NamedTuple):
 
     floor: float = 0.0  # ring speed that is held up, as a part of that of the waves; 0 for no guard [-]
     trend: float = 0.0  # time by which a growing rate of the float across the axis is carried on [s]
+    friction: float = 0.0  # of the contact, as it is reckoned with: the ring is held at u3/friction too; 0 for not [-]
     cc_guard: float = 0.12  # largest coupling that the guard asks for [Nms]
     J2: float = 0.7477  # inertia of the ring with its gear [kg m^2]
 
@@ -54,7 +56,7 @@ def held_up(guard: RingGuard, law: Any, y: Any, u3: Any, speed: Any, cc: Any) ->
 
     The guard acts where the float brakes the ring and would have it below the floor within a period, if the coupling
     were open. Then it asks for the coupling that carries the float's torque at the floor:
-    ``N cc (omega' - N floor) = J4 omega' u3``.
+    ``N cc (omega' - N floor) = J4 omega' u3``. The floor is that of the settings, or u3/friction where that is more.
 
     Parameters
     ----------
@@ -73,6 +75,8 @@ def held_up(guard: RingGuard, law: Any, y: Any, u3: Any, speed: Any, cc: Any) ->
     """
     if guard.floor > 0.0:
         least, brake = guard.floor * speed, law.J4 * y.omega_rate * u3
+        if guard.friction > 0.0:
+            least = max(least, u3 / guard.friction)
         if brake > 0.0 and y.psi_rate - law.period * brake / guard.J2 < least:
             slip = max(y.omega_rate - law.N * least, RESERVE)
             return max(cc, min(straightened(law.bend, slip, brake / (law.N * slip)), guard.cc_guard))

@@ -176,6 +176,7 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
     "offdesign": offdesign,
     "robustness": partial(devices, "robustness"),
     "faults": partial(devices, "faults"),
+    "faults-coupling": partial(devices, "faults_coupling"),
     "information": partial(information, "information"),
     "information-real": partial(information, "information_real"),
     "gauge": gauge,
@@ -185,5 +186,8 @@ PAGES: Mapping[str, Callable[[], str]] = {
     "docs/results/offdesign.md": offdesign_page,
     "docs/results/robustness.md": partial(devices_page, "robustness", "Other devices in full"),
     "docs/results/faults.md": partial(devices_page, "faults", "Faults in real water in full"),
+    "docs/results/faults_coupling.md": partial(
+        devices_page, "faults_coupling", "Faults in real water in full, a simple law"
+    ),
 }
 """Pages that are written whole."""
