@@ -16,7 +16,7 @@ ROW = (
     *("law", "kind", "information", "preview", "tuning", "seeds", "seed_states", "runs", "failed", "locked", "in_step"),
     *("pair_in_step", "turns_kept", "cycle_slips", "power", "generated_w", "stored_w", "cv", "ratio", "of_nominal"),
     *("phi1_p98", "phi3_p98", "phi1_max", "phi3_max", "over_limit", "outside_share", "verdict", "limits_missed"),
-    *("lock", "of_linear", "less_linear", "reversals", "traction_p99", "beyond_validity"),
+    *("lock", "of_linear", "less_linear", "forward", "reversals", "traction_p99", "beyond_validity"),
 )
 """Of a law in a case of an evaluation."""
 

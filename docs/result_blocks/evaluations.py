@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -43,7 +43,13 @@ def _cell(row: Row | None, head: str) -> str:
     """Power, lock and step where not whole, and how far out of the model."""
     if row is None:
         return ""
-    return f"{head}; {row['locked']}, {row['in_step']} of {row['runs']}; {outside(row)}"
+    forward = row.get("forward")  # where the contact of the axis is one of friction
+    back = f"; {round(row['runs'] * (1.0 - forward['value']))} with a reversal" if forward else ""
+    return f"{head}; {row['locked']}, {row['in_step']} of {row['runs']}{back}; {outside(row)}"
+
+
+def _back(rows: Sequence[Row]) -> str:
+    return ", runs in which the axis rolled backwards" if any(row.get("forward") for row in rows) else ""
 
 
 def offdesign() -> str:
@@ -96,8 +102,8 @@ def devices(name: str) -> str:
     return "\n\n".join(
         [
             table(("case", *(f"`{one}`" for one in laws)), lines, 1),
-            "In each cell the mean power, runs that held lock and runs in step, share of the time beyond 0.3 rad. The "
-            f"rest of every row: [in full](RESULTS/{name}.md). The largest |φ| is "
+            f"In each cell the mean power, runs that held lock and runs in step{_back(every)}, share of the time beyond "
+            f"0.3 rad. The rest of every row: [in full](RESULTS/{name}.md). The largest |φ| is "
             f"{number(largest(worst), 2)} rad (`{worst['law']}`). {_seeds(found, every)}",
             caption(name),
         ]
@@ -167,8 +173,12 @@ def devices_page(name: str, title: str) -> str:
         f"Seeds {states(found['seed_states'])}; runs of {found['request']['duration_s']:g} s. {failures(found)}"
     )
     for case, rows in found["cases"].items():
-        lines = [[law(row), seen(row), ranged(row.get("of_nominal")), *full(row)] for row in rows]
-        text += [f"## {case}", table(("law", "sees", "of its nominal power", *FULL), lines, 2)]
+        back = {"without a reversal": [ranged(row["forward"]) for row in rows]} if rows[0].get("forward") else {}
+        lines = [
+            [law(row), seen(row), ranged(row.get("of_nominal")), *full(row), *(own[i] for own in back.values())]
+            for i, row in enumerate(rows)
+        ]
+        text += [f"## {case}", table(("law", "sees", "of its nominal power", *FULL, *back), lines, 2)]
     return "\n\n".join([*text, caption(name)])
 
 

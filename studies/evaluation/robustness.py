@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
-from gyroctl.statistics import Estimate, paired_ratio
+from gyroctl.statistics import Estimate, lock_probability, paired_ratio
 from gyroctl.studies.evaluation.cases import Case, Outcome, best_pair_of, common_seeds, run_case
 from gyroctl.studies.evaluation.entrants import Entrant
 from gyroctl.studies.evaluation.faults import faults
@@ -42,6 +42,9 @@ UNCHANGED = (
     "`best_constant` is the pair that was searched for the nominal device. Like the laws it stays as it is on the "
     "others: it is not the best pair of those."
 )
+FORWARD = "without a reversal"
+"""Share of the runs in which the axis never rolls backwards; told where its contact is one of friction."""
+
 HEADINGS = ("case", *LOCK, "power [W]", OWN, "of best constant", *PARTS, "CV", PHI, "runs over it", *OUTSIDE, "limits")
 
 
@@ -78,6 +81,7 @@ def _table(
             failed[truth.name] = str(error)
     tables = {name: rows(outcome) for name, outcome in found.items()}
     kept = {name: kept_power(outcome, found[NOMINAL]) for name, outcome in found.items()}
+    forward = {name: forward_runs(outcome) if words is IN_WATER else {} for name, outcome in found.items()}
     laws = list(tables[NOMINAL])
     content = {
         "gamma": gamma,
@@ -93,16 +97,24 @@ def _table(
             for truth in cases
         },
         "cases": {
-            name: [{**vars(row), "of_nominal": kept[name].get(law)} for law, row in table.items()]
+            name: [
+                {**vars(row), "of_nominal": kept[name].get(law), "forward": forward[name].get(law)}
+                for law, row in table.items()
+            ]
             for name, table in tables.items()
         },
         "failed": failed | {what: why for outcome in found.values() for what, why in outcome.failures.items()},
     }
     locked = [(name, *(_locked(table.get(law)) for law in laws), _counts(table)) for name, table in tables.items()]
     parts = [words, "## Locked runs\n\n" + markdown_table(("case", *laws, "runs"), locked)]
+    headings = (*HEADINGS[:-1], FORWARD, HEADINGS[-1]) if words is IN_WATER else HEADINGS
     for law in laws:
-        lines = [_line(name, table[law], kept[name].get(law)) for name, table in tables.items() if law in table]
-        parts.append(f"## {law}\n\n{row_table(HEADINGS, lines)}")
+        lines = [
+            _line(name, table[law], kept[name].get(law), forward[name].get(law))
+            for name, table in tables.items()
+            if law in table
+        ]
+        parts.append(f"## {law}\n\n{row_table(headings, lines)}")
     return content, "\n\n".join(parts), draw_robustness(tables, kept, ask.record(), title)
 
 
@@ -125,6 +137,11 @@ def kept_power(outcome: Outcome, nominal: Outcome) -> dict[str, Estimate]:
     return kept
 
 
+def forward_runs(outcome: Outcome) -> dict[str, Estimate]:
+    """Share of the runs of each law without a reversal of the axis; a run without numbers counts as one with it."""
+    return {law: lock_probability(runs.values["reversals"] == 0.0) for law, runs in outcome.runs.items()}
+
+
 def _locked(row: Row | None) -> str:
     return "failed" if row is None else f"{row.locked}/{row.runs}"
 
@@ -138,7 +155,8 @@ def _device(plant: Plant) -> dict[str, Any]:
     return {"coefficients": constants, "excitation_sha256": plant.excitation.sha256, "water": plant.water}
 
 
-def _line(name: str, row: Row, kept: Estimate | None) -> dict[str, str]:
+def _line(name: str, row: Row, kept: Estimate | None, forward: Estimate | None) -> dict[str, str]:
     missed = [limit for limit in missed_by_limit(row) if limit != "power"]
-    limits = f"not kept: {' and '.join(missed)}" if missed else "kept"
-    return {**cells(row), "case": name, OWN: with_interval(kept) if kept is not None else "", "limits": limits}
+    told = {OWN: kept, FORWARD: forward}
+    found = {heading: with_interval(one) if one is not None else "" for heading, one in told.items()}
+    return {**cells(row), **found, "case": name, "limits": f"not kept: {' and '.join(missed)}" if missed else "kept"}
