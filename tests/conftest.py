@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import sys
 
+import hypothesis
 import pytest
 from command_line import Run
 
 import gyroctl as gy
 from gyroctl.cli import main
+
+# a busy machine is no fault of what is tested: no example has a deadline, and none is called slow
+hypothesis.settings.register_profile(
+    "any machine", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
+)
+hypothesis.settings.load_profile("any machine")
 
 
 @pytest.fixture(scope="session")

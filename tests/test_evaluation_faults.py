@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import gyroctl as gy
 from gyroctl.harness.run import Settings
 from gyroctl.harness.sensing import Sensors
 from gyroctl.plant.measurement import CHANNELS
+from gyroctl.statistics import wilson
+from gyroctl.studies.evaluation.cases import Case, Outcome, Runs
 from gyroctl.studies.evaluation.entrants import Entrant
 from gyroctl.studies.evaluation.faults import BIAS, LOST_FOR, LOST_FROM, READS, faults
 from gyroctl.studies.evaluation.perturbed_devices import NOMINAL, Truth, truths
 from gyroctl.studies.evaluation.request import request
-from gyroctl.studies.evaluation.robustness import faults_table, told
+from gyroctl.studies.evaluation.robustness import FORWARD, faults_table, forward_runs, told
 
 CASES = {truth.name: truth for truth in faults(Settings(), 5.0, 400.0)}
 PLAIN = Sensors()
@@ -105,3 +109,14 @@ def test_table_runs_its_cases_with_their_seas(tmp_path: Path) -> None:
     assert power["phi1_rate lost, reads last"]["load_angle"] != power[NOMINAL]["load_angle"]
     assert power["heading turns by 20 deg"]["best_constant"] != power[NOMINAL]["best_constant"]
     assert "## Locked runs" in text
+    head = next(line for line in text.splitlines() if line.startswith("| case") and FORWARD in line)
+    assert head.rstrip(" |").endswith("limits")
+
+
+def test_runs_without_a_reversal_are_counted_and_those_without_numbers_are_not() -> None:
+    values = {"reversals": np.array([0.0, 2.0, math.nan, 0.0])}
+    runs = Runs(Entrant("load_angle", "load_angle", {}), "load_angle", "sensors", np.arange(4), ("",) * 4, values)
+    outcome = Outcome(Case(NOMINAL, CASES[NOMINAL].plant, gy.SeaState(), Settings()), {"load_angle": runs}, {})
+    share = forward_runs(outcome)["load_angle"]
+    half = wilson(2, 4)
+    assert (share.value, share.low, share.high) == pytest.approx((0.5, half.low, half.high))

@@ -102,8 +102,8 @@ def devices(name: str) -> str:
     return "\n\n".join(
         [
             table(("case", *(f"`{one}`" for one in laws)), lines, 1),
-            f"In each cell the mean power, runs that held lock and runs in step{_back(every)}, share of the time beyond "
-            f"0.3 rad. The rest of every row: [in full](RESULTS/{name}.md). The largest |φ| is "
+            f"In each cell the mean power, runs that held lock and runs in step{_back(every)}, share of the time "
+            f"beyond 0.3 rad. The rest of every row: [in full](RESULTS/{name}.md). The largest |φ| is "
             f"{number(largest(worst), 2)} rad (`{worst['law']}`). {_seeds(found, every)}",
             caption(name),
         ]

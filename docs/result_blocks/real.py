@@ -85,7 +85,7 @@ def _demands(targets: Iterable[Mapping[str, Any]]) -> str:
 
 
 def readme_real() -> str:
-    """Laws in real water beside the linear plant, in the default sea; of a law that was tuned anew its later figures."""
+    """Laws in real water beside the linear plant, in the default sea; of a law tuned anew its later figures."""
     found, later = result("real"), result("real_coupling")
     linear = {row["law"]: row for row in result("seas")["seas"]["gamma5"]}
     anew = {row["law"]: row for row in later["seas"]["gamma5"] if row["law"] != PAIR}
