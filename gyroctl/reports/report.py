@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import base64
+import gc
 import gzip
 import json
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import lru_cache, partial
 from pathlib import Path
@@ -46,6 +48,9 @@ BY_RUN = ("power", "motion")
 
 RUNS = 2000
 """Realisations of which each hash is listed: of more, so many of them."""
+
+SWEPT_AFTER = 100_000
+"""New objects between two looks for unused cycles, while a page is drawn."""
 
 POINTS_OF_RUNS, RUNS_LEAST = 6000, 100
 """Points of a figure with a point for each run, about, and realisations that are drawn at least: of more so many."""
@@ -107,7 +112,22 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None, beside: Beside 
     str
         Complete page; equal input gives equal text.
     """
-    found = evaluate(ds) if evaluation is None else evaluation
+    with seldom_swept():
+        return _rendered(ds, evaluate(ds) if evaluation is None else evaluation, beside)
+
+
+@contextmanager
+def seldom_swept() -> Iterator[None]:
+    """Look for unused cycles of objects seldom: a figure is one of thousands, and a sixth of the time went to looking."""
+    usual = gc.get_threshold()
+    gc.set_threshold(SWEPT_AFTER, *usual[1:])
+    try:
+        yield
+    finally:
+        gc.set_threshold(*usual)
+
+
+def _rendered(ds: xr.Dataset, found: Evaluation, beside: Beside) -> str:
     verdict, idle = judge(found), idle_wrappers(ds)
     drawn = tuple(law for law in shown(found) if law.name not in idle)
     few = found if len(drawn) == len(found.laws) else replace(found, laws=drawn)
