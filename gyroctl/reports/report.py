@@ -118,7 +118,7 @@ def render(ds: xr.Dataset, evaluation: Evaluation | None = None, beside: Beside 
 
 @contextmanager
 def seldom_swept() -> Iterator[None]:
-    """Look for unused cycles of objects seldom: a figure is one of thousands, and a sixth of the time went to looking."""
+    """Look for unused cycles seldom: a figure is thousands of objects, and a sixth of the time went to looking."""
     usual = gc.get_threshold()
     gc.set_threshold(SWEPT_AFTER, *usual[1:])
     try:
