@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 from gyroctl.reports.wording import number
@@ -57,17 +58,7 @@ def real(name: str = "real") -> str:
 
 
 def targets() -> str:
-    """Which targets are met, demand by demand."""
-    return f"{_demands(result('real')['targets'])}\n\n{VERDICTS}\n\n{caption('real')}"
-
-
-def coupling() -> str:
-    """The later set of a simple law, on realisations of its own: all seas, and its targets."""
-    own = [one for one in result("real_coupling")["targets"] if one["law"] == "coupling"]
-    return f"{real('real_coupling')}\n\n{_demands(own)}"
-
-
-def _demands(targets: Iterable[Mapping[str, Any]]) -> str:
+    """Which targets are met, demand by demand; by a law that was tuned anew with its later set."""
     lines = [
         [
             f"{one['name']}: {one['verdict']}",
@@ -78,10 +69,15 @@ def _demands(targets: Iterable[Mapping[str, Any]]) -> str:
             ranged(demand["found"]) if demand["found"] else "–",
             verdict_in_words(demand["verdict"], demand["sure"]),
         ]
-        for one in targets
+        for one in _targets()
         for demand in one["demands"]
     ]
-    return table(TARGET_HEADINGS, lines, 5)
+    return f"{table(TARGET_HEADINGS, lines, 5)}\n\n{VERDICTS}\n\n{caption('real', 'real_coupling')}"
+
+
+def _targets() -> list[Mapping[str, Any]]:
+    later = {one["name"]: one for one in result("real_coupling")["targets"] if one["law"]}
+    return [later.get(one["name"], one) for one in result("real")["targets"]]
 
 
 def readme_real() -> str:
@@ -105,8 +101,7 @@ def readme_real() -> str:
         for row in rows
     ]
     heads = ("law", "set", "linear [W]", "real water [W]", "of the pair", "CV", "locked, in step")
-    told = [one for one in found["targets"] if one["law"] not in anew]
-    met = [one["verdict"] for one in told + [one for one in later["targets"] if one["law"] in anew]]
+    met = [one["verdict"] for one in _targets()]
     return "\n\n".join(
         [
             table((*heads, "without a reversal", "98 % of φ1, φ3 [rad]"), lines, 2),
@@ -134,6 +129,6 @@ def _percent(share: Mapping[str, Any]) -> str:
 BLOCKS: Mapping[str, Callable[[], str]] = {
     "real": real,
     "real-targets": targets,
-    "real-coupling": coupling,
+    "real-coupling": partial(real, "real_coupling"),
     "laws-real": readme_real,
 }
