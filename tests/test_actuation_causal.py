@@ -218,6 +218,7 @@ def test_command_acts_as_late_as_its_delay_from_the_first_on(device: gy.Plant, w
 # --- with the plant ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["lag 5 ms", "lag 50 ms", "generator alone", "rate", "rate and lag", "rate and delay"])
 def test_loop_is_that_of_an_actuator_with_a_state_of_its_own(
     device: gy.Plant, waves: gy.WaveRealisation, name: str

@@ -168,6 +168,7 @@ def test_cap_of_a_still_device_is_nothing_to_take(short: Cut) -> None:
     assert 0.0 < taken[0] < taken[1]
 
 
+@pytest.mark.slow
 def test_cap_in_a_regular_wave_is_that_of_linear_theory(device: gy.Plant) -> None:
     """Long after the start, in a small wave with ample momentum: |Me|^2/(8 B) in each direction."""
     w, eta = 3.14, 0.002

@@ -119,6 +119,7 @@ def test_no_place_of_everybody_unless_the_user_says_so(
     assert cache_folder() == home / "gyroctl"
 
 
+@pytest.mark.slow
 def test_without_a_folder_work_goes_on_and_it_is_said_once(tmp_path: Path) -> None:
     """In a process and one that it starts; nothing is left in the folder for temporary files."""
     (tmp_path / "file").write_text("")

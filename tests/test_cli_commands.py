@@ -101,6 +101,7 @@ def test_report_is_rebuilt_from_the_netcdf_alone(compared: Path, tmp_path: Path,
     assert {p.name for p in (tmp_path / "elsewhere").iterdir()} == {"results.nc", "summary.json", "report.html"}
 
 
+@pytest.mark.slow
 def test_second_comparison_answers_from_the_stored_runs(
     compared: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -26,6 +26,7 @@ pytest.importorskip("distributed", reason="needs the extra cluster: dask.distrib
 BUDGET = 4 * 160.0 * 2 + 2 * 2 * 200.0  # two generations, two confirmations
 
 
+@pytest.mark.slow
 def test_tuning_finds_the_same_points_there_and_goes_on_here(
     device: gy.Plant,
     local: Any,  # noqa: F811
@@ -50,6 +51,7 @@ def test_tuning_finds_the_same_points_there_and_goes_on_here(
     assert tune(task, "mild", on, BUDGET, tmp_path / "there", quiet=True).archive == here.archive
 
 
+@pytest.mark.slow
 def test_runs_of_an_evaluation_are_made_there_and_found_here(
     local: Any,  # noqa: F811
     tmp_path: Path,

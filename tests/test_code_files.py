@@ -155,6 +155,7 @@ def test_law_that_is_typed_runs(folders: Folders) -> None:
     assert gy.law("supervisor", wraps=f"{folders.own}/link.py:Mine").period == 0.1
 
 
+@pytest.mark.slow
 def test_report_of_results_builds_no_law(folders: Folders, run: Run) -> None:
     """Not even one that the experiment within them names."""
     asked = {"laws": {name: {"law": f"{folders.own}/mine.py:Mine"} for name in FOUR}}

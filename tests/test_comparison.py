@@ -228,6 +228,7 @@ class Scaled:
         return (0.052, 1e-4 * float(self.scale[0])), state
 
 
+@pytest.mark.slow
 def test_law_with_an_array_is_told_apart_by_its_content(device: gy.Plant, tmp_path: Path) -> None:
     one = replace(WAVES, seeds=(1,))
     powers = [
@@ -251,6 +252,7 @@ def user_law(gain: str) -> str:
     )
 
 
+@pytest.mark.slow
 def test_edited_file_of_a_user_is_never_answered_from_the_store(device: gy.Plant, tmp_path: Path) -> None:
     """The class stays as it is, a helper in its file changes."""
     file, one = tmp_path / "mine.py", replace(WAVES, seeds=(1,))

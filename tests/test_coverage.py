@@ -74,6 +74,7 @@ def compare(coverage: Any, stored: dict[str, Any], samples: int, counts: tuple[i
                 assert abs(cell["held"] - there) < 4.5 * spread, (name, count, function)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("few_resamples")
 def test_a_smaller_rerun_gives_the_stored_table(coverage: Any, stored: dict[str, Any]) -> None:
     compare(coverage, stored, 200, (8, 32))

@@ -329,6 +329,7 @@ def test_edited_module_is_loaded_again_and_a_table_is_seen_when_it_is_read(folde
     assert gy.law(f"{folder}/mine.py:Mine").step(0.0, None, ())[0][1] == 1e-4
 
 
+@pytest.mark.slow
 def test_every_import_is_followed() -> None:
     """What the imports of the sources reach, by another reader of them, is within the rooms that are hashed."""
     from import_graph import file_graph, room

@@ -282,7 +282,8 @@ def blocks_of(content: dict[str, Any], ask: Request, monkeypatch: pytest.MonkeyP
     """What the pages show of a table once its report is kept."""
     made = {"command": "gyroctl evaluate real", "gyroctl_version": "0", "date": "2026-11-28"}
     report = json.loads(json.dumps(plain({**made, "request": ask.record(), **content})))
-    results = {"real": kept("real", report), "seas": {**made, "seas": {"gamma5": []}}}
+    own = kept("real", report)
+    results = {"real": own, "real_coupling": own, "seas": {**made, "seas": {"gamma5": []}}}
     monkeypatch.setattr(blocks, "result", results.__getitem__)
     monkeypatch.setattr(source, "result", results.__getitem__)
     return {name: make() for name, make in blocks.BLOCKS.items()}

@@ -67,6 +67,7 @@ def test_seas_table_and_how_it_goes_on(tmp_path: Path, monkeypatch: pytest.Monke
     assert ran == [("best_constant", 100002)]
 
 
+@pytest.mark.slow
 def test_law_that_breaks_does_not_stop_the_others(tmp_path: Path) -> None:
     text = (
         "from typing import NamedTuple\n"
@@ -100,6 +101,7 @@ def test_robustness_runs_the_truth_and_not_the_design(tmp_path: Path, monkeypatc
     assert "## load_angle" in text
 
 
+@pytest.mark.slow
 def test_price_of_information_on_a_stand_in(tmp_path: Path) -> None:
     """A planner whose load grows with its lead: the difference of two levels is that of their runs, seed by seed."""
     text = (

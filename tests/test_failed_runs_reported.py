@@ -42,6 +42,7 @@ def test_a_law_that_failed_cannot_win(runs: int) -> None:
     assert f"failed in {runs} of 16 runs ({WHY})" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("runs", [1, 16])
 def test_summary_table_and_page_count_and_name_it(runs: int) -> None:
     ds, law = broken(runs)
@@ -56,6 +57,7 @@ def test_summary_table_and_page_count_and_name_it(runs: int) -> None:
     assert "Runs that failed" in page and "no more &lt;b&gt;" in page
 
 
+@pytest.mark.slow
 def test_nothing_is_said_where_nothing_failed() -> None:
     ds = synthetic(realisations=16)
     assert "Runs that failed" not in render(ds)

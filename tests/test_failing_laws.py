@@ -87,6 +87,7 @@ def test_each_failure_is_named_and_counted(compared: tuple[subprocess.CompletedP
     assert "raises is out: it failed in 2 of 2 runs" in shown and "* raises" not in shown
 
 
+@pytest.mark.slow
 def test_other_laws_have_the_bits_that_they_have_alone(
     device: gy.Plant, compared: tuple[subprocess.CompletedProcess[str], Path]
 ) -> None:
@@ -98,6 +99,7 @@ def test_other_laws_have_the_bits_that_they_have_alone(
             np.testing.assert_array_equal(ds[variable].sel(law=list(laws)), alone[variable])
 
 
+@pytest.mark.slow
 def test_every_run_gets_the_law_anew(device: gy.Plant) -> None:
     """Whatever a law hides, on itself or in its module, the order of the seeds changes nothing."""
     found = {}
@@ -132,6 +134,7 @@ def test_a_slow_law_is_given_up_by_its_own_clock(device: gy.Plant) -> None:
         run_law(device, Slow(), waves, SETTINGS, "slow", time_limit=0.3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "part"), [("Exits", "exit"), ("Dies", "exit"), ("Beyond", "IndexError"), ("Nothing", "no number")]
 )

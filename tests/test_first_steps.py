@@ -303,6 +303,7 @@ def test_results_know_what_made_them(compared: Path) -> None:
     assert "zhang2017 corrected, d1 = 3" in (compared / "out" / "summary.json").read_text()
 
 
+@pytest.mark.slow
 def test_report_written_again_keeps_the_command_of_the_comparison(compared: Path) -> None:
     done = CliRunner().invoke(app, ["report", str(compared / "out"), "--out", str(compared / "again")])
     assert done.exit_code == 0

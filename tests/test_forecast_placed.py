@@ -145,6 +145,7 @@ def followed(predictor: Predictor, drawn: Drawn, samples: int) -> PredictorState
     return state
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(30.0, 12.0), (9.0, 45.0)])
 def test_misfit_is_learnt(plant: gy.Plant, size: tuple[float, float]) -> None:
     """White noise of another size than was reckoned with: found by a fifth, and the scale of the deviation stays."""

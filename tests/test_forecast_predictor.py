@@ -156,6 +156,7 @@ def test_a_value_that_is_no_number_does_no_lasting_harm(device: gy.Plant) -> Non
     assert np.all(np.isfinite(other)) and np.abs(other - out).max() < 0.1 * np.abs(out).max()
 
 
+@pytest.mark.slow
 def test_compiled_code_may_call_it(device: gy.Plant) -> None:
     predictor, values = known(device), moments(device, gy.SeaState(), 20.0)
 

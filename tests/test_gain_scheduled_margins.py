@@ -66,6 +66,7 @@ def loop_in_table(device: gy.Plant, name: str, index: int) -> tuple[LoopOrbit, d
     return dataclasses.replace(loop, law=Fast(loop.law)), one["margins"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "index"), [("scheduled_lqr", 13), ("scheduled_lmi", 19)])
 def test_margins_of_a_cell_hold_in_the_nonlinear_loop(device: gy.Plant, name: str, index: int) -> None:
     loop, margins = loop_in_table(device, name, index)

@@ -128,6 +128,7 @@ def test_exact_modulation_is_near_the_held_one_where_both_are_known(device: gy.P
     assert np.max(np.abs(held)) > 0.0
 
 
+@pytest.mark.slow
 def test_orbit_of_a_realistic_cell_has_its_envelope_and_pays_its_losses(real: gy.Plant) -> None:
     """From the states on the orbit: the pull of the float on one side, generator, bearing and windage on the other."""
     cell: Cell = build(real, DESIGNS[TABLE], Node(0.15, 3.15, 0.5), 0.4)
@@ -170,6 +171,7 @@ def test_lag_of_the_coupling_is_far_within_the_margins(loop: LoopOrbit, content:
     assert abs(trial.growth - abs(loop.multipliers[0])) < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["gain", "delay"])
 def test_a_margin_holds_in_the_nonlinear_loop(loop: LoopOrbit, entry: dict[str, Any], kind: str) -> None:
     found = entry["margins"]["phi1_rate"]

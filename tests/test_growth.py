@@ -87,6 +87,7 @@ def many(laws: int, monkeypatch: pytest.MonkeyPatch, runs: int = 8) -> Any:
     return synthetic(tuple(names), runs, lock=1.0, examples=False)
 
 
+@pytest.mark.slow
 def test_numbers_of_many_laws_are_those_of_the_full_table(monkeypatch: pytest.MonkeyPatch) -> None:
     """Law by law and pair by pair, and no corrected p is smaller than over the pairs it was chosen from."""
     ds = many(40, monkeypatch)
@@ -191,6 +192,7 @@ def test_lines_of_the_report_are_short_and_keep_every_peak() -> None:
             assert {0, LEVELS} <= set(line.tolist()), "the least and the greatest of all samples are there"
 
 
+@pytest.mark.slow
 def test_page_of_many_realisations_draws_some_and_those_that_stand_out(monkeypatch: pytest.MonkeyPatch) -> None:
     ds = synthetic(realisations=60, examples=False)
     assert report._few_runs(ds, evaluate(ds))[0] is ds

@@ -109,6 +109,7 @@ def test_new_folders_are_made_with_their_names_on_the_disk(tmp_path: Path, monke
     assert synced == [tmp_path, tmp_path / "a", tmp_path / "a" / "b"]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs a device that is full")
 def test_output_that_cannot_be_written_is_no_traceback(folder: Path) -> None:
     with Path("/dev/full").open("w") as full:

@@ -99,6 +99,7 @@ def test_no_circle_no_arrow_upward_nothing_of_posix() -> None:
     assert faults(ROOT) == []
 
 
+@pytest.mark.slow
 def test_graph_holds_what_is_known_of_it() -> None:
     """Imports of each kind that the reader claims to see: plain, lazy, by name, through the public face."""
     graph = file_graph(ROOT)

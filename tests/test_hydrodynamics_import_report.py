@@ -54,6 +54,7 @@ def test_other_water_and_limits_come_back_as_well(tmp_path: Path) -> None:
     assert np.array_equal(load(save(hydro, tmp_path / "own.nc")).added_mass_zero, hydro.added_mass_zero, equal_nan=True)
 
 
+@pytest.mark.slow
 def test_capytaine_reads_what_is_written_for_it(tmp_path: Path) -> None:
     """Its own exporter makes WAMIT's files of the dataset, which are ours again."""
     import xarray as xr
@@ -91,6 +92,7 @@ def numbers(hydro: Hydrodynamics) -> list[float]:
     return found
 
 
+@pytest.mark.slow
 def test_reports_of_the_shipped_table_and_of_its_foreign_versions_agree(tmp_path: Path) -> None:
     ours = numbers(shipped())
     wamit(shipped(), tmp_path / "float")
@@ -129,6 +131,7 @@ def test_yaw_of_a_body_of_revolution_is_imported_as_what_makes_no_waves(tmp_path
     assert not report.rotations[0].waves and report.rotations[0].passive and "phi1 makes no waves" in report.verdict
 
 
+@pytest.mark.slow
 def test_the_import_ends_with_its_report_and_the_database_keeps_it(tmp_path: Path, run: Run) -> None:
     path = write_wamit(tmp_path, "rad/s", limits=[" 0.0 4 4 3.215273E-02", " 0.0 6 6 1.441365E-02"])
     base = ("hydro", "import", path, tmp_path / "out.nc", "--format", "wamit", "--depth", "0.7")

@@ -175,6 +175,7 @@ def test_nemoh_without_cal_uses_the_site(tmp_path: Path) -> None:
     assert read_nemoh(write_nemoh(tmp_path, 1.0, cal=False), Site(depth=3.0)).depth == 3.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("format", ["wamit", "nemoh", "capytaine"])
 def test_import_writes_a_database_with_certified_fits(format: str, wamit: Path, tmp_path: Path) -> None:
     source = {"wamit": wamit, "nemoh": tmp_path / "nemoh", "capytaine": SHIPPED}[format]

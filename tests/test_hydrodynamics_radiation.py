@@ -70,6 +70,7 @@ def test_shipped_table_obeys_kramers_kronig_at_every_frequency(direction: int) -
     assert np.max(np.abs(estimates / hydro.added_mass_inf[direction] - 1.0)) < 0.01
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["accurate", "fine"])
 @pytest.mark.parametrize("direction", [0, 1])
 def test_refitting_gives_the_shipped_fit(name: str, direction: int) -> None:
@@ -112,6 +113,7 @@ def test_every_shipped_fit_is_certified(name: str, direction: int) -> None:
     assert np.all(np.roots([1.0, *fit.q]).real < 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [(0, 1), (1, 2), (2, 3), (3, 4), (4, 5), (5, 6)])
 def test_any_order_is_passive_and_no_worse_than_the_one_below(order: tuple[int, int]) -> None:
     fit = fit_radiation(shipped(), 1, order, low_weight=1.0)
@@ -134,6 +136,7 @@ def test_fit_of_a_rational_table_finds_its_coefficients() -> None:
     assert fit.p == pytest.approx(p, rel=0.01) and fit.q == pytest.approx(q, rel=0.01)
 
 
+@pytest.mark.slow
 def test_descent_stays_passive_where_the_free_fit_is_not() -> None:
     """Damping bent below zero near 1.3 rad/s, as an unconstrained fit would follow it."""
     hydro = shipped()

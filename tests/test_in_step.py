@@ -166,6 +166,7 @@ def test_slipping_law_does_not_win_and_is_named(ds: Any) -> None:
     )
 
 
+@pytest.mark.slow
 def test_every_table_shows_turns_slips_step_and_motion(ds: Any, tmp_path: Path) -> None:
     text = io.StringIO()
     print_table(ds, console=Console(file=text, width=90, color_system=None))
@@ -185,6 +186,7 @@ def test_every_table_shows_turns_slips_step_and_motion(ds: Any, tmp_path: Path) 
         assert law["phi1_max"] == float(own.phi1_max.max())
 
 
+@pytest.mark.slow
 def test_results_of_before_are_still_read(tmp_path: Path) -> None:
     """A file without the newer variables: they are unknown, not zero, and that is said."""
     old = synthetic(lock=1.0)

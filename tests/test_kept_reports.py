@@ -103,6 +103,7 @@ def _figure() -> Any:
 # --- states of laws ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_bare_number_as_state_has_the_margins_of_the_same_law_with_a_tuple(device: gy.Plant, laws: Path) -> None:
     start = gy.lock_orbit(device, WAVE, 0.052, 3.5e-4)
     bare, tupled = (close_loop(device, WAVE, gy.law(f"{laws}:{name}"), start) for name in ("Bare", "Tupled"))

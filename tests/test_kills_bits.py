@@ -32,6 +32,7 @@ def test_machine_code_has_the_bits_of_python_on_twenty_realisations(device: gy.P
     assert differ == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wraps", ["load_angle", "coupling"])
 def test_start_from_rest_has_the_bits_of_python(device: gy.Plant, wraps: str) -> None:
     """The motor, the pull into step and the hand-over."""

@@ -73,6 +73,7 @@ def test_example_is_short_and_the_one_of_the_docs() -> None:
     assert body.strip() in DOCS.read_text()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 def test_fault_is_found_by_its_check(fault: str, tmp_path: Path, device: gy.Plant) -> None:
     name, old, new = FAULTS[fault]

@@ -217,6 +217,7 @@ for gain in map(float, sys.argv[2:]):
 """
 
 
+@pytest.mark.slow
 def test_another_process_finds_the_law_and_another_number_is_seen(tmp_path: Path) -> None:
     """The first process compiles and the second does not; where a number that the law reads is another, it does."""
     (tmp_path / "a_plain_law.py").write_text(PLAIN)
@@ -294,6 +295,7 @@ def test_first_time_is_said(
     assert captured.err == ("Compiling plant and law for this machine, once: about 4 s\n" if said else "")
 
 
+@pytest.mark.slow
 def test_files_cut_short_are_compiled_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GYROCTL_CACHE", str(tmp_path))
     monkeypatch.delenv("NUMBA_CACHE_DIR", raising=False)

@@ -117,6 +117,7 @@ def test_headroom_is_the_fold_of_the_continuation(
     assert found.limit == pytest.approx(folds[0].value, rel=3e-4)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("height", "cc"), [(0.1, 0.06), (0.2, 0.1), (0.3, 0.05)])
 def test_fold_is_confirmed_by_a_slow_ramp_of_the_nonlinear_loop(device: gy.Plant, height: float, cc: float) -> None:
     """Within one per cent, by plain simulation: no orbit, no multiplier."""
@@ -205,6 +206,7 @@ def test_law_that_does_not_hold_lock_has_no_report(device: gy.Plant, tmp_path: P
     assert not (tmp_path / "none").exists()
 
 
+@pytest.mark.slow
 def test_unstable_orbit_is_reported_and_never_as_a_margin(device: gy.Plant, tmp_path: Path) -> None:
     content = margin_report(request(device, 0.2, 3.14, 0.02, 3.5e-4), tmp_path, maps=False, quiet=True)
     assert content["orbit"]["status"] == "unstable"

@@ -77,6 +77,7 @@ def test_model_follows_the_kernel(plant, cc_max):
     assert abs(x[6] - y[7]) < 0.03  # flywheel [rad/s]
 
 
+@pytest.mark.slow
 def test_model_converges_with_second_order(plant):
     step, _, _ = tools(plant)
     k = prediction.constants(plant)
@@ -233,6 +234,7 @@ def run(plant, law, duration=200.0, gamma=5.0, settings=None, seed=SEED):
     return evaluate(plant, record, waves.moments[1], waves.dt, 3.14, 60.0, math.nan), record, timing
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("information", ["oracle", "forecast", "sensors"])
 def test_gives_several_times_the_best_constant_pair(plant, information):
     found, _, _ = run(plant, Nmpc(information=information))
@@ -272,6 +274,7 @@ class Stalling:
         return self.now
 
 
+@pytest.mark.slow
 def test_missed_deadlines_fall_back_and_keep_lock(plant):
     # two looks at a sample that plans: with a plan at every sample, samples 1000 to 1299 come too late
     law = Nmpc(deadline=0.05, effort=Effort(replan=1), clock=Stalling(2001, 2601))
@@ -305,6 +308,7 @@ def test_other_solvers_serve_as_well(plant, solver):
     assert found["locked"] == 1.0 and found["mean_power"] > 0.8 * default["mean_power"]
 
 
+@pytest.mark.slow
 def test_failed_plans_fall_back_and_keep_lock(plant):
     settings = Settings()
     waves = lead_in(gy.realise(plant, gy.SeaState(), SEED, 260.0), settings)

@@ -71,6 +71,7 @@ def test_each_plan_becomes_what_it_becomes_alone(count: int, least: int, seed: i
         assert np.array_equal(room_of_all.states[p], states)
 
 
+@pytest.mark.slow
 def test_plan_without_numbers_stops_and_the_others_go_on() -> None:
     problem, _ = horizon()
     plans, alone, one = plans_of(4), plans_of(4), np.array([100.0])

@@ -127,6 +127,7 @@ LATE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("duration", LENGTHS)
 @pytest.mark.parametrize("last", [1.0, 3.0, 10.0, 30.0])
 @pytest.mark.parametrize("name", LATE)
@@ -137,6 +138,7 @@ def test_raid_at_the_end_gains_nothing(
     assert gains_nothing(found, pair)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("duration", LENGTHS)
 def test_drain_would_win_by_the_electrical_power(device: gy.Plant, pairs: dict[float, Worth], duration: float) -> None:
     """What the judged power is for: by the electrical power alone the last three seconds win, and by much."""
@@ -146,6 +148,7 @@ def test_drain_would_win_by_the_electrical_power(device: gy.Plant, pairs: dict[f
     assert gained == pytest.approx(np.median(pair.flywheel - found.flywheel), rel=0.15)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("duration", LENGTHS)
 @pytest.mark.parametrize("last", [3.0, 30.0])
 def test_hoarding_before_the_scoring_gains_nothing(
@@ -181,6 +184,7 @@ def test_draining_before_the_scoring_gives_no_more_than_the_waves_gave(
         assert found.judged.mean() < 0.5 * pair.judged.mean() and found.locked.mean() < 0.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "raid", [Raid(297.0, 300.0, 0.0, CG_MAX), Raid(99.0, 100.0, 0.0, CG_MAX)], ids=["at the end", "before the scoring"]
 )

@@ -106,6 +106,7 @@ def test_shifted_excitation_keeps_the_moduli_and_sets_the_phase(device: gy.Plant
 # --- multipliers -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_three_ways_to_the_multipliers_agree(orbit: gy.PeriodicOrbit) -> None:
     """Kernel by complex step, variational equation by DOP853, casadi's derivative of its own Runge-Kutta step."""
     values = {}

@@ -65,6 +65,7 @@ def test_each_lane_is_computed_as_a_scalar(operation: Callable[[Any, Any], Any],
     np.testing.assert_array_equal(flat[2 * LANES :], np.concatenate(expected))
 
 
+@pytest.mark.slow
 def test_cosine_and_sine_of_a_pack_are_those_of_its_angles() -> None:
     """In every quadrant, on both sides of zero, and after a thousand turns."""
     for first in (-7.0, -0.1, 0.0, 3.0, 6283.0, -6283.0):

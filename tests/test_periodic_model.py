@@ -133,6 +133,7 @@ def test_lifted_model_is_the_recursion(model: PeriodicModel) -> None:
     assert lifted.state_labels == list(model.states)
 
 
+@pytest.mark.slow
 def test_continuous_model_is_the_generator_of_the_sampled_one(orbit: gy.PeriodicOrbit) -> None:
     fine = linearise(orbit, period=1e-3)
     a, b = fine.continuous()

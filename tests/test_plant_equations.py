@@ -73,6 +73,7 @@ def test_casadi_text_equals_numpy_to_rounding(plant: gy.Plant) -> None:
         np.testing.assert_allclose(np.ravel(function(x, u, m)), plant.derivative(x, u, m), rtol=1e-12, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_three_jacobians_agree(plant: gy.Plant) -> None:
     """Complex step on NumPy, complex step through the compiled text, casadi's algorithmic derivative."""
     import casadi

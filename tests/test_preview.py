@@ -232,6 +232,7 @@ def test_planner_without_preview_says_so() -> None:
 # --- the verdict ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_no_oracle_wins_whatever_it_calls_itself(device: gy.Plant) -> None:
     waves = Realisations(gy.SeaState(), (1, 2), duration=60.0)
     laws: dict[str, Any] = {

@@ -90,6 +90,7 @@ def test_laws_of_all_kinds_run_in_it(plant: gy.Plant) -> None:
         assert np.all(np.isfinite(ds.phi1)) and json.loads(ds.attrs["validity"])["slip_max"] > 0.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "choice", [{"drag": 1e4}, {"bearing": 1e3}, {"coupling_cap": 1e-6}, {"rolling_resistance": 10.0}]
 )

@@ -36,6 +36,7 @@ def test_report_says_its_day() -> None:
     assert abs(datetime.date.fromisoformat(made()["date"]) - datetime.datetime.now(datetime.UTC).date()).days <= 1
 
 
+@pytest.mark.slow
 def test_rows_of_a_table_name_their_realisations_and_their_state(tmp_path: Path) -> None:
     asked = ["evaluate", "robustness", "--laws", "constant", "--seeds", "2,3", "--seeds", "@nominal=5"]
     done = CliRunner().invoke(app, [*asked, "--duration", "140", "--out", str(tmp_path)])

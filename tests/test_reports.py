@@ -151,6 +151,7 @@ def test_either_netcdf_gives_the_same_summary(tmp_path, engine, kind):
     assert summarise(open_results(tmp_path)) == summarise(ds)
 
 
+@pytest.mark.slow
 def test_directory_stands_for_its_results(tmp_path):
     save(synthetic(), tmp_path / "results.nc")
     assert open_results(tmp_path).sizes["law"] == len(FOUR)
@@ -220,6 +221,7 @@ def test_caveats_name_overlapping_seeds_and_few_runs():
     assert "Too few realisations" in caveats
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("contact", ["rolling", "friction"])
 def test_device_is_named_and_reversals_are_told_of_the_contact_that_it_has(tmp_path, contact):
     ds = synthetic()
@@ -262,6 +264,7 @@ def without_scripts(page: str) -> str:
     return re.sub(r"<script.*?</script>", "", page, flags=re.S)
 
 
+@pytest.mark.slow
 def test_report_is_written_for_every_edge_case(edge, tmp_path):
     path = write_report(edge, tmp_path / "deep" / "report.html")
     page = path.read_text(encoding="utf-8")
@@ -274,6 +277,7 @@ def test_report_is_written_for_every_edge_case(edge, tmp_path):
         assert str(digest) in body
 
 
+@pytest.mark.slow
 def test_report_loads_nothing_from_outside(tmp_path):
     page = write_report(synthetic(), tmp_path / "report.html").read_text(encoding="utf-8")
     links = parsed(page)
@@ -305,6 +309,7 @@ def test_every_axis_of_the_report_has_a_unit(tmp_path):
                 assert any(re.search(r"\[[^\]]+\]", text) for text in told), f"{name} has an axis without a unit"
 
 
+@pytest.mark.slow
 def test_report_flags_motion_and_seed_overlap(tmp_path):
     ds = synthetic(tuning_seeds=(8, 9))
     ds["phi1_p98"].loc[{"law": "coupling"}] = 0.41
@@ -321,6 +326,7 @@ def test_no_two_registered_laws_look_the_same():
     assert reference.colour not in {style.colour for style in styles.values()}
 
 
+@pytest.mark.slow
 def test_hostile_names_cannot_leave_their_place(tmp_path):
     ds = synthetic().assign_coords(law=["best_constant", "</script><b>x", "load_angle", "a&b"])
     page = write_report(ds, tmp_path / "report.html").read_text(encoding="utf-8")

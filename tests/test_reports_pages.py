@@ -156,6 +156,7 @@ def test_laws_that_lose_lock_at_other_times_have_lines_of_their_own():
     assert groups([np.array([1.0]), np.array([2.0]), np.array([1.0])]) == [[0, 2], [1]]
 
 
+@pytest.mark.slow
 def test_wrapper_that_did_nothing_is_said_and_not_drawn(tmp_path):
     ds = supervised()
     assert idle_wrappers(ds) == {"coupling": "load_angle"}
@@ -270,6 +271,7 @@ def test_use_of_the_actuators_is_of_all_runs_where_they_are_recorded():
     assert (row.moving, row.at_limit, row.at_zero) == (0.5, 0.25, 0.125)
 
 
+@pytest.mark.slow
 def test_what_lies_beside_a_comparison_is_told_with_its_law(tmp_path):
     save(synthetic(), tmp_path / "results.nc")
     margins_in(tmp_path / "margins")

@@ -126,6 +126,7 @@ def flight_errors(plant: Any, size: float, choices: list[dict[str, Any]]) -> Any
     return np.array(errors)
 
 
+@pytest.mark.slow
 def test_error_of_the_motion_is_of_third_order(plant: Any) -> None:
     """Five seconds of flight, radiation and all: phi as a surveyor sees the float, ring angle and spin."""
     sizes = np.array([0.01, 0.02, 0.04])

@@ -48,6 +48,7 @@ app.main()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt", reason="needs a signal to one process")
 @pytest.mark.parametrize(("number", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
 def test_stop_is_heard_even_where_a_library_swallows_it(tmp_path: Path, number: str, code: int) -> None:

@@ -58,6 +58,7 @@ def test_the_same_figure_is_the_same_file(tmp_path: Path) -> None:
         assert first == second, form
 
 
+@pytest.mark.slow
 def test_long_series_are_pictures_within_svg_and_pdf_and_short_ones_are_lines(tmp_path: Path) -> None:
     for name, points in (("long", 4 * DENSE), ("short", 100)):
         with styled():

@@ -252,6 +252,7 @@ def test_experiment_from_rest(device: gy.Plant) -> None:
     assert ds.attrs["start"] == "rest"
 
 
+@pytest.mark.slow
 def test_study_writes_table_data_and_figure(tmp_path: Path) -> None:
     """A small one: what is written agrees with what is returned."""
     result = startup_report(tmp_path, (100020, 100021), ("load_angle",), dt=0.01, durations=(500.0, 600.0), quiet=True)

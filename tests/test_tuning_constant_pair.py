@@ -15,6 +15,7 @@ from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.pair_means import Trial, means_of
 
 
+@pytest.mark.slow
 def test_best_pair_is_the_best_of_a_brute_force_scan(device: gy.Plant, monkeypatch: pytest.MonkeyPatch) -> None:
     """On short runs: within the goal no pair of a plain grid gives more than a few percent more."""
     monkeypatch.setattr(constant_pair, "WINDOW", 200.0)

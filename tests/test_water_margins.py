@@ -122,6 +122,7 @@ def test_regime_in_real_water_is_the_orbit(choices: dict[str, Any]) -> None:
         np.testing.assert_allclose(run.record[:, row], expected, atol=2e-3 * np.max(np.abs(courses[:, row])))
 
 
+@pytest.mark.slow
 def test_height_headroom_in_real_water_is_that_of_a_sinking_wave() -> None:
     """All signals sink together: positions, velocities of the water, moments."""
     plant = gy.zhang2017(**SURGE)

@@ -80,6 +80,7 @@ def held_at(plant: gy.Plant, sea: Any, t: float, phi1: float, phi3: float) -> np
     return found
 
 
+@pytest.mark.slow
 def test_wetted_surface_meets_the_waves_from_where_they_come() -> None:
     """Where the turn is at a heading that is blended, and after its end, it is the surface in that fixed sea."""
     plant = gy.zhang2017(position="moving", wetted="surface")

@@ -153,6 +153,7 @@ def test_shipped_fit_holds_on_instants_it_has_not_seen() -> None:
     assert np.all(miss < 0.2)
 
 
+@pytest.mark.slow
 def test_any_float_can_be_fitted_and_its_error_is_told(tmp_path: Path) -> None:
     """A sphere on a horizontal lever, half as large, in deep water: from the command line."""
     ball = capsule(Geometry(diameter=0.3, cylinder=0.0, inclination=0.0, arm=0.6, moment=4.0), None, 16, 8)
