@@ -50,7 +50,8 @@ HEADINGS = ("case", *LOCK, "power [W]", OWN, "of best constant", *PARTS, "CV", P
 
 def robustness_table(ask: Request, gamma: float = 5.0) -> tuple[dict[str, Any], str, Figure]:
     """Run every law on every truth; returns content, markdown and figure as the other tables."""
-    return _table(ask, gamma, truths(ask.settings), UNCHANGED, "Laws on devices that differ from their design")
+    title = "Laws on devices that differ from their design"
+    return _table(ask, gamma, truths(ask.settings), UNCHANGED, title, rolling=False)
 
 
 def faults_table(
@@ -58,11 +59,11 @@ def faults_table(
 ) -> tuple[dict[str, Any], str, Figure]:
     """Run every law in real water, with each fault, on each device and in each sea of `faults`, or of other cases."""
     chosen = faults(ask.settings, gamma, ask.duration) if cases is None else cases
-    return _table(ask, gamma, chosen, IN_WATER, "Faults and other devices in real water")
+    return _table(ask, gamma, chosen, IN_WATER, "Faults and other devices in real water", rolling=True)
 
 
 def _table(
-    ask: Request, gamma: float, cases: Sequence[Truth], words: str, title: str
+    ask: Request, gamma: float, cases: Sequence[Truth], words: str, title: str, *, rolling: bool
 ) -> tuple[dict[str, Any], str, Figure]:
     from gyroctl.studies.evaluation.draw import draw_robustness
 
@@ -81,7 +82,7 @@ def _table(
             failed[truth.name] = str(error)
     tables = {name: rows(outcome) for name, outcome in found.items()}
     kept = {name: kept_power(outcome, found[NOMINAL]) for name, outcome in found.items()}
-    forward = {name: forward_runs(outcome) if words is IN_WATER else {} for name, outcome in found.items()}
+    forward = {name: forward_runs(outcome) if rolling else {} for name, outcome in found.items()}
     laws = list(tables[NOMINAL])
     content = {
         "gamma": gamma,
@@ -107,7 +108,7 @@ def _table(
     }
     locked = [(name, *(_locked(table.get(law)) for law in laws), _counts(table)) for name, table in tables.items()]
     parts = [words, "## Locked runs\n\n" + markdown_table(("case", *laws, "runs"), locked)]
-    headings = (*HEADINGS[:-1], FORWARD, HEADINGS[-1]) if words is IN_WATER else HEADINGS
+    headings = (*HEADINGS[:-1], FORWARD, HEADINGS[-1]) if rolling else HEADINGS
     for law in laws:
         lines = [
             _line(name, table[law], kept[name].get(law), forward[name].get(law))
