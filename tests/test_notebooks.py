@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import re
 from pathlib import Path
 from typing import Any
@@ -117,6 +118,11 @@ def test_links_of_the_notebooks_lead_somewhere() -> None:
                 assert not [page for page in pages if not (FOLDER.parent / page).exists()], name
 
 
+def kinds(cell: Any) -> list[str]:
+    """What a cell shows, in order. How the printed text was cut into messages depends on the machine's speed alone."""
+    return [kind for kind, _ in itertools.groupby(o.output_type for o in cell.outputs)]
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_notebook_runs_in_its_time_and_shows_as_much_as_is_stored(name: str, tmp_path: Path) -> None:
@@ -129,7 +135,7 @@ def test_notebook_runs_in_its_time_and_shows_as_much_as_is_stored(name: str, tmp
     assert spent < CORES * SECONDS
     assert len(pictures(notebook)) == len(pictures(stored))
     for now, then in zip(code_of(notebook), code_of(stored), strict=True):
-        assert [o.output_type for o in now.outputs] == [o.output_type for o in then.outputs]
+        assert kinds(now) == kinds(then)
     assert not [o for cell in code_of(notebook) for o in cell.outputs if o.output_type == "error"]
 
 
