@@ -22,13 +22,13 @@ def sent(monkeypatch: pytest.MonkeyPatch) -> list[tuple[str, int]]:
     """Law and seed of what would go to a process; nothing is compiled beforehand."""
     noted: list[tuple[str, int]] = []
 
-    def note(item: Item, processes: Any, packed: Any) -> Future[Any]:
+    def note(item: Item) -> Future[Any]:
         noted.append((item.name, item.seed))
         future: Future[Any] = Future()
         future.set_result([failed(item, "not run here")])
         return future
 
-    monkeypatch.setattr(execution, "_sent", note)
+    monkeypatch.setattr(execution, "_sending", lambda items, _: [partial(note, item) for item in items])
     monkeypatch.setattr(execution, "_parts", lambda law: ())
     return noted
 

@@ -12,6 +12,7 @@ import gyroctl as gy
 from gyroctl.comparison import alone
 from gyroctl.comparison.compare import Realisations
 from gyroctl.comparison.items import Item, perform, work_items
+from gyroctl.comparison.parcels import parcels
 from gyroctl.harness.run import Settings
 from gyroctl.harness.travelling import by_value
 
@@ -59,7 +60,7 @@ def test_one_process_serves_until_a_run_breaks_it(
 
     served, expected = set(), {item.seed: perform([item])[0] for item in asked("")}
     for item in (*asked(""), *asked("talks")):
-        (outcome,) = alone.in_a_process(replace(item, law=None), by_value(item.law))
+        (outcome,) = alone.in_a_process(*parcels([item], by_value(item.law)))
         here = expected[item.seed]  # what it says there, and asks for, goes no way of ours
         clocks = {"step_ms_median", "step_ms_p99"}
         assert not outcome.failure and outcome.sha256 == here.sha256
@@ -71,12 +72,12 @@ def test_one_process_serves_until_a_run_breaks_it(
     assert len(served) == 1
 
     item = asked("ends")[0]
-    (outcome,) = alone.in_a_process(replace(item, law=None), by_value(item.law))
+    (outcome,) = alone.in_a_process(*parcels([item], by_value(item.law)))
     assert "signal 9" in outcome.failure and not alone._idle
 
     monkeypatch.setattr(alone, "GRACE", 20.0)
     item = replace(asked("sleeps")[0], time_limit=1.0)
-    (outcome,) = alone.in_a_process(replace(item, law=None), by_value(item.law))
+    (outcome,) = alone.in_a_process(*parcels([item], by_value(item.law)))
     assert "took longer than 1 s" in outcome.failure and not alone._idle
 
 

@@ -17,7 +17,8 @@ from typing import IO, Any
 import cloudpickle
 
 from gyroctl.comparison.execution import GRACE, how_it_ended, perform_sent
-from gyroctl.comparison.items import Item, Outcome, failed
+from gyroctl.comparison.items import Outcome, failed
+from gyroctl.comparison.parcels import Parcel
 
 IDLE = 60.0
 """After which a process without work is ended. [s]"""
@@ -28,12 +29,12 @@ _lock = threading.Lock()
 _idle: list[_Process] = []
 
 
-def in_a_process(item: Item, law: bytes) -> list[Outcome]:
+def in_a_process(parcel: Parcel) -> list[Outcome]:
     """Run an item whose law is packed; one that takes too long is ended, and whatever it does its run fails alone."""
     with _lock:
         process = _idle.pop() if _idle else None
     process = process or _Process()
-    outcomes = process.run(item, law)
+    outcomes = process.run(parcel)
     if process.lives():
         with _lock:
             _idle.append(process)
@@ -49,15 +50,16 @@ class _Process:
         self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe)
         self.late, self.clock = False, threading.Timer(0.0, self.end)
 
-    def run(self, item: Item, law: bytes) -> list[Outcome]:
+    def run(self, parcel: Parcel) -> list[Outcome]:
         """Run an item, and end the process where that takes too long."""
+        item = parcel.item
         self.clock.cancel()
         self.late, self.clock = False, threading.Timer(item.time_limit + GRACE, self._too_late)
         self.clock.daemon = True
         self.clock.start()
         assert self.process.stdin is not None and self.process.stdout is not None
         try:
-            _send(self.process.stdin, (item, law))
+            _send(self.process.stdin, parcel)
             found: list[Outcome] = _receive(self.process.stdout)
         except (EOFError, OSError):
             code = self.process.wait()
@@ -125,8 +127,7 @@ def main() -> None:
     os.dup2(2, 1)
     try:
         while True:
-            item, law = _receive(asked)
-            _send(told, perform_sent(item, law))
+            _send(told, perform_sent(_receive(asked)))
     except (EOFError, OSError):  # its worker has ended
         os._exit(0)
 

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
-from dataclasses import replace
+from itertools import islice
 from typing import Any, NamedTuple
-
-import cloudpickle
 
 from gyroctl.comparison import items as work
 from gyroctl.comparison.alone import in_a_process
 from gyroctl.comparison.execution import is_machine, perform_packed
 from gyroctl.comparison.items import Item, Outcome, failed
+from gyroctl.comparison.parcels import Parcel, law_of, opened, parcels
 from gyroctl.engine.cluster import FEWEST, Lost, Task, connected, hand_out, threads_of, told_if_lost
 from gyroctl.fingerprint import code_of
 from gyroctl.harness.law_entry import compile_law
@@ -25,8 +24,7 @@ __all__ = ["Piece", "connected", "run_far", "run_there"]
 class Piece(NamedTuple):
     """Items of one law that are handed out at once."""
 
-    items: tuple[Item, ...]  # without their law
-    law: bytes
+    parcels: tuple[Parcel, ...]
     ours: bool  # whether the law comes with this package, and keeps its protocol
     machine: bool  # whether it runs side by side
 
@@ -56,32 +54,35 @@ def _handed_out(items: Sequence[Item], threads: int) -> Iterator[Task]:
     of_law: dict[str, list[Item]] = {}
     for item in items:
         of_law.setdefault(item.name, []).append(item)
-    kinds = [_kind(own[0].law) for own in of_law.values()]  # what cannot be sent is refused before anything is
-    for own, (piece, modules, code) in zip(of_law.values(), kinds, strict=True):
-        alone = [slice(i, i + 1) for i in range(len(own))]
+    # what cannot be sent is refused before anything is
+    packed = [by_value(own[0].law) for own in of_law.values()]
+    for own, law in zip(of_law.values(), packed, strict=True):
+        piece, modules = _kind(own[0].law)
+        alone = (slice(i, i + 1) for i in range(len(own)))
+        sent = parcels(own, law)
         for part in pieces(len(own), threads) if piece.machine else alone:
             some = own[part]
-            yield Task(piece._replace(items=tuple(replace(item, law=None) for item in some)), some, modules, code)
+            yield Task(piece._replace(parcels=tuple(islice(sent, len(some)))), some, modules, code_of(*modules))
 
 
-def _kind(law: Any) -> tuple[Piece, tuple[str, ...], str]:
-    """Piece of work of a law, without its items, and the modules of this package that do it with their hash."""
-    ours, modules = is_ours(law), tuple(sorted({work.__name__, *modules_of(law)}))
-    return Piece((), by_value(law), ours, ours and is_machine(law)), modules, code_of(*modules)
+def _kind(law: Any) -> tuple[Piece, tuple[str, ...]]:
+    """Piece of work of a law, without its items, and the modules of this package that do it."""
+    ours = is_ours(law)
+    return Piece((), ours, ours and is_machine(law)), tuple(sorted({work.__name__, *modules_of(law)}))
 
 
 def _apart(task: Task) -> list[Task]:
     """Items of a task, each as a task of its own."""
-    pairs = zip(task.what.items, task.own, strict=True)
-    return [task._replace(what=task.what._replace(items=(sent,)), own=[item]) for sent, item in pairs]
+    pairs = zip(task.what.parcels, task.own, strict=True)
+    return [task._replace(what=task.what._replace(parcels=(sent,)), own=[item]) for sent, item in pairs]
 
 
 def run_there(piece: Piece) -> list[Outcome]:
     """Run a piece of work on a worker."""
     if not piece.ours:  # whatever such a law does, its run fails alone and can be stopped
-        return [outcome for item in piece.items for outcome in in_a_process(item, piece.law)]
+        return [outcome for parcel in piece.parcels for outcome in in_a_process(parcel)]
     if not piece.machine:
-        return [outcome for item in piece.items for outcome in perform_packed(item, piece.law)]
-    law = cloudpickle.loads(piece.law)
+        return [outcome for parcel in piece.parcels for outcome in perform_packed(parcel)]
+    law = law_of(piece.parcels[0])
     compile_law(law)
-    return work.perform([replace(item, law=law) for item in piece.items])
+    return work.perform([opened(parcel, law) for parcel in piece.parcels])

@@ -12,9 +12,8 @@ from collections import deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
 from contextlib import closing, contextmanager
-from dataclasses import replace
 from faulthandler import cancel_dump_traceback_later, dump_traceback_later
-from functools import lru_cache, partial
+from functools import partial
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
@@ -24,6 +23,7 @@ from pebble import ProcessExpired, ProcessPool
 
 from gyroctl.comparison.items import Item, Outcome, about, failed, perform
 from gyroctl.comparison.kept import kept
+from gyroctl.comparison.parcels import Parcel, law_of, opened, parcels
 from gyroctl.disk import DISK, Disk
 from gyroctl.engine import Record, Store
 from gyroctl.engine.plan import Plan, Wanted
@@ -137,7 +137,6 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
     of_law: dict[str, list[Item]] = {name: [] for name in laws}
     for item in items:
         of_law[item.name].append(item)
-    packed: dict[str, bytes] = {}
     with _pools(workers) as (threads, processes):
         under_way = _UnderWay(AHEAD * workers)
         several = workers > 1 and len(items) > 1
@@ -151,8 +150,9 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
             if machine or (is_ours(law) and not several):
                 under_way.add("threads", [(partial(threads.submit, perform, share), share) for share in shares])
             else:
-                sent = [(partial(_sent, item, processes, packed), [item]) for item in own]
-                under_way.add("processes", sent)
+                under_way.add(
+                    "processes", [(send, [item]) for send, item in zip(_sending(own, processes), own, strict=True)]
+                )
 
         def begin_slow() -> None:
             while slow:
@@ -277,36 +277,50 @@ def _prepare(part: Callable[[], Any]) -> None:
     part()
 
 
-def _sent(item: Item, processes: _Processes, packed: dict[str, bytes]) -> Future[Any]:
-    """Send an item to a process; the law goes by its content, with the module that it is from, packed once for all."""
-    module = sys.modules.get(type(innermost(item.law)).__module__)
-    by_content = module is not None and not is_ours(item.law) and module.__name__ != "__main__"
+def _sending(items: Sequence[Item], processes: _Processes) -> Iterator[Callable[[], Future[Any]]]:
+    """Yield what sends each item of a law to a process."""
+    item = items[0]
     try:
-        if by_content:
-            cloudpickle.register_pickle_by_value(module)
-        if item.name not in packed:
-            packed[item.name] = cloudpickle.dumps(item.law)
+        law = _by_content(item.law)
     except Exception as error:  # what a user's object may do when it is asked for its parts
-        failure: Future[Any] = Future()
         what = f"cannot be sent to a process of its own ({type(error).__name__}: {error}): keep plain values in it"
-        failure.set_result(failed(item, f"law {item.name!r} {what}"))
-        return failure
+        for one in items:
+            failure: Future[Any] = Future()
+            failure.set_result([failed(one, f"law {one.name!r} {what}")])
+            yield partial(_given, failure)
+        return
+    for parcel in parcels(items, law):
+        yield partial(processes.schedule, perform_sent, (parcel,), parcel.item.time_limit + GRACE)
+
+
+def _given(future: Future[Any]) -> Future[Any]:
+    return future
+
+
+def _by_content(law: Law) -> bytes:
+    """Pack a law, one from elsewhere with the module that it is from."""
+    module = sys.modules.get(type(innermost(law)).__module__)
+    elsewhere = module is not None and not is_ours(law) and module.__name__ != "__main__"
+    if elsewhere:
+        cloudpickle.register_pickle_by_value(module)
+    try:
+        packed: bytes = cloudpickle.dumps(law)
     finally:
-        if by_content:
+        if elsewhere:
             cloudpickle.unregister_pickle_by_value(module)
-    limit, sent = item.time_limit + GRACE, (replace(item, law=None), packed[item.name])
-    return processes.schedule(perform_sent, sent, limit)
+    return packed
 
 
-def perform_sent(item: Item, packed: bytes) -> list[Outcome]:
+def perform_sent(parcel: Parcel) -> list[Outcome]:
     """Run an item in this process: with a law of its own, or the compiled one that holds no state.
 
     Who waits for it ends it after its limit. Where nobody does any more, since that process was killed, it ends by
     itself, whatever its law is in the middle of.
     """
+    item = parcel.item
     try:
         with _ended_after(2.0 * (item.time_limit + GRACE)):
-            return no_way_out(perform_packed, item, packed)
+            return no_way_out(perform_packed, parcel)
     except BaseException as error:
         return [failed(item, f"law {item.name!r} failed in its process with {type(error).__name__}: {error}")]
 
@@ -322,15 +336,10 @@ def _ended_after(limit: float) -> Iterator[None]:
             cancel_dump_traceback_later()
 
 
-def perform_packed(item: Item, packed: bytes) -> list[Outcome]:
+def perform_packed(parcel: Parcel) -> list[Outcome]:
     """Run an item whose law is packed: with a law of its own, unless that is compiled and holds no state."""
-    law = _unpacked(packed) if compile_law(_unpacked(packed)) is not None else cloudpickle.loads(packed)
-    return perform([replace(item, law=law)])
-
-
-@lru_cache(maxsize=64)
-def _unpacked(packed: bytes) -> Any:
-    return cloudpickle.loads(packed)
+    law = law_of(parcel) if compile_law(law_of(parcel)) is not None else cloudpickle.loads(parcel.law)
+    return perform([opened(parcel, law)])
 
 
 def _outcomes_of(future: Future[Any], items: Sequence[Item]) -> list[Outcome]:
