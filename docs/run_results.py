@@ -141,7 +141,12 @@ RUNS = {
         "connection.json",
         "not measured",
     ),
-    "forecast": Run("python -m gyroctl.studies.forecast --seeds 100000:100004", "", "forecast.json", "2 min"),
+    "forecast": Run(
+        "python -m gyroctl.studies.forecast --seeds 4017:4033",
+        "python -m gyroctl.studies.forecast --seeds 100000:100002 --duration 260",
+        "forecast.json",
+        "10 min",
+    ),
 }
 """The results by name. Seeds of `seas` and `real` are in reserve until the run; a commit after it tells the ledger."""
 

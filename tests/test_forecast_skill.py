@@ -18,8 +18,8 @@ from gyroctl.controllers.nmpc.foresight import Foresight
 from gyroctl.harness.run import Settings, run_law
 from gyroctl.plant.measurement import ROWS
 from gyroctl.studies.forecast import forecast_report
-from gyroctl.studies.forecast.report import REAL_WATER, SEAS
-from gyroctl.studies.forecast.skill import SOURCES
+from gyroctl.studies.forecast.report import REAL_WATER, SEAS, _halves
+from gyroctl.studies.forecast.skill import SOURCES, Skill
 from gyroctl.waves.estimation import MomentEstimator, Predictor, Probe, foresee, relative_error, replay, replay_moments
 from gyroctl.waves.estimation.probe import floor_of
 from gyroctl.waves.window import Shutter
@@ -95,6 +95,16 @@ def test_study_refuses_what_leaves_nothing_to_judge(tmp_path: Path) -> None:
         with pytest.raises(gy.InputError) as caught:
             forecast_report(tmp_path, seeds, duration)
         assert caught.value.field == field
+
+
+def test_interval_of_the_error_is_students() -> None:
+    """Two realisations whose errors differ by 2: half the width is the 97.5 % quantile of one degree of freedom."""
+    runs = np.zeros((2, len(SOURCES), 2, 3))
+    runs[:, SOURCES.index("sensors"), :, 1] = [[1.0, 5.0], [3.0, 5.0]]
+    halves = _halves(Skill(np.zeros(0), np.zeros(0), np.zeros(0), runs))
+    np.testing.assert_allclose(halves, [[0.0, 12.7062, 0.0], [0.0, 0.0, 0.0]], rtol=1e-5)
+    alone = _halves(Skill(np.zeros(0), np.zeros(0), np.zeros(0), runs[:1]))
+    assert np.all(np.isnan(alone)), "one realisation says nothing of its spread"
 
 
 # --- the probe -------------------------------------------------------------------------------------------------------

@@ -113,7 +113,10 @@ def _forecast() -> Figure:
     found = result("forecast")
     skills = {
         sea: Skill(
-            np.array([np.array(rows, float) for rows in sources.values()]), np.zeros((2, 2)), np.zeros((2, 2, 0))
+            np.array([np.array(rows, float) for rows in sources.values()]),
+            np.zeros((2, 2)),
+            np.zeros((2, 2, 0)),
+            np.zeros((0, 0, 2, 0)),
         )
         for sea, sources in found["error"].items()
     }

@@ -108,7 +108,25 @@ def forecast() -> str:
         f"by the law `{found['law']}`. At the sample itself the estimator's error is {_now(found, 'estimator')} of the "
         f"variance, that of `memory.now` {_now(found, 'smoothed')}. {_known(found)}"
     )
-    return "\n\n".join([table(heads, lines, 3), told, caption("forecast")])
+    return "\n\n".join([table(heads, lines, 3), told, _in_real_water(found), caption("forecast")])
+
+
+def _in_real_water(found: Mapping[str, Any]) -> str:
+    """The error with the device's own model, with its interval over the realisations."""
+    case = "gamma 5, realistic device, realistic design"
+    leads, sources = found["leads_s"], found["error_in_real_water"][case]
+    told = []
+    for lead in (1.0, 2.0):
+        at = leads.index(lead)
+        errors = [
+            f"{source[at]:.3f} ± {half[at]:.3f}"
+            for source, half in zip(sources["sensors"], found["half_width"][case], strict=True)
+        ]
+        known = [f"{source[at]:.3f}" for source in sources["sensors, sea known"]]
+        told.append(
+            f"at {lead:g} s {errors[0]} (Me1) and {errors[1]} (Me3), with the spectrum known {known[0]} and {known[1]}"
+        )
+    return f"In real water, from the sensors, mean over the realisations and its 95 % interval: {'; '.join(told)}."
 
 
 def forecast_spread() -> str:

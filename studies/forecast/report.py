@@ -6,6 +6,10 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student_t
+
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
@@ -81,10 +85,18 @@ def forecast_report(out: Path, seeds: Sequence[int], duration: float = 1000.0, l
         {name: dict(zip(SOURCES, value.error, strict=True)) for name, value in each.items()} for each in (found, wet)
     )
     within = {name: dict(zip(WITHIN, value.within, strict=True)) for name, value in {**found, **wet}.items()}
-    errors = {"error": skills, "error_in_real_water": wet_skills, "within_its_deviations": within}
+    spread = {name: _halves(value) for name, value in {**found, **wet}.items()}
+    errors = {"error": skills, "error_in_real_water": wet_skills, "half_width": spread, "within_its_deviations": within}
     content = {"note": note, "error_at_the_sample": at_the_sample, "leads_s": LEADS, **errors}
     write_json(out / "forecast.json", {**head, **content})
     return _text(rows) + _sample({**found, **wet})
+
+
+def _halves(value: Skill) -> NDArray[np.float64]:
+    """Half the width of the 95 % interval of the mean error from the sensors over the realisations, (2, leads)."""
+    runs = value.runs[:, SOURCES.index("sensors")]
+    quantile = student_t.ppf(0.975, len(runs) - 1) if len(runs) > 1 else np.nan
+    return np.asarray(quantile * np.std(runs, axis=0, ddof=min(1, len(runs) - 1)) / np.sqrt(len(runs)))
 
 
 def _rows(found: dict[str, Skill]) -> list[list[str]]:

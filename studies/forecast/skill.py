@@ -36,6 +36,7 @@ class Skill(NamedTuple):
     error: Array  # (sources, 2, leads)
     now: Array  # (2, 2), at the sample: of the estimator's moments, of the smoothed ones
     within: Array  # (2, 2, leads), "sensors": share of errors within one and two deviations that the forecast says
+    runs: Array  # (realisations, sources, 2, leads), the errors of each
 
 
 def skill(
@@ -97,7 +98,7 @@ def skill(
                     within.append(coverage(predictor, LEADS, said, moments, FIRST))
             row.append(relative_error(predictor, LEADS, ahead, moments, FIRST))
         errors.append(row)
-    return Skill(*(np.mean(each, axis=0) for each in (errors, now, within)))
+    return Skill(*(np.mean(each, axis=0) for each in (errors, now, within)), np.array(errors))
 
 
 def _measured(states: Array, sensors: Sensors, seed: int) -> Array:
