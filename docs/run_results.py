@@ -97,7 +97,7 @@ RUNS = {
         "55 min",
     ),
     "price": Run(
-        "gyroctl evaluate price",
+        "gyroctl evaluate price --seeds 1:8",
         "gyroctl evaluate price --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
         "price.json",
         "not measured",

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 import gyroctl as gy
 from gyroctl import nested
@@ -14,7 +15,7 @@ from gyroctl.controllers.gain_scheduled.cell import Cell, Filters, Node, modulat
 from gyroctl.controllers.gain_scheduled.design import DESIGNS, Design, build
 from gyroctl.controllers.gain_scheduled.margins import CHANNELS, cell_loop
 from gyroctl.controllers.gain_scheduled.scheduled import ROW, Scheduled
-from gyroctl.controllers.gain_scheduled.table import law_of, read_table, row_of, table_file
+from gyroctl.controllers.gain_scheduled.table import NODES, law_of, read_table, row_of, table_file
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.protocol import Measurement
 from gyroctl.linearisation.held_flow import HeldFlow
@@ -23,7 +24,7 @@ from gyroctl.loop_margins.trial import try_loop
 from gyroctl.orbits.flow import Forcing
 from gyroctl.plant.measurement import read
 
-TABLE = "scheduled_lqr_realistic"
+TABLES = ("scheduled_lqr_realistic", "scheduled_lmi_realistic")
 LAG = 0.02
 """Of the coupling in real water. [s]"""
 
@@ -33,9 +34,9 @@ def real() -> gy.Plant:
     return gy.zhang2017("realistic").smooth
 
 
-@pytest.fixture(scope="module")
-def content() -> dict[str, Any]:
-    return read_table(table_file(TABLE))
+@pytest.fixture(scope="module", params=TABLES)
+def content(request: pytest.FixtureRequest) -> dict[str, Any]:
+    return read_table(table_file(request.param))
 
 
 @pytest.fixture(scope="module")
@@ -98,7 +99,7 @@ def test_multipliers_of_a_realistic_cell_are_those_of_the_period_map(loop: LoopO
 def test_a_gain_that_is_wrong_is_seen_in_the_period_map(loop: LoopOrbit) -> None:
     """The comparison above can fail: with one gain of the law a tenth off the multipliers part."""
     cells = list(loop.law.cells)
-    cells[7 + 10 + 5] *= 1.5  # from the flywheel to cg
+    cells[7 + 10 + 2] *= 3.0  # from the ring speed to cg
     other = dataclasses.replace(loop, law=loop.law._replace(cells=tuple(cells)))
     plain = np.linalg.eigvals(differences(other))
     plain = plain[np.argsort(-np.abs(plain))]
@@ -131,7 +132,7 @@ def test_exact_modulation_is_near_the_held_one_where_both_are_known(device: gy.P
 @pytest.mark.slow
 def test_orbit_of_a_realistic_cell_has_its_envelope_and_pays_its_losses(real: gy.Plant) -> None:
     """From the states on the orbit: the pull of the float on one side, generator, bearing and windage on the other."""
-    cell: Cell = build(real, DESIGNS[TABLE], Node(0.15, 3.15, 0.5), 0.4)
+    cell: Cell = build(real, DESIGNS[TABLES[0]], Node(0.15, 3.15, 0.5), 0.4)
     x = cell.orbit.states(256)
     p = real.parameters
     assert abs(np.mean(np.exp(1j * x[:, 2]) * (x[:, 4] + 1j * x[:, 5]))) == pytest.approx(0.15, rel=2e-3)
@@ -187,16 +188,45 @@ def test_a_margin_holds_in_the_nonlinear_loop(loop: LoopOrbit, entry: dict[str, 
 # --- which table a law takes, and what it does outside -----------------------------------------------------------
 
 
-def test_design_model_chooses_the_table(content: dict[str, Any]) -> None:
-    linear: Any = gy.law("scheduled_lqr")
-    real: Any = gy.law("scheduled_lqr", plant="realistic")
+@pytest.mark.parametrize("table", TABLES)
+def test_design_model_chooses_the_table(table: str) -> None:
+    name = table.removesuffix("_realistic")
+    linear: Any = gy.law(name)
+    real: Any = gy.law(name, plant="realistic")
     assert linear.bandwidths != real.bandwidths and linear.bearing == 0.0
-    assert real.cells == law_of(content).cells
+    assert real.cells == law_of(read_table(table_file(table))).cells
     assert real.bearing == 0.01 and real.windage == 9.1e-7
-    plain: Any = gy.law("scheduled_lqr", plant="corrected")
+    plain: Any = gy.law(name, plant="corrected")
     assert plain.cells == linear.cells and plain.bearing == 0.0
-    with pytest.raises(gy.InputError, match="scheduled_lmi_realistic"):
-        gy.law("scheduled_lmi", plant="realistic")
+
+
+@pytest.mark.slow
+def test_one_lyapunov_function_proves_the_realistic_cells(real: gy.Plant) -> None:
+    """The function in the file against the averaged model of a cell, and the gains that the file gives it."""
+    content = read_table(table_file("scheduled_lmi_realistic"))
+    design, told = DESIGNS["scheduled_lmi_realistic"], content["provenance"]
+    entry = content["cells"][-1]
+    cell = build(real, design, Node(*(entry[name] for name in NODES)), design.shares[0])
+    model, Q = design.slow_model(cell), np.array(told["Q0"])
+    K = slow_gains(entry)
+    assert np.all(np.linalg.eigvalsh(Q) > 0.0) and not np.any(told["Q1"])
+    closed = (model.A + model.B @ K) @ Q
+    worst = -0.5 * np.max(scipy.linalg.eigh(closed + closed.T, Q, eigvals_only=True))
+    assert worst == pytest.approx(entry["notes"]["proven_decay"], rel=1e-3)
+    assert told["proven_decay"] <= worst + 1e-9
+    closed = (model.A - 10.0 * model.B @ K) @ Q
+    assert -0.5 * np.max(scipy.linalg.eigh(closed + closed.T, Q, eigvals_only=True)) < 0.0
+
+
+def slow_gains(entry: dict[str, Any]) -> np.ndarray[Any, Any]:
+    """Gains (6, 4) of a cell on the states of the slow model, from its entry in the table."""
+    K = np.zeros((6, 4))
+    for control, part in enumerate(("cc", "cg")):
+        gains = entry[part]
+        K[control, :2] = gains["angle"], gains["speed"]
+        for j, name in enumerate(("cos", "sin")):
+            K[2 + 2 * control + j, 2:] = gains[f"swing_{name}"], gains[f"swing_rate_{name}"]
+    return K
 
 
 def test_generator_lets_go_in_a_lull() -> None:
@@ -219,13 +249,14 @@ def resting(speed: float) -> Any:
 
 
 @pytest.mark.slow
-def test_realistic_table_runs_in_real_water() -> None:
+@pytest.mark.parametrize("name", ["scheduled_lqr", "scheduled_lmi"])
+def test_realistic_table_runs_in_real_water(name: str) -> None:
     """On one tuning seed: the realistic table keeps more turns than the linear one."""
     plant = gy.zhang2017("realistic", wetted="reduced")
     settings = gy.Settings(actuators=Actuators(cc_lag=LAG))
     waves = gy.realise(plant, gy.SeaState(), 100000, 400.0)
     turns = []
-    for law in (gy.law("scheduled_lqr", plant="realistic"), gy.law("scheduled_lqr")):
+    for law in (gy.law(name, plant="realistic"), gy.law(name)):
         run = gy.simulate(plant, law, waves, settings)
         psi = np.asarray(run.psi.sel(time=slice(100.0, None)))
         turns.append(float(psi[-1] - psi[0]))

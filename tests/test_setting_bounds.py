@@ -179,7 +179,7 @@ def test_no_setting_gives_anything_but_refusal_or_a_run_one_can_make(tables: dic
     run = {**tables.get("run", {}), "seeds": seeds}
     try:
         setup = build_experiment({**tables, "run": run, "laws": {"constant": {}}})
-        plan = run_size(setup.run.duration, setup.run.dt, setup.actuators.period)
+        plan = run_size(setup.run.duration, setup.run.dt, setup.actuators.period, setup.plant.parameters.time_scale)
         sensing = setup.sensors.arrays(10, setup.run.seeds[0])
         acting = setup.actuators.arrays()
     except gy.InputError as refusal:
@@ -202,6 +202,19 @@ def test_size_of_a_run() -> None:
         run_size(1e5, 0.01, 1e-3)
     with pytest.raises(gy.InputError, match=r"run.dt = 1e-05: makes 1e\+10 steps"):
         run_size(1e5, 1e-5, 0.1)
+
+
+def test_step_as_long_as_a_part_of_the_wave_is_refused(device: gy.Plant) -> None:
+    """It asks for so little accuracy that the run says nothing; a larger device has slower waves."""
+    waves, law = gy.realise(device, gy.SeaState(), 100000, 40.0), gy.law("constant", cc=0.05, cg=2e-4)
+    with pytest.raises(gy.InputError, match=r"run.dt = 0.5: is too coarse a step .* at most 0.1 s"):
+        gy.simulate(device, law, waves, gy.Settings(dt=0.5, blend=20.0))
+    with pytest.raises(gy.InputError, match=r"run.dt = 0.2: is too coarse a step"):
+        build_experiment({"run": {"dt": 0.2}, "laws": {"constant": {}}})
+    assert run_size(600.0, 0.1, 0.1).samples == 6000
+    assert run_size(600.0, 0.6, 0.7, time_scale=50.0**0.5).samples == 857
+    with pytest.raises(gy.InputError, match=r"at most 0.707 s"):
+        run_size(600.0, 0.8, 0.7, time_scale=50.0**0.5)
 
 
 # --- waves that cannot be ----------------------------------------------------------------------------------------

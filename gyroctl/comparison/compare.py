@@ -145,7 +145,7 @@ def compare(
         raise InputError("laws", {}, "there is nothing to compare", "Give at least one law")
     check_workers(workers)
     check_motion_limit(motion_limit)
-    run_size(waves.duration, settings.dt, settings.actuators.period)
+    run_size(waves.duration, settings.dt, settings.actuators.period, plant.parameters.time_scale)
     built, yardstick = with_yardstick(built, yardstick, plant.parameters.length_scale)
     refused = refused_for(built.values()) if tuning_seeds is None else sorted(int(seed) for seed in tuning_seeds)
     check_seeds(waves.seeds, refused)

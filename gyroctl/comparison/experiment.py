@@ -200,7 +200,7 @@ def build_experiment(
     kinds = _kinds(entries)
     actuators = Actuators(**(dataclasses.asdict(Actuators().at(length)) if length != 1.0 else {}) | table["actuators"])
     actuators.fit(length)
-    run_size(run.duration, run.dt, actuators.period)
+    run_size(run.duration, run.dt, actuators.period, plant.parameters.time_scale)
     return Experiment(
         sea=sea,
         run=run,

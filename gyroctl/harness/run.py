@@ -209,7 +209,7 @@ def checked_run(plant: Plant, law: Law, waves: WaveRealisation, settings: Settin
     """
     actuators = settings.actuators
     actuators.fit(plant.parameters.length_scale)
-    run_size(waves.duration, settings.dt, actuators.period)
+    run_size(waves.duration, settings.dt, actuators.period, plant.parameters.time_scale)
     every = ticks_of(law, name, actuators)
     largest = describe(law).get("cc", actuators.cc_max)  # a law that fixes cc, or else all that the actuator can give
     check_step(plant, min(float(largest), actuators.cc_max), settings.dt)

@@ -11,7 +11,11 @@ SAMPLES_MAX, STEPS_MAX = 2_000_000, 200_000_000
 """Samples of a run, some 300 bytes each, and its Runge-Kutta steps, some microseconds each."""
 
 DT = (1e-5, 1.0)
-"""Least and largest step that can be asked for; the slip of the coupling asks for less than the largest. [s]"""
+"""Least and largest step that can be asked for of any device. [s]"""
+
+COARSEST = 0.1
+"""And the largest of a device of the size of Table 1, a twentieth of its wave; the slip of the coupling asks for less.
+A longer one would ask for so little accuracy that it is a slip in the unit. [s]"""
 
 
 class RunSize(NamedTuple):
@@ -21,8 +25,10 @@ class RunSize(NamedTuple):
     steps: int
 
 
-def run_size(duration: float, dt: float, period: float) -> RunSize:
+def run_size(duration: float, dt: float, period: float, time_scale: float = 1.0) -> RunSize:
     """Size of a run of `duration` [s] in steps of `dt` [s], sampled every `period` [s].
+
+    `time_scale` is the unit of time of the device over that of Table 1, see `Parameters.time_scale`. [-]
 
     Raises
     ------
@@ -30,7 +36,11 @@ def run_size(duration: float, dt: float, period: float) -> RunSize:
         Fields ``run.duration``, ``run.dt``: out of bounds, or too much for one run together.
     """
     length = within("run.duration", duration, 0.0, DURATION_MAX, "Give seconds, for example 2000")
+    coarsest = COARSEST * time_scale
     step = within("run.dt", dt, *DT, "Give the step in seconds, for example 0.01")
+    if step > coarsest * (1.0 + 1e-9):
+        mend = f"Give at most {coarsest:.3g} s; {0.1 * coarsest:.3g} s is usual"
+        raise InputError("run.dt", dt, "is too coarse a step for the waves of this device", mend)
     size = RunSize(round(length / period), round(length / min(step, period)))
     if size.samples > SAMPLES_MAX:
         mend = f"Give at most {SAMPLES_MAX * period:g} s, or a longer actuators.period"

@@ -178,7 +178,7 @@ def site_request(
     within("rarest", rarest, 0.0, 1.0, "Give a part of the year, for example 0.001")
     if depth is not None and not (depth > 0.0):
         raise InputError("depth", depth, "must be above zero", "Give the depth of the water in metres, inf for deep")
-    run_size(duration, settings.dt, settings.actuators.period)
+    run_size(duration, settings.dt, settings.actuators.period, plant.parameters.time_scale)
     check_length(duration, settings.score_from)
     check_motion_limit(motion_limit)
     check_workers(workers)
