@@ -123,6 +123,12 @@ RUNS = {
         "real.json",
         "40 min",
     ),
+    "real_lmi": Run(
+        'gyroctl evaluate real --laws scheduled_lmi --seeds 4033:4048 --seeds "@gamma 5=4049:4064"',
+        "gyroctl evaluate real --laws scheduled_lmi --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
+        "real.json",
+        "15 min",
+    ),
     "bound_gamma1": Run(BOUND.format(1), QUICK.format(1), "bound.json", "30 min"),
     "bound_gamma5": Run(BOUND.format(5), QUICK.format(5), "bound.json", "30 min"),
     "bound_gamma50": Run(BOUND.format(50) + OWN_SET, QUICK.format(50), "bound.json", "35 min"),

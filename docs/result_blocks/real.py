@@ -24,6 +24,10 @@ OWN = {
 """Headings of what the table has of its own, and where it is kept."""
 
 
+LATER = ("real_coupling", "real_lmi")
+"""Reports of laws that were tuned anew after the others were judged, on realisations of their own."""
+
+
 def of_sea(sea: str, name: str = "real") -> str:
     """Every law of a result in a sea of real water."""
     found = result(name)
@@ -80,16 +84,22 @@ def _targets() -> list[Mapping[str, Any]]:
     return [later.get(one["name"], one) for one in result("real")["targets"]]
 
 
+def _anew(sea: str) -> dict[str, tuple[Mapping[str, Any], Row]]:
+    """Laws that were tuned anew: the later report of each, and its row there."""
+    reports = [result(name) for name in LATER]
+    return {row["law"]: (report, row) for report in reports for row in report["seas"][sea] if row["law"] != PAIR}
+
+
 def readme_real() -> str:
     """Laws in real water beside the linear plant, in the default sea; of a law tuned anew its later figures."""
-    found, later = result("real"), result("real_coupling")
+    found, anew = result("real"), _anew("gamma5")
     linear = {row["law"]: row for row in result("seas")["seas"]["gamma5"]}
-    anew = {row["law"]: row for row in later["seas"]["gamma5"] if row["law"] != PAIR}
-    rows = [anew.get(row["law"], row) for row in found["seas"]["gamma5"]]
+    rows = [anew.get(row["law"], (found, row)) for row in found["seas"]["gamma5"]]
+    rows.sort(key=lambda of: -of[1]["power"]["value"])
     lines = [
         [
             law(row),
-            set_of(found, "gamma5", row).partition(":")[0],
+            set_of(report, "gamma5", row).partition(":")[0],
             number(linear[row["law"]]["power"]["value"]) if row["law"] in linear else "–",
             ranged(row["power"]),
             ranged(row["ratio"]),
@@ -98,18 +108,19 @@ def readme_real() -> str:
             number(row["forward"]["value"]),
             f"{number(row['phi1']['value'], 2)}, {number(row['phi3']['value'], 2)}",
         ]
-        for row in rows
+        for report, row in rows
     ]
     heads = ("law", "set", "linear [W]", "real water [W]", "of the pair", "CV", "locked, in step")
     met = [one["verdict"] for one in _targets()]
+    later = "; ".join(f"for `{name}` {states(report['seed_states'])}" for name, (report, _) in anew.items())
     return "\n\n".join(
         [
             table((*heads, "without a reversal", "98 % of φ1, φ3 [rad]"), lines, 2),
             f"The device: {found['water']['words']}. Runs of {found['request']['duration_s']:g} s; seeds "
-            f"{states(found['seed_states'])}, for `{'`, `'.join(anew)}` {states(later['seed_states'])}. Targets: "
+            f"{states(found['seed_states'])}, {later}. Targets: "
             f"{met.count('met')} met, {met.count('not met')} not met, {met.count('open')} open "
             "([demand by demand](docs/evaluation.md#targets-in-real-water)).",
-            caption("real", "real_coupling", "seas"),
+            caption("real", *LATER, "seas"),
         ]
     )
 
@@ -129,6 +140,6 @@ def _percent(share: Mapping[str, Any]) -> str:
 BLOCKS: Mapping[str, Callable[[], str]] = {
     "real": real,
     "real-targets": targets,
-    "real-coupling": partial(real, "real_coupling"),
+    **{name.replace("_", "-"): partial(real, name) for name in LATER},
     "laws-real": readme_real,
 }
