@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -160,6 +161,21 @@ def test_law_from_elsewhere_travels_with_its_modules_and_fails_alone(device: gy.
         ds = run(device, laws=laws, scheduler=local.scheduler_address)
     assert bits(ds.sel(law=["mine"])) == bits(expected)
     assert ds.failed.sel(law="ends").all() and "must not end the program" in str(ds.failure.sel(law="ends").values[0])
+
+
+def test_scheduler_forgets_an_answer_before_it_is_stored(local: Any) -> None:
+    """Else it would be computed again, though it is stored, where its worker dies meanwhile."""
+    with distributed.Client(local) as client:
+        code = cluster.code_of(cluster.__name__)
+        task = cluster.Task(-3, None, (cluster.__name__,), code)
+        handed_out = cluster.hand_out(client, abs, [task], lambda one: [one])
+        assert next(handed_out) == (task, 3)
+        for _ in range(200):  # it is told on its way, not at once
+            if not local.scheduler.tasks:
+                break
+            time.sleep(0.01)
+        assert not local.scheduler.tasks
+        assert not list(handed_out)
 
 
 @pytest.mark.slow

@@ -167,12 +167,13 @@ def hand_out(
                 except ImportError as error:
                     raise InputError("scheduler", hands.address, f"a worker lacks {error}", SAME) from None
                 else:
+                    # what is held here while it is stored would be computed again where its worker dies meanwhile
+                    del future
                     if isinstance(found, Elsewhere):
                         hands.leave_out(found)
                         again.append(task)
                     else:
                         yield task, found
-                del future  # the scheduler keeps a result as long as it is held here
                 coming = coming or following()
         finally:
             if client.status == "running":
