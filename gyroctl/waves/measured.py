@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.reading import existing, read_text
 from gyroctl.waves.columns import FIELD, FILE_MAX
-from gyroctl.waves.ndbc import directional_ndbc
+from gyroctl.waves.ndbc import directional_ndbc, plain
 
 if TYPE_CHECKING:
     import xarray
@@ -115,6 +115,11 @@ def _copied(path: str | PathLike[str], form: str, folder: Path) -> tuple[Path, s
         text = read_text(FIELD, unpacked, mend, FILE_MAX)
     else:
         text = read_text(FIELD, source, mend, FILE_MAX)
+    text = plain(text) if form == "ndbc" else text
+    quantities = re.search(r"(?m)^QUANT\b", text) if form == "swan" else None
+    if quantities and not re.search(r"(?m)^[NC]DIR\b", text[: quantities.start()]):
+        problem, other = "holds spectra over frequency alone", "Write SPEC2D, or give one as columns f [Hz], S [m2/Hz]"
+        raise InputError(FIELD, str(path), problem, other)
     lines = text.count("\n") + 1
     for count in COUNTED[form].finditer(text) if form in COUNTED else ():
         if not re.fullmatch(r"\d{1,9}", count[1]) or int(count[1]) > lines:
