@@ -1,5 +1,6 @@
 """Files of buoys and wave models that depart from the usual: read right, or refused by what is the matter."""
 
+import json
 import math
 from pathlib import Path
 
@@ -50,6 +51,19 @@ def test_stamps_within_the_hour_are_told_apart(tmp_path: Path) -> None:
         read_spectrum(path, format="spotter", time="2021-09-28T13")
     one, two = (read_spectrum(path, format="spotter", time=f"2021-09-28T13:{m}") for m in ("12", "42"))
     assert two.hs**2 - one.hs**2 == pytest.approx(16.0 * 5.0 * (0.07813 - 0.05859) / 2.0, rel=1e-4)
+
+
+@pytest.mark.parametrize("heights", [["2018-02-14T01:27:19Z"], [], ["2018-02-14T01:27:19Z", "2018-02-14T04:27:19Z"]])
+def test_spectra_of_a_spotter_have_their_own_stamps(tmp_path: Path, heights: list[str]) -> None:
+    """Heights come at times of their own, and not always as many: an hour from the spectra in a real file."""
+    spectrum = {"frequency": F, "varianceDensity": S, "timestamp": "2018-02-14T00:27:19Z"}
+    spectrum |= {name: [0.0] * 8 for name in ("a1", "b1", "a2", "b2")} | {"direction": [200.0] * 8}
+    spectrum |= {"directionalSpread": [30.0] * 8}
+    bulk = [{"significantWaveHeight": 1.6, "peakPeriod": 10.2, "timestamp": stamp} for stamp in heights]
+    path = tmp_path / "spotter.json"
+    path.write_text(json.dumps({"data": {"waves": bulk, "frequencyData": [spectrum]}}))
+    sea = read_spectrum(path, format="spotter", time="2018-02-14T00")
+    assert sea.hs == pytest.approx(4.0 * math.sqrt(M0), rel=1e-6) and "00:27:19" in sea.notes[0]
 
 
 def test_energy_densities_of_swan_are_over_rho_g(tmp_path: Path) -> None:
