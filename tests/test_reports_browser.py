@@ -8,9 +8,12 @@ from pathlib import Path
 import pytest
 from test_reports_pages import evaluation_in, margins_in
 from test_reports_synthetic import CHARACTERS, save, synthetic
+from test_site_runs import SEAS, SITE, asked
 from typer.testing import CliRunner
 
+import gyroctl as gy
 from gyroctl.cli.app import app
+from gyroctl.studies.site import report, site_report
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 BROWSER = next(filter(None, map(shutil.which, NAMES)), None)
@@ -30,12 +33,16 @@ def pages(tmp_path_factory):
     save(synthetic(tuple(CHARACTERS)), folder / "results.nc")
     margins_in(folder / "m")
     evaluation_in(folder / "e")
-    for part in (".", "m", "e"):
+    with pytest.MonkeyPatch.context() as patch:  # pairs as if they had been searched
+        patch.setattr(report, "_pairs", lambda ask, cells: ({cell.name: SEAS for cell in cells}, SITE))
+        site_report(asked(gy.zhang2017(), folder / "s", seeds=("1:2",)))
+    for part in (".", "m", "e", "s"):
         assert CliRunner().invoke(app, ["report", str(folder / part)]).exit_code == 0
     return {
         "comparison": folder / "report.html",
         "margins": folder / "m" / "margins.html",
         "evaluation": folder / "e" / "evaluation.html",
+        "site": folder / "s" / "site.html",
     }
 
 
@@ -62,11 +69,11 @@ def opened(browser, page, size, scheme):
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("size", list(SIZES))
-@pytest.mark.parametrize("kind", ["comparison", "margins", "evaluation"])
+@pytest.mark.parametrize("kind", ["comparison", "margins", "evaluation", "site"])
 def test_page_is_readable(browser, pages, kind, size, scheme):
     import axe_playwright_python
 
-    tab, said, asked = opened(browser, pages[kind], size, scheme)
+    tab, said, fetched = opened(browser, pages[kind], size, scheme)
     assert tab.evaluate(OVERLAPS) == []
     assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page scrolls sideways"
     for figure in tab.query_selector_all("figure"):
@@ -83,13 +90,13 @@ def test_page_is_readable(browser, pages, kind, size, scheme):
     tab.keyboard.press("Enter")
     assert tab.evaluate("document.activeElement.id") == "content"
     assert said == []
-    assert [url for url in asked if not url.startswith(("file:", "data:"))] == []
+    assert [url for url in fetched if not url.startswith(("file:", "data:"))] == []
     tab.close()
 
 
 @pytest.mark.parametrize("size", list(SIZES))
 def test_closer_look_draws_all_laws_and_the_whole_run(browser, pages, size):
-    tab, said, asked = opened(browser, pages["comparison"], size, "light")
+    tab, said, fetched = opened(browser, pages["comparison"], size, "light")
     tab.click("#closer")
     tab.wait_for_selector(".choice input", timeout=120_000)
     assert tab.locator(".choice input").count() == len(CHARACTERS)
@@ -102,7 +109,7 @@ def test_closer_look_draws_all_laws_and_the_whole_run(browser, pages, size):
     assert (first, last) == (0, pytest.approx(600.0))
     assert tab.evaluate(OVERLAPS) == []
     assert said == []
-    assert [url for url in asked if not url.startswith(("file:", "data:", "blob:"))] == []
+    assert [url for url in fetched if not url.startswith(("file:", "data:", "blob:"))] == []
     tab.close()
 
 

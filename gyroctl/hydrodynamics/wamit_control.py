@@ -52,6 +52,7 @@ def control(base: Path) -> Control:
     depth: dict[str, float] = {}
     for path in (base.with_name(base.name + suffix) for suffix in SUFFIXES):
         if path.is_file():
+            geometry = False
             for line in lines_of(path):
                 units.update(_unit(path, line))
                 bottom = re.match(r"\s*(\S+)\s+HBOT\b", line, re.IGNORECASE)
@@ -59,6 +60,9 @@ def control(base: Path) -> Control:
                     told = float(number(bottom.group(1)) or 0.0)
                     depth = {"depth": told if told > 0.0 else float("inf")}
                 values = _body(line)
+                if values is None and geometry and path.suffix.lower() == ".pot":
+                    values = _placed(line)
+                geometry = bool(re.match(r"\s*\S+\.gdf\b", line, re.IGNORECASE))
                 if values is not None:
                     if len(values) < 3 or (len(values) > 3 and values[3] % 360.0 != 0.0):
                         problem = "is not three coordinates and an angle of 0"
@@ -94,6 +98,17 @@ def _body(line: str) -> list[float] | None:
     part = text[at:].partition("=")[2] if "=" in text[at:] else text[:at]
     values = [number(word) for word in _WORD.findall(part)]
     return [value for value in values if value is not None]
+
+
+def _placed(line: str) -> list[float] | None:
+    """Coordinates by their place, below the file of the geometry: the words behind them are comments."""
+    values = []
+    for word in line.split():
+        value = number(word)
+        if value is None:
+            break
+        values.append(value)
+    return values if len(values) == 4 else None
 
 
 def _printed(path: Path) -> dict[str, float]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.linearisation.held_flow import HeldFlow, samples_per_wave
 from gyroctl.linearisation.periodic import multipliers_of, transition
 from gyroctl.loop_margins.dual_numbers import NotDifferentiable, step_jacobian
@@ -23,9 +24,11 @@ from gyroctl.plant.measurement import ROWS, read
 
 CONTROLS = ("cc", "cg")
 REFERENCE = ((0.052, 3.5e-4), (0.104, 1.5e-4), (0.052, 1e-4), (0.104, 3e-5))
-"""Controls whose locked orbit is tried as a start of the loop. [Nms]"""
+"""Controls whose locked orbit is tried as a start of the loop, at the size of Table 1. [Nms]"""
 
-CC_MAX = 0.3
+CC_MAX, CC_LEAST = 0.3, 0.02
+"""Largest coupling, and the least that steps are chosen for, at the size of Table 1. [Nms]"""
+
 SINGULAR = 1e14
 """Condition number beyond which a map has a multiplier of 1 to rounding."""
 
@@ -99,7 +102,7 @@ class LoopOrbit:
 
 
 def close_loop(
-    plant: Plant, wave: RegularWave, law: Any, start: Orbit | None = None, settle: int = 150, dt: float = 0.01
+    plant: Plant, wave: RegularWave, law: Any, start: Orbit | None = None, settle: int = 150, dt: float | None = None
 ) -> LoopOrbit:
     """Find the periodic solution of the loop: let it settle, then Newton's method on plant and law together.
 
@@ -115,8 +118,8 @@ def close_loop(
         Where the loop begins; by default the locked orbit at one of `REFERENCE`.
     settle : int
         Wave periods of plain simulation before Newton's method.
-    dt : float
-        Longest Runge-Kutta step. [s]
+    dt : float, optional
+        Longest Runge-Kutta step; 0.01 s at the size of Table 1. [s]
 
     Returns
     -------
@@ -133,14 +136,15 @@ def close_loop(
         raise InputError("law.period", law.period, "must be positive and at most the wave period", "Give it in s")
     samples = samples_per_wave(period, law.period)
     law = _with_period(law, period / samples)
-    flow = HeldFlow(plant, Forcing.of(plant, wave), samples, CC_MAX, dt)
+    unit = growth("Nms", plant.parameters.length_scale)
+    flow = HeldFlow(plant, Forcing.of(plant, wave), samples, unit * CC_MAX, plant.step if dt is None else dt)
     begin = start if start is not None else _reference(plant, wave)
     if begin.status == "no orbit":
         return _failed("no orbit", begin.advice, flow, law, begin.sense)
     x, state, controls = settle_loop(flow, law, begin.x, law.init(), settle)
     if not np.all(np.isfinite(x)):
         return _failed("not periodic", "The loop runs away; another tuning is needed", flow, law, begin.sense)
-    flow = replace(flow, cc_max=min(CC_MAX, max(1.2 * float(np.max(controls[:, 0])), 0.02)))
+    flow = replace(flow, cc_max=min(unit * CC_MAX, max(1.2 * float(np.max(controls[:, 0])), unit * CC_LEAST)))
     try:
         closed = _newton(flow, law, x, state, begin.sense)
     except NotDifferentiable as error:
@@ -155,11 +159,12 @@ def settle_loop(flow: HeldFlow, law: Any, x: Vector, state: Any, periods: int) -
     """Simulate the loop for whole wave periods; return plant, law's state and the controls of the last period."""
     x = x.copy()
     controls = np.zeros((flow.samples, 2))
+    most = CC_MAX * growth("Nms", flow.plant.parameters.length_scale)
     for i in range(periods * flow.samples):
         command, state = law.step(i * flow.period, read(x), state)
         cc, cg = (max(float(value), 0.0) for value in command)
         controls[i % flow.samples] = cc, cg
-        x = flow.advance(x, min(cc, CC_MAX), cg, i)
+        x = flow.advance(x, min(cc, most), cg, i)
         if not np.all(np.isfinite(x)):
             break
     x[OMEGA] = 0.0
@@ -216,16 +221,23 @@ def _compose(a: Matrix, b: Matrix, by_y: Matrix, by_s: Matrix, sensing: Matrix) 
 def _with_period(law: Any, period: float) -> Any:
     """Return the law at another sampling period, where it has such a field; a change of a thousandth, usually."""
     if isinstance(law, tuple) and "period" in getattr(law, "_fields", ()):
-        within = {"law": _with_period(law.law, period)} if "law" in law._fields else {}  # type: ignore[attr-defined]
+        within = {"law": _with_period(law.law, _inner(law, period))} if "law" in law._fields else {}  # type: ignore[attr-defined]
         return law._replace(period=period, **within)  # type: ignore[attr-defined]
     if is_dataclass(law) and not isinstance(law, type) and "period" in law.__dataclass_fields__:
         return replace(law, period=period)  # type: ignore[call-arg]
     return law
 
 
+def _inner(law: Any, period: float) -> float:
+    """Period of the law within a wrapper: the same, or in another unit of time."""
+    own = getattr(law.law, "period", law.period)
+    return period if own == law.period else period * (own / law.period)
+
+
 def _reference(plant: Plant, wave: RegularWave) -> Orbit:
+    unit = growth("Nms", plant.parameters.length_scale)
     for cc, cg in REFERENCE:
-        orbit = find_orbit(plant, wave, cc, cg)
+        orbit = find_orbit(plant, wave, unit * cc, unit * cg)
         if orbit.status == "stable":
             break
     return orbit

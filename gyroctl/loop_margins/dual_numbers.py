@@ -183,7 +183,7 @@ _MATH = SimpleNamespace(
 
 
 class _Rebound:
-    """Looks like the law, but runs its methods with functions that know `Dual`."""
+    """Looks like the law, but runs its methods, and those of a law within it, with functions that know `Dual`."""
 
     def __init__(self, law: Any) -> None:
         self._law = law
@@ -192,7 +192,7 @@ class _Rebound:
         value = getattr(self._law, name)
         if isinstance(value, MethodType) and isinstance(value.__func__, FunctionType):
             return MethodType(_rebind(value.__func__, {}), self)
-        return value
+        return _Rebound(value) if name == "law" and callable(getattr(value, "step", None)) else value
 
 
 def _rebind(function: FunctionType, done: dict[int, FunctionType]) -> FunctionType:

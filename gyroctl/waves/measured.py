@@ -8,6 +8,7 @@ waves come from, clockwise from north.
 from __future__ import annotations
 
 import gzip
+import json
 import math
 import re
 import tempfile
@@ -23,7 +24,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.reading import existing, read_text
 from gyroctl.waves.columns import FIELD, FILE_MAX
-from gyroctl.waves.ndbc import directional_ndbc
+from gyroctl.waves.ndbc import directional_ndbc, plain
 
 if TYPE_CHECKING:
     import xarray
@@ -115,6 +116,11 @@ def _copied(path: str | PathLike[str], form: str, folder: Path) -> tuple[Path, s
         text = read_text(FIELD, unpacked, mend, FILE_MAX)
     else:
         text = read_text(FIELD, source, mend, FILE_MAX)
+    text = plain(text) if form == "ndbc" else _own_stamps(text) if form == "spotter" else text
+    quantities = re.search(r"(?m)^QUANT\b", text) if form == "swan" else None
+    if quantities and not re.search(r"(?m)^[NC]DIR\b", text[: quantities.start()]):
+        problem, other = "holds spectra over frequency alone", "Write SPEC2D, or give one as columns f [Hz], S [m2/Hz]"
+        raise InputError(FIELD, str(path), problem, other)
     lines = text.count("\n") + 1
     for count in COUNTED[form].finditer(text) if form in COUNTED else ():
         if not re.fullmatch(r"\d{1,9}", count[1]) or int(count[1]) > lines:
@@ -127,6 +133,17 @@ def _copied(path: str | PathLike[str], form: str, folder: Path) -> tuple[Path, s
     copy = folder / name
     copy.write_text(text, encoding="utf-8", newline="\n")
     return copy, text
+
+
+def _own_stamps(text: str) -> str:
+    """JSON of a Spotter whose spectra have the stamps that stand with them: the library takes those of the heights."""
+    try:
+        content = json.loads(text)
+        stamps = [{"timestamp": str(one["timestamp"])} for one in content["data"]["frequencyData"]]
+    except (ValueError, TypeError, KeyError, RecursionError):
+        return text  # columns, or no file of a Spotter, which the library will say
+    content["data"]["waves"] = stamps
+    return json.dumps(content)
 
 
 def _opened(copy: Path, form: str, path: str, directional: bool) -> tuple[xarray.Dataset, tuple[str, ...]]:

@@ -43,6 +43,22 @@ def beside(path: Path) -> tuple[Path, Path]:
     raise InputError("sea.file", str(path), "its name does not tell the files of its directions", mend)
 
 
+def plain(text: str) -> str:
+    """Text as the library reads it: years of two digits, as archives to 1998 have them, in four; no second heading.
+
+    What is missing and written MM becomes 999, which is refused where it is needed.
+    """
+    lines = text.split("\n")
+    out = lines[:1]
+    for line in lines[1:]:
+        if line.lstrip().startswith("#"):  # units
+            continue
+        year = re.match(r"\s*(\d\d)(?=\s+\d{1,2}\s)", line)
+        row = line if year is None else f"19{line.lstrip()}"
+        out.append(re.sub(r"(?<!\S)MM(?!\S)", "999.00", row))
+    return "\n".join(out)
+
+
 def directional_ndbc(
     path: Path, ds: xarray.Dataset, read: Callable[[Path], xarray.Dataset]
 ) -> tuple[xarray.Dataset, tuple[str, ...]]:

@@ -18,8 +18,12 @@ from gyroctl.waves.measured import FORMATS, Measured, read_one
 from gyroctl.waves.record_files import scale_factor
 from gyroctl.waves.tabulated import DENSITY_MAX, TabulatedSpectrum
 from gyroctl.waves.units import of_spectrum
+from gyroctl.waves.watershed import part_of_hills
 
 PARTITIONS = ("swell", "wind sea")
+
+SPLITS = ("frequency", "watershed")
+"""By what swell and wind sea are told apart."""
 
 DIRECTIONS = ("from", "to")
 
@@ -38,6 +42,7 @@ def read_spectrum(
     site: float | None = None,
     partition: str | None = None,
     split: float | None = None,
+    split_by: str = "frequency",
     directional: bool = False,
     axis: float | None = None,
     direction: str = "from",
@@ -68,6 +73,8 @@ def read_spectrum(
         "swell": what is slower than `split`; "wind sea": the rest.
     split : float, optional
         Frequency between the two; without it the one that a real-time file of NDBC sets. [Hz]
+    split_by : str
+        "frequency"; or "watershed", for files with directions: the steep hills of the spectrum are the wind sea.
     directional : bool
         Keep the directions of the file. Those of NDBC stand in files beside it.
     axis : float, optional
@@ -89,7 +96,8 @@ def read_spectrum(
         Field ``sea.file`` for the file, ``sea.NAME`` for an option, the fields of `TabulatedSpectrum` for its numbers.
     """
     shrink = scale_factor(scale)
-    _check(format, unit, clock, column, time, site, partition, split, directional, axis, direction)
+    _check(format, unit, clock, column, time, site, partition, split, split_by, directional, axis, direction)
+    hills = split_by == "watershed"
     if format == "csv":
         first, second = read_columns(path, _WHAT, (clock, column))
         turn, factor, said = of_spectrum(unit, (first.name, first.unit), (second.name, second.unit))
@@ -102,10 +110,13 @@ def read_spectrum(
             notes.append(f"converted from {was} to rad/s, m2 s/rad")
         found = Measured(omega / (2.0 * math.pi), None, density, None, tuple(notes))
     else:
-        found = read_one(path, format, time, None if site is None else int(site), directional)
+        found = _read(path, format, time, site, directional, hills)
+        if hills:
+            found = _hills(found, str(partition), directional)
         omega, density = 2.0 * math.pi * found.frequency, found.density / (2.0 * math.pi)
         notes = list(found.notes)
-    omega, density = _part(omega, density, partition, split or found.split, notes)
+    if not hills:
+        omega, density = _part(omega, density, partition, split or found.split, notes)
     if shrink != 1.0:
         omega, density = omega * math.sqrt(shrink), density / shrink**2.5
         notes.append(f"scaled by Froude 1:{shrink:g}")
@@ -123,6 +134,7 @@ def _check(
     site: object,
     partition: object,
     split: object,
+    split_by: object,
     directional: object,
     axis: object,
     direction: object,
@@ -130,7 +142,8 @@ def _check(
     """Refuse options that are none, or of no use for this format."""
     columns = {"unit": unit, "clock": clock, "column": column}
     buoys = {"time": time, "site": site, "axis": axis, "directional": directional or None}
-    for name, value in {"format": format, "direction": direction, **columns, "time": time}.items():
+    texts = {"format": format, "direction": direction, "split_by": split_by, **columns, "time": time}
+    for name, value in texts.items():
         if value is not None:
             check_text(f"sea.{name}", value)
     known = ("csv", *FORMATS)
@@ -152,11 +165,43 @@ def _check(
         raise InputError("sea.site", site, "must be a whole number", "Give a number from 1")
     if partition is not None and partition not in PARTITIONS:
         raise InputError("sea.partition", partition, "unknown", f"Choose one of {', '.join(PARTITIONS)}")
+    if split_by not in SPLITS:
+        raise InputError("sea.split_by", split_by, "unknown", f"Choose one of {', '.join(SPLITS)}")
+    if split_by == "watershed" and (partition is None or split is not None or format == "csv"):
+        problem = "takes a partition, no frequency, and a file with directions"
+        raise InputError("sea.split_by", split_by, problem, f"Give partition = {' or '.join(PARTITIONS)}, and no split")
     if split is not None:
         positive("sea.split", split, "Give the frequency between swell and wind sea in Hz, for example 0.1")
         if partition is None:
             mend = 'Give partition = "swell" or partition = "wind sea" too'
             raise InputError("sea.split", split, "is of no use without a partition", mend)
+
+
+def _read(
+    path: str | PathLike[str], format: str, time: str | None, site: float | None, directional: bool, hills: bool
+) -> Measured:
+    """One spectrum of a file, with its directions where they are wanted or needed."""
+    place = None if site is None else int(site)
+    try:
+        return read_one(path, format, time, place, directional or hills)
+    except InputError as error:
+        if hills and not directional and error.field == "sea.directional":
+            problem = "needs directions, and the file holds none"
+            raise InputError("sea.split_by", "watershed", problem, "Give split in Hz instead") from None
+        raise
+
+
+def _hills(found: Measured, partition: str, directional: bool) -> Measured:
+    """The steep hills of a spectrum, or the others; over all directions together where these are not kept."""
+    directions = found.directions
+    if directions is None:
+        raise InputError("sea.split_by", "watershed", "needs directions, and the file holds none", "Give split in Hz")
+    kept = part_of_hills(found.frequency, directions, found.density, partition)
+    notes = (*found.notes, f"{partition} alone, by watershed and steepness")
+    if directional:
+        return found._replace(density=kept, notes=notes)
+    step = float(np.diff(directions).mean())
+    return found._replace(directions=None, density=kept.sum(axis=1) * step, notes=notes)
 
 
 def _part(
