@@ -133,7 +133,7 @@ RUNS = {
     "bound_gamma5": Run(BOUND.format(5), QUICK.format(5), "bound.json", "30 min"),
     "bound_gamma50": Run(BOUND.format(50) + OWN_SET, QUICK.format(50), "bound.json", "35 min"),
     "bound_realistic": Run(
-        REAL.format("3545-3546", ""), REAL.format("100001,100000", " --quick"), "bound.json", "not measured"
+        REAL.format("3545-3548", ""), REAL.format("100001,100000", " --quick"), "bound.json", "45 min"
     ),
     "margins": Run(f"{POINT} --cc 0.052 --law load_angle", "", "margins.json", "30 s"),
     "margins_loose": Run(f"{POINT} --cc 0.02", "", "margins.json", "10 s"),
