@@ -22,6 +22,7 @@ from gyroctl.harness.registry import registered
 from gyroctl.reports import evaluate, judge, open_results, print_table, summarise, write_picture, write_report
 from gyroctl.reports.canvas import DESK, TELEPHONE, look
 from gyroctl.reports.labels import SIDES, Box, place
+from gyroctl.reports.panel import Panels
 from gyroctl.reports.report import DRAW
 from gyroctl.reports.theme import law_styles
 from gyroctl.reports.wording import number, percent, seed_ranges, watts
@@ -303,9 +304,12 @@ def test_every_axis_of_the_report_has_a_unit(tmp_path):
     for name, draw in DRAW.items():
         for paper in (DESK, TELEPHONE):
             with look(paper):
-                axes = draw(ds, found, paper).figure.axes
-            for one in axes:
-                told = (one.get_xlabel(), one.get_ylabel(), one.get_title(loc="left"))
+                drawn = draw(ds, found, paper).figure
+            if isinstance(drawn, Panels):
+                said = [(one.title, one.y.label) for one in drawn.panels] + [(drawn.panels[-1].x.label,)]
+            else:
+                said = [(one.get_xlabel(), one.get_ylabel(), one.get_title(loc="left")) for one in drawn.axes]
+            for told in said:
                 assert any(re.search(r"\[[^\]]+\]", text) for text in told), f"{name} has an axis without a unit"
 
 

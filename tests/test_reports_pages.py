@@ -22,6 +22,7 @@ from gyroctl.reports.coinciding import groups, idle_wrappers
 from gyroctl.reports.figures import survival
 from gyroctl.reports.labels import Box, place_freely
 from gyroctl.reports.law_section import sections
+from gyroctl.reports.panel import Line
 from gyroctl.reports.pareto import pareto
 from gyroctl.reports.timeseries import LEVELS, UNKNOWN, closer_look, in_steps, time_series
 from gyroctl.simulation.effort import effort
@@ -205,11 +206,10 @@ def test_points_of_the_pareto_plot_are_the_means_of_the_laws(paper):
 def test_load_share_is_drawn_with_all_its_values():
     ds = synthetic()
     ds["example_load_share"].loc[{"law": "load_angle"}] = np.linspace(0.0, 4000.0, ds.sizes["time"])
-    with look(DESK):
-        axes = time_series(ds, evaluate(ds), DESK).figure.axes[-1]
-    top = max(float(np.max(line.get_ydata())) for line in axes.lines)
-    assert axes.get_ylim()[1] >= top > 1000.0
-    assert axes.get_ylim()[0] <= 0.0
+    panel = time_series(ds, evaluate(ds), DESK).figure.panels[-1]
+    top = max(float(np.max(line.y)) for line in panel.drawn if isinstance(line, Line))
+    assert panel.y.high >= top > 1000.0
+    assert panel.y.low <= 0.0
 
 
 def test_markup_and_formulas_in_a_name_are_text_in_a_picture():
