@@ -6,6 +6,8 @@ import base64
 import gzip
 import json
 import re
+import subprocess
+import sys
 from html.parser import HTMLParser
 
 import numpy as np
@@ -365,6 +367,17 @@ def test_damaged_study_is_refused_by_name_and_leaves_nothing(tmp_path, file, con
     assert [path.name for path in tmp_path.iterdir()] == [file]
 
 
-def test_folder_without_results_is_refused(tmp_path):
-    done = CliRunner().invoke(app, ["report", str(tmp_path)])
-    assert isinstance(done.exception, InputError)
+@pytest.mark.parametrize("name", ["", "results.nc"])
+def test_what_holds_no_results_is_refused_before_a_library_is_loaded(tmp_path, name):
+    (tmp_path / "results.nc" if name else tmp_path / "notes.txt").write_text("no NetCDF")
+    code = f"""
+import sys
+from gyroctl.cli.app import app
+from gyroctl.errors import InputError
+try:
+    app(["report", {str(tmp_path / name)!r}], standalone_mode=False)
+except InputError as error:
+    print(error.field, *{{"scipy", "xarray", "matplotlib", "pandas"}} & set(sys.modules))
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["results"]
