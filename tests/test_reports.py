@@ -298,6 +298,17 @@ def test_report_is_the_same_from_memory_and_from_the_file(tmp_path):
     assert write_report(tmp_path / "results.nc", tmp_path / "b.html").read_bytes() == from_memory
 
 
+@pytest.mark.parametrize("width", [80, 90])
+def test_no_number_of_the_table_is_cut(width):
+    ds = synthetic(tuple(CHARACTERS))
+    text = io.StringIO()
+    print_table(ds, console=Console(file=text, width=width, color_system=None))
+    assert "…" not in text.getvalue()
+    for law in evaluate(ds).laws:
+        row = next(line for line in text.getvalue().splitlines() if f" {law.name} " in line)
+        assert {number(law.power.value), number(law.turns_kept), f"{law.locked}/{law.runs}"} <= set(row.split())
+
+
 def test_every_axis_of_the_report_has_a_unit(tmp_path):
     ds = synthetic()
     found = evaluate(ds)
