@@ -246,7 +246,7 @@ def as_svg(figure: Figure, key: str, alt: str) -> str:
     body = re.sub(r"<[^>]*>", lambda tag: _of_the_page(tag.group(), key), body)  # tags alone: text is what it is
     body = re.sub(r"\s*\n\s*", "\n", body).strip()
     size = f'viewBox="0 0 {width:g} {height:g}" width="{width:g}" height="{height:g}"'
-    return f'<svg class="drawn" role="img" aria-label="{in_markup(alt)}" {size}><g aria-hidden="true">{body}</g></svg>'
+    return f'<svg class="drawn" role="img" aria-label="{in_markup(alt)}" {size}>{body}</svg>'
 
 
 def _of_the_page(tag: str, key: str) -> str:

@@ -177,7 +177,7 @@ def as_markup(sheet: Panels, alt: str) -> str:
     ]
     return (
         f'<svg class="drawn" role="img" aria-label="{in_markup(alt)}" viewBox="0 0 {sheet.width:g} {height:g}" '
-        f'width="{sheet.width:g}" height="{height:g}"><g aria-hidden="true">{"".join(parts)}</g></svg>'
+        f'width="{sheet.width:g}" height="{height:g}">{"".join(parts)}</svg>'
     )
 
 
