@@ -32,8 +32,8 @@ CUT = """() => [...document.querySelectorAll("svg.drawn text")].filter((text) =>
 
 DECIDE = """async () => {
   const usual = {  // those of axe, which are replaced as a whole
-    ignoreUnicode: false, ignorePseudo: false, pseudoSizeThreshold: 0.25, shadowOutlineEmMax: 0.2, textStrokeEmMin: 0.03,
-    boldValue: 700, boldTextPt: 14, largeTextPt: 18,
+    ignoreUnicode: false, ignorePseudo: false, pseudoSizeThreshold: 0.25, shadowOutlineEmMax: 0.2,
+    boldValue: 700, boldTextPt: 14, largeTextPt: 18, textStrokeEmMin: 0.03,
     contrastRatio: { normal: { expected: 4.5 }, large: { expected: 3 } },
   };
   axe.configure({ checks: [{ id: "color-contrast", options: { ...usual, ignoreLength: true } }] });  // "0" is a text
