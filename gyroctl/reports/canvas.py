@@ -163,8 +163,10 @@ def plate(draw: Callable[[Paper], Drawing], key: str, papers: Sequence[Paper] = 
     for paper in papers:
         with look(paper):
             figure, alt, keys = draw(paper)
-            own = isinstance(figure, Panels)
-            drawn.append(as_markup(figure, alt) if own else as_svg(figure, f"{key}{len(drawn)}", alt))
+            if isinstance(figure, Panels):
+                drawn.append(as_markup(figure, alt))
+            else:
+                drawn.append(as_svg(figure, f"{key}{len(drawn)}", alt))
     return Plate(drawn[0], drawn[-1] if len(drawn) > 1 else "", keys)
 
 

@@ -204,9 +204,9 @@ def _one(panel: Panel, sheet: Panels, top: float, lowest: bool) -> str:
         if isinstance(one, Line):
             lines += [_stroke(_path(x, y), one) for x, y in _pieces(across(one.x), up(one.y))]
         elif one.level:
-            lines.append(_stroke(f"M{_px(left)} {_px(up(np.array(one.at)))}H{_px(right)}", one))
+            lines.append(_stroke(f"M{_px(left)} {_px(float(up(np.array(one.at))))}H{_px(right)}", one))
         else:
-            lines.append(_stroke(f"M{_px(across(np.array(one.at)))} {_px(top)}V{_px(bottom)}", one))
+            lines.append(_stroke(f"M{_px(float(across(np.array(one.at))))} {_px(top)}V{_px(bottom)}", one))
     below = bottom + TICK + PAD + 0.73 * small
     beside = left - TICK - 4.0
     words = [_text(beside, at + 0.36 * small, n, "end") for at, n in zip(at_y, numbers_y, strict=True)]
