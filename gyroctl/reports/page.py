@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import re
-import struct
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
@@ -120,11 +119,11 @@ def width_of(picture: Path) -> int:
     picture : Path
         PNG file, with or without a drawing beside it.
     """
-    with suppress(OSError, struct.error, UnicodeDecodeError):
+    with suppress(OSError):
         with picture.open("rb") as file:
             head = file.read(24)
         if head[12:16] == b"IHDR":
-            return min(max(round(struct.unpack(">I", head[16:20])[0] * PER_DOT), LEAST), MOST)
+            return min(max(round(int.from_bytes(head[16:20], "big") * PER_DOT), LEAST), MOST)
     return LEAST
 
 
