@@ -62,6 +62,10 @@ class Contents(NamedTuple):
     attributes: Mapping[str, Any]
 
 
+KINDS = {b"CDF\x01": "classic", b"CDF\x02": "classic", b"\x89HDF": "4"}
+"""What a file begins with."""
+
+
 def read_netcdf(field: str, path: Path | str, mend: str) -> Contents:
     """Read a NetCDF file, classic or 4.
 
@@ -85,24 +89,31 @@ def read_netcdf(field: str, path: Path | str, mend: str) -> Contents:
         For a file that is missing, damaged, no NetCDF file or too large, and for NetCDF 4 where the platform cannot
         limit the process that reads it.
     """
+    reader: Callable[[str, Path, str], Contents] = {"classic": read_classic, "4": read_hdf5}[kind_of(field, path, mend)]
+    contents = reader(field, Path(path), mend)
+    names = [*contents.variables, *contents.attributes]
+    if not all(name.isprintable() for name in names):
+        raise InputError(field, str(path), "has a name with a control character", mend)
+    return contents
+
+
+def kind_of(field: str, path: Path | str, mend: str) -> str:
+    """Kind of a NetCDF file by its first bytes, ``classic`` or ``4``; says at once of a file that it is none.
+
+    Raises
+    ------
+    InputError
+        As `read_netcdf`, for a file that is missing or no NetCDF file.
+    """
     file = existing(field, path, mend)
     try:
         with file.open("rb") as stream:
             magic = stream.read(4)
     except OSError as error:
         raise InputError(field, str(path), f"cannot be read: {error.strerror}", mend) from None
-    readers: dict[bytes, Callable[[str, Path, str], Contents]] = {
-        b"CDF\x01": read_classic,
-        b"CDF\x02": read_classic,
-        b"\x89HDF": read_hdf5,
-    }
-    if magic not in readers:
+    if magic not in KINDS:
         raise InputError(field, str(path), "this is not a NetCDF file", mend)
-    contents = readers[magic](field, file, mend)
-    names = [*contents.variables, *contents.attributes]
-    if not all(name.isprintable() for name in names):
-        raise InputError(field, str(path), "has a name with a control character", mend)
-    return contents
+    return KINDS[magic]
 
 
 def read_classic(field: str, path: Path, mend: str) -> Contents:

@@ -22,6 +22,7 @@ __all__ = [  # the look as well, for the files of the studies
     "GRID",
     "INK",
     "MUTED",
+    "ON_COLOUR",
     "PAPER_COLOUR",
     "RING_SPEED",
     "band",
@@ -35,6 +36,9 @@ __all__ = [  # the look as well, for the files of the studies
     "styled",
     "written",
 ]
+
+ON_COLOUR = "#10161C"
+"""Text and lines on a coloured area: unlike `INK` they stay dark where the page is dark."""
 
 RING_SPEED = "ψ\N{PRIME} [rad/s]"
 """Axis label."""

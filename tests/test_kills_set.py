@@ -28,6 +28,7 @@ ROOMS = {
     "margins",
     "order",
     "outside",
+    "panels",
     "physics",
     "pictures",
     "planner",

@@ -22,6 +22,7 @@ from gyroctl.harness.registry import registered
 from gyroctl.reports import evaluate, judge, open_results, print_table, summarise, write_picture, write_report
 from gyroctl.reports.canvas import DESK, TELEPHONE, look
 from gyroctl.reports.labels import SIDES, Box, place
+from gyroctl.reports.panel import Panels
 from gyroctl.reports.report import DRAW
 from gyroctl.reports.theme import law_styles
 from gyroctl.reports.wording import number, percent, seed_ranges, watts
@@ -297,15 +298,29 @@ def test_report_is_the_same_from_memory_and_from_the_file(tmp_path):
     assert write_report(tmp_path / "results.nc", tmp_path / "b.html").read_bytes() == from_memory
 
 
+@pytest.mark.parametrize("width", [80, 90])
+def test_no_number_of_the_table_is_cut(width):
+    ds = synthetic(tuple(CHARACTERS))
+    text = io.StringIO()
+    print_table(ds, console=Console(file=text, width=width, color_system=None))
+    assert "…" not in text.getvalue()
+    for law in evaluate(ds).laws:
+        row = next(line for line in text.getvalue().splitlines() if f" {law.name} " in line)
+        assert {number(law.power.value), number(law.turns_kept), f"{law.locked}/{law.runs}"} <= set(row.split())
+
+
 def test_every_axis_of_the_report_has_a_unit(tmp_path):
     ds = synthetic()
     found = evaluate(ds)
     for name, draw in DRAW.items():
         for paper in (DESK, TELEPHONE):
             with look(paper):
-                axes = draw(ds, found, paper).figure.axes
-            for one in axes:
-                told = (one.get_xlabel(), one.get_ylabel(), one.get_title(loc="left"))
+                drawn = draw(ds, found, paper).figure
+            if isinstance(drawn, Panels):
+                said = [(one.title, one.y.label) for one in drawn.panels] + [(drawn.panels[-1].x.label,)]
+            else:
+                said = [(one.get_xlabel(), one.get_ylabel(), one.get_title(loc="left")) for one in drawn.axes]
+            for told in said:
                 assert any(re.search(r"\[[^\]]+\]", text) for text in told), f"{name} has an axis without a unit"
 
 

@@ -8,12 +8,10 @@ from pathlib import Path
 import pytest
 from test_reports_pages import evaluation_in, margins_in
 from test_reports_synthetic import CHARACTERS, save, synthetic
-from test_site_runs import SEAS, SITE, asked
+from test_site_page import site_in
 from typer.testing import CliRunner
 
-import gyroctl as gy
 from gyroctl.cli.app import app
-from gyroctl.studies.site import report, site_report
 
 NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 BROWSER = next(filter(None, map(shutil.which, NAMES)), None)
@@ -21,6 +19,37 @@ SIZES = {"desk": (1280, 900), "telephone": (390, 844)}
 
 OVERLAPS = Path(__file__).with_name("overlaps.js").read_text(encoding="utf-8")
 """Function that returns the pairs of texts that lie on one another, by their boxes as far as they can be seen."""
+
+CONTRAST = Path(__file__).with_name("contrast.js").read_text(encoding="utf-8")
+"""Function that returns the number of texts within pictures, and those that are too faint for what they stand on."""
+
+CUT = """() => [...document.querySelectorAll("svg.drawn text")].filter((text) => {
+  const [a, b] = [text, text.closest("svg")].map((one) => one.getBoundingClientRect());
+  const out = [b.left - a.left, a.right - b.right, b.top - a.top, a.bottom - b.bottom];
+  return text.checkVisibility() && Math.max(...out) > 1;
+}).map((text) => text.textContent)"""
+"""Function that returns the texts that reach out of their picture."""
+
+DECIDE = """async () => {
+  const usual = {  // those of axe, which are replaced as a whole
+    ignoreUnicode: false, ignorePseudo: false, pseudoSizeThreshold: 0.25, shadowOutlineEmMax: 0.2,
+    boldValue: 700, boldTextPt: 14, largeTextPt: 18, textStrokeEmMin: 0.03,
+    contrastRatio: { normal: { expected: 4.5 }, large: { expected: 3 } },
+  };
+  axe.configure({ checks: [{ id: "color-contrast", options: { ...usual, ignoreLength: true } }] });  // "0" is a text
+  const unfolded = document.createElement("style");
+  unfolded.textContent = ".scroll { overflow: visible !important } .top, nav, main { max-width: none !important }";
+  document.head.append(unfolded);
+  document.querySelectorAll("details").forEach((part) => (part.open = true));
+  const found = await axe.run({ exclude: ["svg.drawn"] }, { runOnly: ["color-contrast"] });
+  if (found.passes.length !== 1) throw new Error("contrast was not looked at");
+  return [...found.violations, ...found.incomplete].flatMap((one) => one.nodes.map((node) => node.html.slice(0, 120)));
+}"""
+"""Function that returns the texts of a page whose contrast is too low or could not be told.
+
+Of what is scrolled out of sight it cannot be: it is called in a window as wide as the widest table. Within a picture it
+cannot be either: `CONTRAST` decides there.
+"""
 
 needs_a_browser = pytest.mark.skipif(BROWSER is None, reason="no chromium or chrome on this machine")
 pytestmark = [needs_a_browser, pytest.mark.slow]
@@ -33,9 +62,7 @@ def pages(tmp_path_factory):
     save(synthetic(tuple(CHARACTERS)), folder / "results.nc")
     margins_in(folder / "m")
     evaluation_in(folder / "e")
-    with pytest.MonkeyPatch.context() as patch:  # pairs as if they had been searched
-        patch.setattr(report, "_pairs", lambda ask, cells: ({cell.name: SEAS for cell in cells}, SITE))
-        site_report(asked(gy.zhang2017(), folder / "s", seeds=("1:2",)))
+    site_in(folder / "s")
     for part in (".", "m", "e", "s"):
         assert CliRunner().invoke(app, ["report", str(folder / part)]).exit_code == 0
     return {
@@ -75,6 +102,7 @@ def test_page_is_readable(browser, pages, kind, size, scheme):
 
     tab, said, fetched = opened(browser, pages[kind], size, scheme)
     assert tab.evaluate(OVERLAPS) == []
+    assert tab.evaluate(CUT) == []
     assert tab.evaluate("document.documentElement.scrollWidth <= innerWidth"), "the page scrolls sideways"
     for figure in tab.query_selector_all("figure"):
         seen = [part for part in figure.query_selector_all("svg, img") if part.is_visible()]
@@ -85,6 +113,11 @@ def test_page_is_readable(browser, pages, kind, size, scheme):
     found = tab.evaluate("axe.run()")
     assert len(found["passes"]) > 10
     assert [(one["id"], one["nodes"][0]["html"]) for one in found["violations"]] == []
+    tab.set_viewport_size({"width": 3600, "height": 900})
+    assert tab.evaluate(DECIDE) == []
+    tab.set_viewport_size({"width": SIZES[size][0], "height": SIZES[size][1]})
+    texts, faint = tab.evaluate(CONTRAST)
+    assert faint == [] and (texts > 100) == (kind == "comparison")
     tab.keyboard.press("Tab")
     assert tab.evaluate("document.activeElement.getAttribute('href')") == "#content"
     tab.keyboard.press("Enter")

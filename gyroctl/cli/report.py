@@ -9,6 +9,8 @@ from typing import Annotated
 
 import typer
 
+MEND = "Give the folder that gyroctl compare, margins, evaluate or site wrote, or a results.nc"
+
 WANTED = ("scipy.stats", "matplotlib.figure", "matplotlib.backends.backend_svg")
 """What a page is drawn and reckoned with; they take two seconds to load."""
 
@@ -32,14 +34,21 @@ def report(
 
 
 def _comparison(folder: Path, home: Path, beside: Path) -> None:
-    """Page and summary of a comparison; refuses a folder in which there is nothing at all."""
+    """Page and summary of a comparison; refuses a folder in which there is nothing at all, before it loads anything."""
+    from gyroctl.netcdf import kind_of
+
+    kind_of("results", folder / "results.nc" if folder.is_dir() else folder, MEND)
+
     from gyroctl.cli.compare import write
     from gyroctl.reports import open_results
 
-    with ThreadPoolExecutor(1) as beside_it:  # results are read in a process of their own, which takes a second
-        for library in WANTED:
-            beside_it.submit(import_module, library)
+    beside_it = ThreadPoolExecutor(1)  # results are read in a process of their own, which takes a second
+    for library in WANTED:
+        beside_it.submit(import_module, library)
+    try:
         results = open_results(folder)
+    finally:
+        beside_it.shutdown(wait=False, cancel_futures=True)  # a file that is none is refused without the rest of them
     write(results, home, results=home != beside, source=beside)
 
 

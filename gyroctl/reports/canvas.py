@@ -8,18 +8,17 @@ and enlarged. A unit of the SVG is a pixel of the width that it was drawn for.
 from __future__ import annotations
 
 import io
-import math
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyroctl.names import in_markup
+from gyroctl.reports.panel import Panel, Panels, as_markup
 from gyroctl.reports.theme import LIGHT, WARNING
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 FONTS = ("Liberation Sans", "Arial", "Helvetica", "DejaVu Sans")
@@ -117,6 +116,12 @@ def sheet(
     return figure, axes
 
 
+def panels(paper: Paper, height: float, found: Sequence[Panel], room: Room | None = None) -> Panels:
+    """Make a sheet with these panels below one another, each of this height [px]."""
+    room = room or Room()
+    return Panels(found, paper.width, paper.type, height, room.left, room.right, room.top, room.down, room.bottom)
+
+
 class Key(NamedTuple):
     """Entry of a legend, which stands below its picture as text of the page.
 
@@ -136,9 +141,9 @@ class Key(NamedTuple):
 
 
 class Drawing(NamedTuple):
-    """A picture: its figure, what it shows in words, and its legend."""
+    """A picture: what is drawn, what it shows in words, and its legend."""
 
-    figure: Figure
+    figure: Figure | Panels
     alt: str
     keys: tuple[Key, ...] = ()
 
@@ -158,7 +163,10 @@ def plate(draw: Callable[[Paper], Drawing], key: str, papers: Sequence[Paper] = 
     for paper in papers:
         with look(paper):
             figure, alt, keys = draw(paper)
-            drawn.append(as_svg(figure, f"{key}{len(drawn)}", alt))
+            if isinstance(figure, Panels):
+                drawn.append(as_markup(figure, alt))
+            else:
+                drawn.append(as_svg(figure, f"{key}{len(drawn)}", alt))
     return Plate(drawn[0], drawn[-1] if len(drawn) > 1 else "", keys)
 
 
@@ -168,22 +176,6 @@ def listed_rows(axes: Axes, names: Sequence[str], paper: Paper) -> None:
     axes.tick_params(axis="y", length=0)
     axes.set_ylim(len(names) - 0.5, -0.5)
     axes.grid(axis="y", visible=False)
-
-
-def decades(low: float, high: float, most: int = 4) -> list[float]:
-    """Powers of ten from `low` to `high`, at most so many, evenly in their exponents."""
-    first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
-    step = max(1, math.ceil((last - first + 1) / most))
-    return [10.0**k for k in range(first, last + 1, step)]
-
-
-def powers_of_ten(axis: Axis, low: float, high: float) -> None:
-    """Give a logarithmic axis few ticks, written as numbers: what is no formula in a name is none in a tick."""
-    from matplotlib.ticker import NullLocator
-
-    ticks = decades(low, high)
-    axis.set_ticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set_minor_locator(NullLocator())
 
 
 @contextmanager

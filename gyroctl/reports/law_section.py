@@ -10,16 +10,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.reports import layout
-from gyroctl.reports.canvas import TILE, Drawing, Paper, Plate, Room, plate, powers_of_ten, sheet
+from gyroctl.reports.canvas import TILE, Room, panels
 from gyroctl.reports.evaluation import Evaluation, LawResult
+from gyroctl.reports.panel import Line, Mark, Panel, Scale, as_markup, stairs
 from gyroctl.reports.theme import REFERENCE_GREY, WARNING, law_styles
 from gyroctl.reports.wording import number, percent
 from gyroctl.statistics import finite_mean
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
 
@@ -46,7 +45,7 @@ class Tile(NamedTuple):
     """A small picture of a law."""
 
     title: str
-    plate: Plate
+    picture: str  # SVG
 
 
 class Section(NamedTuple):
@@ -71,9 +70,9 @@ class Sample(NamedTuple):
 def sections(ds: xr.Dataset, evaluation: Evaluation, laws: tuple[LawResult, ...]) -> list[Section]:
     """Section of each of these laws."""
     found = []
-    for k, law in enumerate(laws):
+    for law in laws:
         sample = _sample(ds, law.name)
-        tiles = _tiles(ds, evaluation, law, sample, f"l{k}") if sample is not None else []
+        tiles = _tiles(ds, evaluation, law, sample) if sample is not None else []
         seconds = sample.period * sample.series["power"].size if sample is not None else 0.0
         found.append(Section(law, _uses(ds, law.name, sample), _load_words(ds, law, sample), tiles, seconds))
     return found
@@ -182,34 +181,32 @@ def _load_words(ds: xr.Dataset, law: LawResult, sample: Sample | None) -> str:
     )
 
 
-def _tiles(ds: xr.Dataset, evaluation: Evaluation, law: LawResult, sample: Sample, key: str) -> list[Tile]:
+def _tiles(ds: xr.Dataset, evaluation: Evaluation, law: LawResult, sample: Sample) -> list[Tile]:
     colour = law_styles(layout.names(ds), evaluation.reference)[law.name].colour
-    pictures: dict[str, Callable[[Paper], Drawing]] = {
-        "Distribution of the power": lambda paper: power_distribution(sample, law.name, colour, paper),
-        "Spectrum of the power": lambda paper: power_spectrum(sample, law.name, colour, paper),
-        "Where the controls stand": lambda paper: positions(sample, law.name, colour, paper),
-        "Load share": lambda paper: load_share(sample, law.name, colour, paper),
+    pictures: dict[str, Callable[[Sample, str, str], str]] = {
+        "Distribution of the power": power_distribution,
+        "Spectrum of the power": power_spectrum,
+        "Where the controls stand": positions,
+        "Load share": load_share,
     }
     if "load_angle" in sample.series:
-        pictures["Load angle"] = lambda paper: load_angle(sample, law.name, colour, paper)
-    return [Tile(title, plate(draw, f"{key}{k}", (TILE,))) for k, (title, draw) in enumerate(pictures.items())]
+        pictures["Load angle"] = load_angle
+    return [Tile(title, draw(sample, law.name, colour)) for title, draw in pictures.items()]
 
 
-def power_distribution(sample: Sample, name: str, colour: str, paper: Paper) -> Drawing:
+def power_distribution(sample: Sample, name: str, colour: str) -> str:
     """Share of the time [1] by electrical power [W], with the mean and the 98 % quantile."""
     power = sample.series["power"]
-    figure, (axes,) = sheet(paper, [130.0], room=_ROOM)
-    _histogram(axes, power, np.histogram_bin_edges(power, 40), colour)
+    edges = np.histogram_bin_edges(power, 40)
     mean, high = float(power.mean()), float(np.quantile(power, 0.98))
-    axes.axvline(mean, color=REFERENCE_GREY, lw=1.4)
-    axes.axvline(high, color=REFERENCE_GREY, lw=1.4, ls="--")
-    axes.set_xlabel("Electrical power [W]: mean —, 98 % - -")
-    axes.set_ylabel("Share of time [1]")
-    alt = f"Power of {name}: mean {number(mean)} W, 98 % of the time below {number(high)} W."
-    return _tile(figure, axes, alt)
+    return _panel(
+        _wide(edges[0], edges[-1], "Electrical power [W]: mean —, 98 % - -"),
+        [_histogram(power, edges, colour), Mark(mean, REFERENCE_GREY, 1.4, "solid"), Mark(high, REFERENCE_GREY, 1.4)],
+        f"Power of {name}: mean {number(mean)} W, 98 % of the time below {number(high)} W.",
+    )
 
 
-def power_spectrum(sample: Sample, name: str, colour: str, paper: Paper) -> Drawing:
+def power_spectrum(sample: Sample, name: str, colour: str) -> str:
     """Spectral density of the electrical power [W^2/Hz] by frequency [Hz], its peak wave frequency marked."""
     from scipy.signal import welch
 
@@ -217,86 +214,87 @@ def power_spectrum(sample: Sample, name: str, colour: str, paper: Paper) -> Draw
     length = max(16, min(power.size, 2 * power.size // (SEGMENTS + 1)))
     frequency, density = welch(power, 1.0 / sample.period, nperseg=length)
     frequency, density = frequency[1:], np.maximum(density[1:], 1e-12)  # what does not move is the mean
-    figure, (axes,) = sheet(paper, [130.0], room=_ROOM)
     inside = frequency <= 2.0 * max(1.0, 1.0 if math.isnan(sample.wp) else sample.wp / math.pi)
-    axes.set_yscale("log")
-    axes.plot(frequency[inside], density[inside], color=colour, lw=1.2)
-    powers_of_ten(axes.yaxis, *axes.get_ylim())
-    if math.isfinite(sample.wp):
-        axes.axvline(sample.wp / (2.0 * math.pi), color=REFERENCE_GREY, lw=1.0, ls="--")
-    axes.set_xlabel("Frequency [Hz]: peak of the waves - -")
-    axes.set_ylabel("Density [W²/Hz]")
-    axes.set_xlim(0.0, float(frequency[inside][-1]) if inside.any() else 1.0)
-    peak = float(frequency[np.argmax(density)])
-    alt = f"Spectrum of the power of {name}: most of it at {number(peak, 2)} Hz."
-    return _tile(figure, axes, alt)
+    shown = density[inside] if inside.any() else density
+    drawn: list[Line | Mark] = [Line(frequency[inside], density[inside], colour, 1.2)] if inside.any() else []
+    drawn += [Mark(sample.wp / (2.0 * math.pi), REFERENCE_GREY, 1.0)] if math.isfinite(sample.wp) else []
+    most = float(frequency[inside][-1]) if inside.any() else 1.0
+    return _panel(
+        Scale(0.0, most, "Frequency [Hz]: peak of the waves - -"),
+        drawn,
+        f"Spectrum of the power of {name}: most of it at {number(float(frequency[np.argmax(density)]), 2)} Hz.",
+        Scale(0.5 * float(shown.min()), 2.0 * float(shown.max()), "Density [W²/Hz]", "log"),
+    )
 
 
-def positions(sample: Sample, name: str, colour: str, paper: Paper) -> Drawing:
+def positions(sample: Sample, name: str, colour: str) -> str:
     """Share of the time [1] by the position of cc and cg in their stroke [1]."""
-    figure, (axes,) = sheet(paper, [130.0], room=_ROOM)
-    said = []
-    for control, look, style in (("cc", colour, "-"), ("cg", REFERENCE_GREY, "--")):
+    drawn, said, low = list[Line | Mark](), [], 0.0
+    for control, look, kind in (("cc", colour, "solid"), ("cg", REFERENCE_GREY, "dash")):
         values, limit = sample.series[control], sample.limits[control]
         limit = limit if math.isfinite(limit) else float(values.max()) or 1.0
-        counts, edges = np.histogram(np.clip(values / limit, -1.0, 1.0), 40, (min(0.0, values.min() / limit), 1.0))
-        axes.stairs(counts / values.size, edges, color=look, lw=1.5, ls=style)
+        begin = min(0.0, float(values.min()) / limit)
+        counts, edges = np.histogram(np.clip(values / limit, -1.0, 1.0), 40, (begin, 1.0))
+        drawn.append(Line(*stairs(counts / values.size, edges), look, kind=kind))
         said.append(f"{control} in the middle at {number(float(np.median(values)) / limit, 2)} of its stroke")
-    axes.set_xlabel("Position in the stroke [1]: cc —, cg - -")
-    axes.set_ylabel("Share of time [1]")
-    return _tile(figure, axes, f"Controls of {name}: {' and '.join(said)}.")
+        low = min(low, begin)
+    across = _wide(low, 1.0, "Position in the stroke [1]: cc —, cg - -")
+    return _panel(across, drawn, f"Controls of {name}: {' and '.join(said)}.")
 
 
-def load_share(sample: Sample, name: str, colour: str, paper: Paper) -> Drawing:
+def load_share(sample: Sample, name: str, colour: str) -> str:
     """Share of the time [1] in which the load share is above a value [1], all values of it."""
     share = np.sort(sample.series["load_share"][np.isfinite(sample.series["load_share"])])
-    figure, (axes,) = sheet(paper, [130.0], room=_ROOM)
+    drawn = list[Line | Mark]()
     if share.size:
-        axes.step(np.maximum(share, 1e-3), 1.0 - np.arange(1, share.size + 1) / share.size, color=colour, lw=1.5)
-    axes.set_xscale("log")
-    axes.axvline(1.0, color=WARNING, lw=1.2, ls="--")
-    axes.set_ylim(0.0, 1.02)
-    axes.set_xlabel("Load share [1]: lock capacity - -")
-    axes.set_ylabel("Time above it [1]")
+        left = 1.0 - np.arange(share.size + 1) / share.size
+        drawn.append(Line(np.repeat(share, 2), np.repeat(left, 2)[1:-1], colour))
+    drawn.append(Mark(1.0, WARNING))
     above, most = (float(np.mean(share > 1.0)), float(share[-1])) if share.size else (0.0, 0.0)
     least = max(1e-3, 0.8 * float(share[0])) if share.size else 0.1
-    axes.set_xlim(least, max(1.2 * most, 1.2))
-    powers_of_ten(axes.xaxis, least, max(1.2 * most, 1.2))
-    alt = f"Load share of {name}: above 1 for {percent(100.0 * above)} of the time, {number(most, 2)} at most."
-    return _tile(figure, axes, alt)
+    return _panel(
+        Scale(least, max(1.2 * most, 1.2), "Load share [1]: lock capacity - -", "log"),
+        drawn,
+        f"Load share of {name}: above 1 for {percent(100.0 * above)} of the time, {number(most, 2)} at most.",
+        Scale(0.0, 1.02, "Time above it [1]"),
+    )
 
 
-def load_angle(sample: Sample, name: str, colour: str, paper: Paper) -> Drawing:
+def load_angle(sample: Sample, name: str, colour: str) -> str:
     """Share of the time [1] by load angle [deg]; a steady lock pulls out at about -90 or beyond."""
     angle = np.degrees(sample.series["load_angle"])
     angle = angle[np.isfinite(angle)]
-    figure, (axes,) = sheet(paper, [130.0], room=_ROOM)
-    _histogram(axes, angle, np.linspace(-180.0, 180.0, 49), colour)
-    axes.axvline(-90.0, color=WARNING, lw=1.2, ls="--")
-    axes.set_xlim(-180.0, 180.0)
-    axes.set_xticks([-180, -90, 0, 90, 180])
-    axes.set_xlabel("Load angle [deg]: pull-out of a steady lock - -")
-    axes.set_ylabel("Share of time [1]")
     middle = number(float(np.median(angle)), 2) if angle.size else "–"
     beyond = percent(100.0 * float(np.mean(np.abs(angle) > 90.0))) if angle.size else "–"
-    return _tile(figure, axes, f"Load angle of {name}: median {middle} degrees, beyond ±90 for {beyond} of the time.")
+    whole = (-180.0, -90.0, 0.0, 90.0, 180.0)
+    return _panel(
+        Scale(-180.0, 180.0, "Load angle [deg]: pull-out of a steady lock - -", ticks=whole),
+        [_histogram(angle, np.linspace(-180.0, 180.0, 49), colour), Mark(-90.0, WARNING)],
+        f"Load angle of {name}: median {middle} degrees, beyond ±90 for {beyond} of the time.",
+    )
 
 
 _ROOM = Room(left=58.0, right=14.0, top=8.0, bottom=43.0)
 
+_HEIGHT = 130.0
+"""Of the axes of a small picture. [px]"""
 
-def _histogram(axes: Axes, values: Floats, edges: Floats, colour: str) -> None:
+
+def _histogram(values: Floats, edges: Floats, colour: str) -> Line:
     """Share of the values between the edges, as one area."""
     counts, _ = np.histogram(values, edges)
-    axes.stairs(counts / max(values.size, 1), edges, fill=True, color=colour, linewidth=0)
-    axes.set_ylim(bottom=0.0)
+    return Line(*stairs(counts / max(values.size, 1), edges), colour, area=True)
 
 
-def _tile(figure: Figure, axes: Axes, alt: str) -> Drawing:
-    """Small picture with few ticks."""
-    from matplotlib.ticker import FixedLocator, MaxNLocator
+def _wide(low: float, high: float, label: str) -> Scale:
+    """Scale with some room at both ends."""
+    room = 0.05 * (high - low)
+    return Scale(float(low - room), float(high + room), label)
 
-    for axis, scale in ((axes.xaxis, axes.get_xscale()), (axes.yaxis, axes.get_yscale())):
-        if scale == "linear" and not isinstance(axis.get_major_locator(), FixedLocator):
-            axis.set_major_locator(MaxNLocator(4))
-    return Drawing(figure, alt)
+
+def _panel(x: Scale, drawn: list[Line | Mark], alt: str, y: Scale | None = None) -> str:
+    """Small picture, by default of shares of the time from zero to the largest."""
+    if y is None:
+        most = max((float(one.y.max()) for one in drawn if isinstance(one, Line)), default=0.0)
+        y = Scale(0.0, 1.05 * most or 1.0, "Share of time [1]")
+    return as_markup(panels(TILE, _HEIGHT, [Panel(x, y, drawn)], _ROOM), alt)

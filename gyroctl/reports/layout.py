@@ -89,9 +89,7 @@ def open_results(source: xr.Dataset | str | Path) -> xr.Dataset:
         No such file, not a NetCDF file, one that is not what was written, or a NetCDF file of another layout (the
         message lists what is missing).
     """
-    import xarray as xr
-
-    if isinstance(source, xr.Dataset):
+    if not isinstance(source, str | Path):
         return check_layout(source, "dataset in memory")
     path = Path(source)
     path = path / "results.nc" if path.is_dir() else path

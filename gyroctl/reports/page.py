@@ -5,11 +5,15 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from gyroctl.palette import GRID, INK, MUTED
+from gyroctl.plots.style import AXIS
 from gyroctl.reports import wording
 from gyroctl.reports.resting import in_words
+from gyroctl.reports.theme import DARK
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -19,6 +23,21 @@ CONTENTS = "<!-- contents -->"
 
 PICTURE_MAX = 3_000_000
 """Size of a picture beyond which a page goes without it. [bytes]"""
+
+DRAWN_MAX = 500_000
+"""Size beyond which a picture is shown as points: a map of thousands of cells. [bytes]"""
+
+PER_DOT = 72.0 / 160.0 * 1.15
+"""Pixels of a page for a dot of a PNG: pictures have 160 dots an inch, and small type is enlarged a little."""
+
+LEAST, MOST = 640, 1600
+"""Widths of a picture. [px]"""
+
+CARD = "#FFFFFF"
+"""What pictures are drawn on."""
+
+IN_THE_DARK = {INK: DARK.ink, MUTED: DARK.muted, GRID: DARK.grid, AXIS: DARK.axis}
+"""Colours of a picture, and what they are on a dark page."""
 
 HEADING = re.compile(r'<h(?P<level>[23]) id="(?P<anchor>[^"]+)"[^>]*>(?P<words>.*?)</h(?P=level)>', re.S)
 
@@ -73,10 +92,54 @@ def _bare(words: str) -> str:
 
 
 def as_source(picture: Path) -> str:
-    """Address of a PNG file that holds the picture itself, empty where there is no such file."""
+    """Address that holds a picture itself, empty where there is none.
+
+    The drawing (SVG) beside a PNG is taken, unless it is large: it is sharp at every size and follows the page into the
+    dark. As an image it can neither run nor load anything, whoever wrote the file.
+
+    Parameters
+    ----------
+    picture : Path
+        PNG file.
+    """
+    drawn = picture.with_suffix(".svg")
+    if drawn.is_file() and drawn.stat().st_size <= DRAWN_MAX:
+        text = for_the_dark(drawn.read_text(encoding="utf-8", errors="replace"))
+        return f"data:image/svg+xml;base64,{base64.b64encode(text.encode()).decode('ascii')}"
     if not picture.is_file() or picture.stat().st_size > PICTURE_MAX:
         return ""
     return f"data:image/png;base64,{base64.b64encode(picture.read_bytes()).decode('ascii')}"
+
+
+def width_of(picture: Path) -> int:
+    """Width at which the words of a picture have the size that they were drawn in, or a usual one. [px]
+
+    Parameters
+    ----------
+    picture : Path
+        PNG file, with or without a drawing beside it.
+    """
+    with suppress(OSError):
+        with picture.open("rb") as file:
+            head = file.read(24)
+        if head[12:16] == b"IHDR":
+            return min(max(round(int.from_bytes(head[16:20], "big") * PER_DOT), LEAST), MOST)
+    return LEAST
+
+
+def for_the_dark(drawn: str) -> str:
+    """SVG of matplotlib that takes the colours of a dark page where the page is dark.
+
+    White is that of the page where it is an area; white numbers on coloured cells stay white.
+    """
+    rules = [
+        f'[style*="{what}: {light.lower()}"]{{{what}:{dark}!important}}'
+        for light, dark in IN_THE_DARK.items()
+        for what in ("fill", "stroke")
+    ]
+    rules.append(f'path[style*="fill: {CARD.lower()}"]{{fill:{DARK.card}!important}}')
+    style = f"<style>@media screen and (prefers-color-scheme: dark){{{''.join(rules)}}}</style>"
+    return re.sub(r"<svg\b[^>]*>", lambda found: found.group() + style, drawn, count=1)
 
 
 def provenance(content: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -33,7 +33,7 @@ def pareto(ds: xr.Dataset, evaluation: Evaluation, paper: Paper) -> Drawing:
     right, top = pareto_range(laws)
     styles = law_styles(layout.names(ds), evaluation.reference)
     scale = LinearSegmentedColormap.from_list("lock", LOCK_SCALE)
-    figure, (axes,) = sheet(paper, [330.0 if paper.narrow else 400.0], room=Room(left=48.0, right=18.0))
+    figure, (axes,) = sheet(paper, [330.0 if paper.narrow else 400.0], room=Room(left=56.0, right=18.0))
     axes.set_xlim(0.0, right)
     axes.set_ylim(0.0, top)
     front = _front(laws)
@@ -46,7 +46,7 @@ def pareto(ds: xr.Dataset, evaluation: Evaluation, paper: Paper) -> Drawing:
                 axes.plot(*((span, [y.value] * 2) if along else ([x.value] * 2, span)), color=LIGHT.axis, lw=1.2)
         colour, marker = scale(law.lock.value), styles[law.name].marker
         size = 0.7 * MARK if paper.narrow else MARK
-        axes.plot(x.value, y.value, marker, ms=1.7 * size, mfc=colour, mec="#FFFFFF", mew=1.0, zorder=3)
+        axes.plot(x.value, y.value, marker, ms=1.7 * size, mfc=colour, mec=LIGHT.ink, mew=0.8, zorder=3)
     left_out = _names(axes, laws, paper, evaluation.reference)
     axes.set_xlabel("Coefficient of variation of power [1] (← smoother)")
     axes.set_ylabel("Mean power [W]")

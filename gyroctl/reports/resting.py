@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+from gyroctl.reports.wording import number
+
 
 def in_words(card: Mapping[str, float], whose: str = "this run") -> str:
     """Say in a sentence what the numbers of a run rest on; empty where the card is not known."""
@@ -23,12 +25,12 @@ def in_words(card: Mapping[str, float], whose: str = "this run") -> str:
         wet = f"out of the water or fully under for {100.0 * out:.1f} % of the time"
     return (
         f"The numbers of {whose} rest on a rolling contact that {grip}; a coupling that stands "
-        f"{card['coupling_torque_max']:.3g} Nm, {card['slip_max']:.3g} rad/s of slip "
-        f"and {card['coupling_loss_max']:.3g} W; and a float that moves through {card['kx_max']:.2f} rad of the wave "
-        f"and is {wet}. {100.0 * card['beyond_validity']:.1f} % of the time something of this, or an angle above "
+        f"{number(card['coupling_torque_max'])} Nm, {number(card['slip_max'])} rad/s of slip "
+        f"and {number(card['coupling_loss_max'])} W; and a float that moves through {card['kx_max']:.2f} rad of the "
+        f"wave and is {wet}. {100.0 * card['beyond_validity']:.1f} % of the time something of this, or an angle above "
         f"0.3 rad, is beyond what the model can say."
     )
 
 
 def _times(count: float) -> str:
-    return "once" if count == 1 else f"{count:.3g} times"
+    return "once" if count == 1 else f"{number(count)} times"

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 WIDE = 110
 """Terminal width from which intervals are shown beside the numbers. [columns]"""
 
+ROOMY = 90
+"""Terminal width from which two blanks part the columns. [columns]"""
+
 
 def results_table(ds: xr.Dataset, evaluation: Evaluation | None = None, *, intervals: bool = True) -> Table:
     """Rich table of a comparison, most power first, the winner of the verdict in bold.
@@ -127,8 +130,10 @@ def print_table(ds: xr.Dataset, evaluation: Evaluation | None = None, console: C
     if found.plant:
         out.print(Text(visible(f"Device: {found.plant}")))
     few = replace(found, laws=shown(found))
-    out.print(results_table(ds, few, intervals=out.width >= WIDE))
-    out.print(motion_table(ds, few))
+    for table in (results_table(ds, few, intervals=out.width >= WIDE), motion_table(ds, few)):
+        if out.width < ROOMY:  # a number that is cut is another number
+            table.padding = (0, 0, 0, 0)
+        out.print(table)
     if len(few.laws) < len(found.laws):
         out.print(Text(f"{len(few.laws)} of {len(found.laws)} laws; all of them in report.html and summary.json"))
     out.print(Text(visible(" ".join(verdict.sentences))))
@@ -141,7 +146,7 @@ def _table(headings: tuple[str, ...]) -> Table:
     from rich.table import Table
 
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1, 0, 0), pad_edge=False, show_edge=False)
-    table.add_column("law", no_wrap=True)
+    table.add_column("law", overflow="fold")  # of all columns a name alone may go over two lines
     for heading in headings:
         table.add_column(heading, justify="right", no_wrap=True)
     return table

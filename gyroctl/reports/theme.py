@@ -21,13 +21,14 @@ __all__ = [  # the colours as well, for the files of this room
 
 
 class Page(NamedTuple):
-    """Colours of a page: text, faint text, grid, axes."""
+    """Colours of a page: text, faint text, grid, axes, and what they stand on."""
 
     ink: str
     muted: str
     grid: str
     axis: str
+    card: str
 
 
-LIGHT = Page(INK, MUTED, GRID, "#C3C9D0")
-DARK = Page("#E4E8EC", "#A3ADB8", "#2E363F", "#4A545F")
+LIGHT = Page(INK, MUTED, GRID, "#C3C9D0", "#FFFFFF")
+DARK = Page("#E4E8EC", "#A3ADB8", "#2E363F", "#4A545F", "#1B2127")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import gzip
 import json
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.reports import layout
-from gyroctl.reports.canvas import Drawing, Key, Paper, Room, sheet
+from gyroctl.reports.canvas import Drawing, Key, Paper, Room, panels
 from gyroctl.reports.evaluation import Evaluation
+from gyroctl.reports.panel import Line, Mark, Panel, Scale, held
 from gyroctl.reports.theme import REFERENCE_GREY, law_styles
 from gyroctl.reports.verdict import judge
 from gyroctl.reports.wording import listed, number
 
 if TYPE_CHECKING:
     import xarray as xr
-    from matplotlib.axes import Axes
 
 PANELS = (
     ("power", "Electrical power [W]"),
@@ -63,33 +64,29 @@ def time_series(ds: xr.Dataset, evaluation: Evaluation, paper: Paper) -> Drawing
     begin, end = middle(time, VIEW[paper.narrow])
     inside = (time >= begin) & (time <= end)
     styles = law_styles(layout.names(ds), evaluation.reference)
-    room = Room(left=56.0, top=24.0, down=36.0)
-    figure, axes = sheet(paper, [92.0] * (1 + len(PANELS)), room=room, share_x=True)
-    axes[0].plot(time[inside], ds["example_elevation"].values[inside], color=REFERENCE_GREY, lw=1.2)
-    axes[0].set_title("Wave elevation [m]")
     chosen = shown_first(evaluation)
-    for panel, (signal, title) in zip(axes[1:], PANELS, strict=True):
-        panel.set_title(title)
-        for name in chosen:
-            values = ds[f"example_{signal}"].sel(law=name).values[inside]
-            held = signal in ("cc", "cg")
-            style = styles[name]
-            panel.plot(time[inside], values, color=style.colour, lw=1.3, drawstyle="steps-post" if held else "default")
-        if signal in ("cc", "cg"):  # a constant signal would otherwise get an axis about itself
-            panel.set_ylim(*_actuator_range(ds[f"example_{signal}"].values))
+    x = Scale(begin, end, "Time [s]")
+    elevation = np.asarray(ds["example_elevation"].values[inside], dtype=np.float64)
+    found = [Panel(x, _about([elevation]), [Line(time[inside], elevation, REFERENCE_GREY, 1.2)], "Wave elevation [m]")]
+    for signal, title in PANELS:
+        stored = ds[f"example_{signal}"]
+        rows = [np.asarray(stored.sel(law=name).values[inside], dtype=np.float64) for name in chosen]
+        steps = signal in ("cc", "cg")
+        ends = [held(time[inside], row) if steps else (time[inside], row) for row in rows]
+        drawn: list[Line | Mark] = [
+            Line(*line, styles[name].colour, 1.3) for name, line in zip(chosen, ends, strict=True)
+        ]
+        y = _actuator_range(stored.values) if steps else _about(rows)
         if signal == "load_share":
-            _beyond_one(panel)
-    for panel in axes:
-        panel.locator_params(axis="y", nbins=4) if panel is not axes[-1] else None
-        panel.tick_params(axis="x", labelbottom=panel is axes[-1])
-    axes[-1].set_xlabel("Time [s]")
-    axes[0].set_xlim(begin, end)
+            y, drawn = _beyond_one(rows), [*drawn, Mark(1.0, REFERENCE_GREY, 1.0, level=True)]
+        found.append(Panel(x, y, drawn, title))
+    sheet = panels(paper, 92.0, found, Room(left=56.0, top=24.0, down=36.0))
     powers = [f"{name} {number(float(np.nanmean(ds['example_power'].sel(law=name).values)))} W" for name in chosen]
     alt = (
         f"Wave elevation, power, ring speed, motion, coefficients and load share of {listed(chosen)} from "
         f"{begin:g} to {end:g} s. Mean electrical power over the whole run: {'; '.join(powers)}."
     )
-    return Drawing(figure, alt, tuple(Key(name, styles[name].colour, "solid") for name in chosen))
+    return Drawing(sheet, alt, tuple(Key(name, styles[name].colour, "solid") for name in chosen))
 
 
 def closer_look(ds: xr.Dataset, evaluation: Evaluation) -> dict[str, Any]:
@@ -154,23 +151,31 @@ def shown_first(evaluation: Evaluation) -> list[str]:
     return list(dict.fromkeys([winner, second or (others[0] if others else winner)]))
 
 
-def _beyond_one(axes: Axes) -> None:
-    """Axis of a load share: linear up to 1, logarithmic beyond, so that every value has its place."""
-    from matplotlib.ticker import NullLocator
+def _about(rows: Sequence[NDArray[np.float64]]) -> Scale:
+    """Scale with some room about the values."""
+    low, high = _ends(np.concatenate(rows))
+    room = 0.05 * (high - low) or 0.05 * abs(high) or 0.05
+    return Scale(low - room, high + room, "")
 
-    axes.set_yscale("symlog", linthresh=1.0, linscale=1.0)
-    top = 10.0 ** np.ceil(np.log10(max(axes.get_ylim()[1], 10.0)))
-    ticks = [0.0, 0.5, 1.0, *(10.0**k for k in range(1, round(float(np.log10(top))) + 1))]
+
+def _beyond_one(rows: Sequence[NDArray[np.float64]]) -> Scale:
+    """Scale of a load share: linear up to 1, logarithmic beyond, so that every value has its place."""
+    most = max(_ends(np.concatenate(rows))[1], 10.0)
+    top = 10.0 ** math.ceil(math.log10(most) - 1e-9)
+    ticks = [0.0, 0.5, 1.0, *(10.0**k for k in range(1, round(math.log10(top)) + 1))]
     shown = ticks if len(ticks) <= 5 else [0.0, 1.0, *ticks[3 :: max(1, (len(ticks) - 3) // 2)]]
-    axes.set_yticks(shown, [f"{tick:g}" for tick in shown])
-    axes.yaxis.set_minor_locator(NullLocator())
-    axes.set_ylim(0.0, top)
-    axes.axhline(1.0, color=REFERENCE_GREY, lw=1.0, ls="--")
+    return Scale(0.0, top, "", "log beyond 1", tuple(shown))
 
 
-def _actuator_range(values: NDArray[Any]) -> Sequence[float]:
-    finite = values[np.isfinite(values)]
-    low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)
+def _actuator_range(values: NDArray[Any]) -> Scale:
+    """Scale with zero in it: a constant signal would otherwise get an axis about itself."""
+    low, high = _ends(values)
     low, high = min(low, 0.0), max(high, 0.0)
     margin = 0.1 * (high - low) or 1.0
-    return [low - (margin if low < 0.0 else 0.25 * margin), high + margin]
+    return Scale(low - (margin if low < 0.0 else 0.25 * margin), high + margin, "")
+
+
+def _ends(values: NDArray[Any]) -> tuple[float, float]:
+    """Least and greatest of the finite values, zeros where there are none."""
+    finite = values[np.isfinite(values)]
+    return (float(finite.min()), float(finite.max())) if finite.size else (0.0, 0.0)

@@ -21,7 +21,7 @@ SPOKEN = 10.0
 TRUSTED = 3.0
 """Time over which the rate must have been seen before a time left is told: workers finish their first together. [s]"""
 
-COMPILING = "compiling and first {title} under way, the time left is told after them"
+COMPILING = "compiling, and at work on the first; the time left is told after it"
 
 
 class Progress(AbstractContextManager["Progress"]):
@@ -109,7 +109,7 @@ class Progress(AbstractContextManager["Progress"]):
         with self.lock:
             if self.quiet or self.seen:
                 return
-            words = COMPILING.format(title=self.title)
+            words = COMPILING
             if sys.stderr.isatty():
                 self._open_bar()
                 self.bar.update(self.task, completed=self.done, left=words)

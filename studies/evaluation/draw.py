@@ -12,7 +12,7 @@ from gyroctl.palette import LOCK_SCALE, REFERENCE, LawStyle, law_styles
 from gyroctl.statistics import Estimate
 from gyroctl.studies.evaluation.rows import Row
 from gyroctl.studies.evaluation.targets import BARS, LOCKED, MOTION, Bar, missed_by_limit
-from gyroctl.studies.style import INK, MUTED, label, sea_name, sheet
+from gyroctl.studies.style import INK, MUTED, ON_COLOUR, label, sea_name, sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -195,4 +195,6 @@ def _numbers(axis: Axes, values: Sequence[Sequence[float]], span: tuple[float, f
         for j, value in enumerate(line):
             if math.isfinite(value):
                 dark = abs(value - span[0]) > 0.9 * (span[1] - span[0])
-                axis.text(j, i, f"{value:.2f}", ha="center", va="center", fontsize=8, color="white" if dark else INK)
+                axis.text(
+                    j, i, f"{value:.2f}", ha="center", va="center", fontsize=8, color="white" if dark else ON_COLOUR
+                )

@@ -14,6 +14,9 @@ from gyroctl.writing import write_text
 
 MEND = "Give the folder that gyroctl evaluate wrote"
 
+NUMBER = re.compile(r"[><~+\N{MINUS SIGN}-]?\s*(?:&[lg]t;\s*)?(?:\d|∞)")
+"""How a cell of numbers begins."""
+
 
 def tables_in(folder: Path, names: tuple[str, ...]) -> list[str]:
     """Tables of an evaluation whose two files lie in a folder, of these names."""
@@ -47,6 +50,7 @@ def _table(folder: Path, name: str) -> dict[str, Any]:
         "title": str(content.get("title", name)),
         "date": str(content.get("date", "")),
         "picture": page.as_source(folder / f"{name}.png"),
+        "width": page.width_of(folder / f"{name}.png"),
         "text": in_html(text, str(content.get("title", name))),
         "provenance": page.provenance(content),
     }
@@ -68,13 +72,36 @@ def in_html(text: str, title: str) -> str:
     found = re.sub(r"<(/?)h2>", r"<\1h3>", found)
     found = re.sub(r"<th(?=[ >])", '<th scope="col"', found)
     found = re.sub(r"<tr>\s*<td([^>]*)>(.*?)</td>", r'<tr><th scope="row"\1>\2</th>', found, flags=re.S)
-    found = found.replace(' style="text-align:left"', ' class="text"').replace(' style="text-align:right"', "")
+    found = re.sub(r' style="text-align:\w+"', "", found)
     count = 0
 
     def scrolled(table: re.Match[str]) -> str:
         nonlocal count
         count += 1
         label = in_markup(f"{title}, table {count}")
-        return f'<div class="scroll" tabindex="0" role="region" aria-label="{label}">{table.group()}</div>'
+        return f'<div class="scroll" tabindex="0" role="region" aria-label="{label}">{aligned(table.group())}</div>'
 
     return re.sub(r"<table>.*?</table>", scrolled, found, flags=re.S)
+
+
+def aligned(table: str) -> str:
+    """Table in which columns of words begin at the left: the first, and those without a number in any row."""
+    rows = [re.findall(r"<t[hd][^>]*>(.*?)</t[hd]>", row, re.S) for row in re.findall(r"<tr>(.*?)</tr>", table, re.S)]
+    body = rows[1:]
+    words = {0} | {
+        k
+        for k in range(len(rows[0]) if rows else 0)
+        if body and not any(k < len(row) and NUMBER.match(row[k]) for row in body)
+    }
+
+    def row_again(row: re.Match[str]) -> str:
+        column = -1
+
+        def cell(found: re.Match[str]) -> str:
+            nonlocal column
+            column += 1
+            return f"<{found[1]}{found[2]}{' class=' + chr(34) + 'text' + chr(34) if column in words else ''}>"
+
+        return re.sub(r"<(t[hd])((?: [^>]*)?)>", cell, row.group())
+
+    return re.sub(r"<tr>.*?</tr>", row_again, table, flags=re.S)

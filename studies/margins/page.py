@@ -65,7 +65,13 @@ def render(content: Mapping[str, Any], folder: Path) -> str:
     drawn = content.get("figures") or []
     names = [Path(str(name)).stem for name in drawn]
     figures = [
-        {"anchor": name, "title": title, "caption": caption, "source": source}
+        {
+            "anchor": name,
+            "title": title,
+            "caption": caption,
+            "source": source,
+            "width": page.width_of(folder / f"{name}.png"),
+        }
         for name, (title, caption) in CAPTIONS.items()
         if name in names and (source := page.as_source(folder / f"{name}.png"))
     ]

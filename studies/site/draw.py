@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gyroctl.palette import LOCK_SCALE
 from gyroctl.reports.wording import number
-from gyroctl.studies.style import INK, MUTED, label, sheet
+from gyroctl.studies.style import MUTED, ON_COLOUR, label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -87,7 +87,13 @@ def _heat(
         if np.isfinite(value):
             dark = value > 0.75 * most if scale == "Blues" else value < 0.25 or value > 0.9
             axes.text(
-                column, row, number(value, 2), ha="center", va="center", fontsize=7, color="white" if dark else INK
+                column,
+                row,
+                number(value, 2),
+                ha="center",
+                va="center",
+                fontsize=7,
+                color="white" if dark else ON_COLOUR,
             )
 
 
