@@ -98,7 +98,8 @@ def skill(
                     within.append(coverage(predictor, LEADS, said, moments, FIRST))
             row.append(relative_error(predictor, LEADS, ahead, moments, FIRST))
         errors.append(row)
-    return Skill(*(np.mean(each, axis=0) for each in (errors, now, within)), np.array(errors))
+    error, sampled, share = (np.mean(each, axis=0) for each in (errors, now, within))
+    return Skill(error, sampled, share, np.array(errors))
 
 
 def _measured(states: Array, sensors: Sensors, seed: int) -> Array:
