@@ -14,6 +14,7 @@ import gyroctl as gy
 from gyroctl.comparison import execution
 from gyroctl.comparison.compare import Realisations
 from gyroctl.comparison.items import Item, failed, work_items
+from gyroctl.comparison.processes import Processes
 from gyroctl.harness.run import Settings
 
 
@@ -88,7 +89,7 @@ def test_no_more_has_ended_than_a_few_until_it_is_taken() -> None:
 
 def test_processes_that_were_given_up_are_begun_anew() -> None:
     """Killed before any of them had work, none would ever take any again."""
-    processes = execution._Processes(1)
+    processes = Processes(1)
     try:
         first = processes.pool
         assert processes.schedule(abs, (-1,)).result(timeout=60.0) == 1
@@ -98,6 +99,36 @@ def test_processes_that_were_given_up_are_begun_anew() -> None:
     finally:
         processes.pool.stop()
         processes.pool.join()
+
+
+def test_work_that_a_pool_had_not_handed_on_when_it_was_given_up_ends() -> None:
+    """Pebble lets those wait for ever: a study would hang after all its processes were killed at their start."""
+    processes = Processes(1)
+    try:
+        assert processes.schedule(abs, (-1,)).result(timeout=60.0) == 1
+        processes.pool._pool_manager.schedule = lambda task: None  # it stays where it is
+        begin: Any = partial(processes.schedule, abs, (-2,))
+        under_way: Any = execution._UnderWay(4, processes.look)
+        under_way.add("processes", [(begin, [number]) for number in range(3)])
+        waiting = list(under_way.running)
+        assert not any(one.done() for one in waiting)
+        processes.look()
+        assert not any(one.done() for one in waiting), "nothing is given up while the pool is there"
+        processes.pool._pool_manager.handle_broken_pool(BrokenProcessPool())
+        processes.look()
+        assert [type(one.exception(timeout=0.0)) for one in waiting] == [BrokenProcessPool] * 3
+        assert processes.schedule(abs, (-3,)).result(timeout=60.0) == 3
+    finally:
+        processes.pool.stop()
+        processes.pool.join()
+
+
+def test_what_is_waited_for_is_looked_after(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(execution, "LOOK", 0.01)
+    lost: Future[Any] = Future()
+    under_way: Any = execution._UnderWay(1, lambda: lost.set_result(["found"]))
+    under_way.add("processes", [(lambda: lost, ["item"])])
+    assert list(under_way.ended()) == [("item", "found")]
 
 
 def test_run_whose_processes_were_given_up_has_failed_alone(device: gy.Plant) -> None:

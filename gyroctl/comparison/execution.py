@@ -14,16 +14,16 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPo
 from contextlib import closing, contextmanager
 from faulthandler import cancel_dump_traceback_later, dump_traceback_later
 from functools import partial
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, NoReturn, TypeVar
 
 import cloudpickle
-from pebble import ProcessExpired, ProcessPool
+from pebble import ProcessExpired
 
 from gyroctl.comparison.items import Item, Outcome, about, failed, perform
 from gyroctl.comparison.kept import kept
 from gyroctl.comparison.parcels import Parcel, law_of, opened, parcels
+from gyroctl.comparison.processes import Processes
 from gyroctl.disk import DISK, Disk
 from gyroctl.engine import Record, Store
 from gyroctl.engine.plan import Plan, Wanted
@@ -40,6 +40,9 @@ Outcomes = dict[tuple[str, int], Outcome]
 
 AHEAD = 4
 """Pieces of work for each worker that are begun or have not been taken yet, of threads and of processes each."""
+
+LOOK = 1.0
+"""After which it is looked whether the processes are still there, where nothing ends. [s]"""
 
 GRACE = 30.0
 """What a process may take beside its run: start, compilation. [s]"""
@@ -138,7 +141,7 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
     for item in items:
         of_law[item.name].append(item)
     with _pools(workers) as (threads, processes):
-        under_way = _UnderWay(AHEAD * workers)
+        under_way = _UnderWay(AHEAD * workers, processes.look)
         several = workers > 1 and len(items) > 1
         parts = [processes.schedule(_prepare, args=(part,)) for part in _all_parts(laws)] if several else []
 
@@ -177,8 +180,8 @@ Begin = tuple[Callable[[], Future[Any]], list[Item]]
 class _UnderWay:
     """Work that runs, no more of each kind at a time than `most`: what has ended and is not taken yet is in memory."""
 
-    def __init__(self, most: int) -> None:
-        self.most = most
+    def __init__(self, most: int, look: Callable[[], None] = lambda: None) -> None:
+        self.most, self.look = most, look  # what is called now and then while nothing ends
         self.waiting: dict[str, deque[Begin]] = {}
         self.running: dict[Future[Any], tuple[str, list[Item]]] = {}
 
@@ -210,37 +213,17 @@ class _UnderWay:
     def ended(self, beside: Sequence[Future[Any]] = ()) -> Iterator[tuple[Item, Outcome]]:
         """Items with their outcomes as they end, and no sooner the end than that of what runs beside them."""
         while self.running or not all(one.done() for one in beside):
-            wait([*self.running, *(one for one in beside if not one.done())], return_when=FIRST_COMPLETED)
+            open_ones = [*self.running, *(one for one in beside if not one.done())]
+            if not wait(open_ones, timeout=LOOK, return_when=FIRST_COMPLETED).done:
+                self.look()
             yield from self.done()
 
 
-class _Processes:
-    """Processes, begun anew where some were killed before any of them had work: pebble gives all of them up then."""
-
-    def __init__(self, workers: int) -> None:
-        self.workers = workers
-        self.pool = self._begun()
-
-    def _begun(self) -> Any:
-        return ProcessPool(self.workers, context=get_context("spawn"))
-
-    def schedule(self, function: Callable[..., Any], args: Sequence[Any], timeout: float | None = None) -> Future[Any]:
-        """Let one of them call a function, no longer than `timeout` [s]."""
-        try:
-            future: Future[Any] = self.pool.schedule(function, args=args, timeout=timeout)
-        except RuntimeError:
-            self.pool.stop()
-            self.pool.join()
-            self.pool = self._begun()
-            future = self.pool.schedule(function, args=args, timeout=timeout)
-        return future
-
-
 @contextmanager
-def _pools(workers: int) -> Iterator[tuple[ThreadPoolExecutor, _Processes]]:
+def _pools(workers: int) -> Iterator[tuple[ThreadPoolExecutor, Processes]]:
     """Threads and processes; whatever stops the work stops both at once."""
     threads = ThreadPoolExecutor(workers)
-    processes = _Processes(workers)
+    processes = Processes(workers)
     try:
         yield threads, processes
         processes.pool.close()
@@ -277,7 +260,7 @@ def _prepare(part: Callable[[], Any]) -> None:
     part()
 
 
-def _sending(items: Sequence[Item], processes: _Processes) -> Iterator[Callable[[], Future[Any]]]:
+def _sending(items: Sequence[Item], processes: Processes) -> Iterator[Callable[[], Future[Any]]]:
     """Yield what sends each item of a law to a process."""
     item = items[0]
     try:

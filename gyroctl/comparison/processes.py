@@ -1,0 +1,46 @@
+"""Processes of this machine that work, whatever becomes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, InvalidStateError
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import suppress
+from multiprocessing import get_context
+from typing import Any
+
+from pebble import ProcessPool
+
+
+class Processes:
+    """Processes, begun anew where some were killed before any of them had work: pebble gives all of them up then."""
+
+    def __init__(self, workers: int) -> None:
+        self.workers = workers
+        self.pool = self._begun()
+        self.given: list[Future[Any]] = []  # to the pool, and not ended when last looked at
+
+    def _begun(self) -> Any:
+        return ProcessPool(self.workers, context=get_context("spawn"))
+
+    def schedule(self, function: Callable[..., Any], args: Sequence[Any], timeout: float | None = None) -> Future[Any]:
+        """Let one of them call a function, no longer than `timeout` [s]."""
+        try:
+            future: Future[Any] = self.pool.schedule(function, args=args, timeout=timeout)
+        except RuntimeError:
+            self.look()
+            self.pool.stop()
+            self.pool.join()
+            self.pool = self._begun()
+            future = self.pool.schedule(function, args=args, timeout=timeout)
+        self.given = [*(one for one in self.given if not one.done()), future]
+        return future
+
+    def look(self) -> None:
+        """Let work end that a pool was given which is no more: pebble forgets what it had not handed on yet."""
+        self.given = [one for one in self.given if not one.done()]
+        if self.given and not self.pool.active:
+            for future in self.given:
+                with suppress(InvalidStateError):  # it has ended meanwhile
+                    future.set_exception(BrokenProcessPool("the processes were given up"))
+            self.given = []
