@@ -15,6 +15,7 @@ from gyroctl.harness.run import lead_in, run_law
 from gyroctl.plant.contact import contact_load
 from gyroctl.plant.kernel import hold_one
 from gyroctl.reports.resting import in_words
+from gyroctl.reports.wording import number
 from gyroctl.simulation.validity import UNITS, floating, validity
 
 SEA = gy.SeaState(0.283, 3.14, 5.0)
@@ -88,12 +89,13 @@ def test_card_has_all_its_numbers_and_a_sentence() -> None:
     for part in (
         "of constant rest",
         f"{card['traction_p999']:.2f} (99.9",
-        f"{card['slip_max']:.3g} rad/s",
+        f"{number(card['slip_max'])} rad/s",
         "never out",
     ):
         assert part in said
     assert in_words({}) == ""
-    assert "roll backwards 2 times" in in_words(card | {"reversals": 2.0})
+    for count, told in ((1.0, "once"), (2.0, "2 times"), (0.5, "0.5 times"), (12345.6, "12346 times")):
+        assert f"roll backwards {told}" in in_words(card | {"reversals": count})
 
 
 def test_immersion_is_that_of_the_float_on_still_and_on_moving_water() -> None:

@@ -75,8 +75,9 @@ def _step(step: Row) -> list[str]:
     changes = [ranged(step["change"]), ranged(step["seen"]), told]
     return [
         *(step["step"], f"`{setting(step['sets'])}`", ranged(step["power"]), *changes),
-        *(ranged(step["cv"], 2), ranged(step["cv_change"], 2), f"{step['locked']} of {step['runs']}"),
-        *(f"{step['without_reversal']} of {step['runs']}", number(step["phi1_p98"], 2)),
+        *(ranged(step["cv"], 2), ranged(step["cv_change"], 2)),
+        *(f"{step[count]} of {step['runs']}" for count in ("locked", "in_step", "without_reversal")),
+        number(step["phi1_p98"], 2),
     ]
 
 

@@ -213,10 +213,14 @@ class _UnderWay:
     def ended(self, beside: Sequence[Future[Any]] = ()) -> Iterator[tuple[Item, Outcome]]:
         """Items with their outcomes as they end, and no sooner the end than that of what runs beside them."""
         while self.running or not all(one.done() for one in beside):
-            open_ones = [*self.running, *(one for one in beside if not one.done())]
-            if not wait(open_ones, timeout=LOOK, return_when=FIRST_COMPLETED).done:
+            if not self._one_has_ended(beside):
                 self.look()
             yield from self.done()
+
+    def _one_has_ended(self, beside: Sequence[Future[Any]]) -> bool:
+        """Wait a while for one to end. It is kept nowhere here: it keeps its result as long as it is."""
+        open_ones = [*self.running, *(one for one in beside if not one.done())]
+        return bool(wait(open_ones, timeout=LOOK, return_when=FIRST_COMPLETED).done)
 
 
 @contextmanager

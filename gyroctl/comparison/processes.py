@@ -8,6 +8,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from multiprocessing import get_context
 from typing import Any
+from weakref import WeakSet
 
 from pebble import ProcessPool
 
@@ -18,7 +19,7 @@ class Processes:
     def __init__(self, workers: int) -> None:
         self.workers = workers
         self.pool = self._begun()
-        self.given: list[Future[Any]] = []  # to the pool, and not ended when last looked at
+        self.given: WeakSet[Future[Any]] = WeakSet()  # to this pool; somebody waits for them, or they do not matter
 
     def _begun(self) -> Any:
         return ProcessPool(self.workers, context=get_context("spawn"))
@@ -33,14 +34,14 @@ class Processes:
             self.pool.join()
             self.pool = self._begun()
             future = self.pool.schedule(function, args=args, timeout=timeout)
-        self.given = [*(one for one in self.given if not one.done()), future]
+        self.given.add(future)
         return future
 
     def look(self) -> None:
         """Let work end that a pool was given which is no more: pebble forgets what it had not handed on yet."""
-        self.given = [one for one in self.given if not one.done()]
-        if self.given and not self.pool.active:
-            for future in self.given:
+        waiting = [one for one in self.given if not one.done()]
+        if waiting and not self.pool.active:
+            for future in waiting:
                 with suppress(InvalidStateError):  # it has ended meanwhile
                     future.set_exception(BrokenProcessPool("the processes were given up"))
-            self.given = []
+            self.given.clear()

@@ -33,4 +33,4 @@ def in_words(card: Mapping[str, float], whose: str = "this run") -> str:
 
 
 def _times(count: float) -> str:
-    return "once" if count == 1 else f"{number(count)} times"
+    return "once" if count == 1 else f"{count:.3g} times" if count < 100 else f"{count:.0f} times"

@@ -33,7 +33,7 @@ LEVEL = 0.05
 
 CHANGE, SEEN, SMOOTHER = "more than before [W]", "in runs like those seen [W]", "CV more than before"
 PHI1, BACK = "98 % of φ1 [rad]", "without reversal"
-HEADINGS = ("step", "sets", "power [W]", CHANGE, SEEN, "p (Holm)", "CV", SMOOTHER, "locked", BACK, PHI1)
+HEADINGS = ("step", "sets", "power [W]", CHANGE, SEEN, "p (Holm)", "CV", SMOOTHER, "locked", "in step", BACK, PHI1)
 
 MEANT = (
     "Every step stands on all those before it, and is set against the one before on the same realisations, which are "
