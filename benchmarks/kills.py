@@ -160,6 +160,8 @@ class Study:
         elif one.who == "worker" and self.driver is not None:
             targets = workers_of(self.driver.pid)
         targets = [target for target in targets if target not in self.dead]
+        if one.signal is signal.SIGINT:
+            targets = [target for target in targets if age(target) > YOUNG]
         if not targets:
             return False
         target = random.Random(f"{one.after} {one.wait}").choice(sorted(targets))
@@ -198,6 +200,15 @@ def workers_of(driver: int) -> list[int]:
         except (OSError, ValueError, IndexError):
             continue
     return found
+
+
+def age(process: int) -> float:
+    """Time since a process was started, 0 where it is no more. [s]"""
+    try:
+        ticks = int(Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[19])
+    except (OSError, IndexError):
+        return 0.0
+    return float(Path("/proc/uptime").read_text().split()[0]) - ticks / os.sysconf("SC_CLK_TCK")
 
 
 def with_token() -> list[int]:

@@ -19,7 +19,7 @@ import numpy as np
 from gyroctl.comparison.verification import CLOCKS
 from gyroctl.engine.store import read, stored
 
-MOVED_TO, CLOSED, DELETED = 0x80, 0x8, 0x200
+MOVED_TO, MODIFIED, DELETED = 0x80, 0x2, 0x200
 EVENT = struct.Struct("iIII")
 
 
@@ -28,10 +28,10 @@ class Witness:
 
     def __init__(self, folder: Path) -> None:
         self.at: dict[str, list[int]] = {}  # by key, when a file got its name [ns]
-        self.other: Counter[str] = Counter()  # results that were written to in place, or went away
+        self.other: Counter[str] = Counter()  # results that were written to in place, or went away, and how often
         self.libc = ctypes.CDLL(None, use_errno=True)
         self.handle = self.libc.inotify_init1(0)
-        if self.libc.inotify_add_watch(self.handle, os.fsencode(folder), MOVED_TO | CLOSED | DELETED) < 0:
+        if self.libc.inotify_add_watch(self.handle, os.fsencode(folder), MOVED_TO | MODIFIED | DELETED) < 0:
             raise OSError(ctypes.get_errno(), "the folder cannot be watched")
         threading.Thread(target=self._watch, daemon=True).start()
 
@@ -87,7 +87,7 @@ def found(witness: Witness, ran: Ran, folder: Path, serial: Path) -> dict[str, A
         "other_bits": len(here) - len(same),
         "other_results": _other_results(folder, serial),
         "stored_twice": sum(len(times) > 1 for times in witness.at.values()),
-        "written_in_place_or_gone": sum(witness.other.values()),
+        "written_in_place_or_gone": len(witness.other),
         "unseen": len(set(here) - set(witness.at)),
         "computed_again_though_stored": sum(late.values()),
         "runs_begun": sum(map(len, ran.begun.values())),

@@ -6,6 +6,7 @@ import pickle
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -129,6 +130,26 @@ def test_what_is_waited_for_is_looked_after(monkeypatch: pytest.MonkeyPatch) -> 
     under_way: Any = execution._UnderWay(1, lambda: lost.set_result(["found"]))
     under_way.add("processes", [(lambda: lost, ["item"])])
     assert list(under_way.ended()) == [("item", "found")]
+
+
+def test_work_that_was_given_up_is_begun_anew_but_not_for_ever() -> None:
+    item: Any = SimpleNamespace(name="law", seed=1, sha256="waves", time_limit=1.0)
+    for broken in (1, execution.AGAIN, execution.AGAIN + 1):
+        begun = list[Future[Any]]()
+
+        def begin(broken: int = broken, begun: list[Future[Any]] = begun) -> Future[Any]:
+            begun.append(Future())
+            if len(begun) <= broken:
+                begun[-1].set_exception(BrokenProcessPool("the processes were given up"))
+            else:
+                begun[-1].set_result([failed(item, "")])
+            return begun[-1]
+
+        under_way: Any = execution._UnderWay(1)
+        under_way.add("processes", [(begin, [item])])
+        ((ended, outcome),) = under_way.ended()
+        assert ended is item and len(begun) == min(broken, execution.AGAIN) + 1
+        assert ("lost its process" in outcome.failure) == (broken > execution.AGAIN)
 
 
 def test_run_whose_processes_were_given_up_has_failed_alone(device: gy.Plant) -> None:

@@ -8,9 +8,10 @@ from __future__ import annotations
 
 import os
 import sys
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
 from faulthandler import cancel_dump_traceback_later, dump_traceback_later
 from functools import partial
@@ -40,6 +41,9 @@ Outcomes = dict[tuple[str, int], Outcome]
 
 AHEAD = 4
 """Pieces of work for each worker that are begun or have not been taken yet, of threads and of processes each."""
+
+AGAIN = 5
+"""Times that work is begun anew which was given up with all processes, before it has failed."""
 
 LOOK = 1.0
 """After which it is looked whether the processes are still there, where nothing ends. [s]"""
@@ -183,7 +187,10 @@ class _UnderWay:
     def __init__(self, most: int, look: Callable[[], None] = lambda: None) -> None:
         self.most, self.look = most, look  # what is called now and then while nothing ends
         self.waiting: dict[str, deque[Begin]] = {}
-        self.running: dict[Future[Any], tuple[str, list[Item]]] = {}
+        self.running: dict[Future[Any], tuple[str, Begin]] = {}
+        self.again: Counter[int] = (
+            Counter()
+        )  # how often work that has not ended was begun anew, by the identity of its items
 
     def add(self, kind: str, work: Sequence[Begin]) -> None:
         """Let work wait for its turn among its kind, or begin."""
@@ -194,8 +201,8 @@ class _UnderWay:
         for kind, waiting in self.waiting.items():
             free = self.most - sum(one == kind for one, _ in self.running.values())
             for _ in range(min(free, len(waiting))):
-                begin, items = waiting.popleft()
-                self.running[begin()] = kind, items
+                work = waiting.popleft()
+                self.running[work[0]()] = kind, work
 
     def done(self) -> Iterator[tuple[Item, Outcome]]:
         """Items with their outcomes of the work that has ended by now."""
@@ -204,7 +211,14 @@ class _UnderWay:
             yield from self._taken(ready.popleft())
 
     def _taken(self, future: Future[Any]) -> Iterator[tuple[Item, Outcome]]:
-        _, items = self.running.pop(future)
+        kind, work = self.running.pop(future)
+        items = work[1]
+        if isinstance(future.exception(), BrokenProcessPool) and self.again[id(items)] < AGAIN:
+            self.again[id(items)] += 1  # its process was given up with all others, whatever it was doing
+            self.waiting[kind].append(work)
+            self._begin()
+            return
+        self.again.pop(id(items), None)
         self._begin()
         outcomes = _outcomes_of(future, items)
         del future  # it keeps its result as long as it is kept
