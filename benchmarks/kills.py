@@ -175,7 +175,7 @@ class Study:
         for process in self.cluster.values():
             process.kill()
             process.wait()
-        deadline = time.monotonic() + 15.0
+        deadline = time.monotonic() + 60.0  # one that was just begun has its imports before it sees that it is alone
         while (left := with_token()) and time.monotonic() < deadline:
             time.sleep(0.2)
         for process_id in left:
