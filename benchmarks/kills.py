@@ -76,6 +76,10 @@ YOUNG = 2.0
 """Before which Python itself answers signals, with a traceback: no program of it can do otherwise. [s]"""
 
 
+UP = 1.0
+"""The same for a process that Python has begun, whose modules come later. [s]"""
+
+
 class Kill(NamedTuple):
     """Who is killed, and when."""
 
@@ -91,7 +95,7 @@ def planned(rng: random.Random, items: int, counts: dict[str, int]) -> list[Kill
     kills = []
     for who, count in counts.items():
         signals = [signal.SIGKILL if who == "scheduler" else kinds[i % len(kinds)] for i in range(count)]
-        kills += [Kill(rng.randrange(round(0.85 * items)), rng.uniform(0.0, 1.5), who, how) for how in signals]
+        kills += [Kill(rng.randrange(round(0.7 * items)), rng.uniform(0.0, 1.5), who, how) for how in signals]
     return sorted(kills)
 
 
@@ -161,7 +165,7 @@ class Study:
             targets = workers_of(self.driver.pid)
         targets = [target for target in targets if target not in self.dead]
         if one.signal is signal.SIGINT:
-            targets = [target for target in targets if age(target) > YOUNG]
+            targets = [target for target in targets if age(target) > UP]
         if not targets:
             return False
         target = random.Random(f"{one.after} {one.wait}").choice(sorted(targets))

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import pickle
+import subprocess
+import sys
+import time
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from functools import partial
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -130,6 +134,34 @@ def test_what_is_waited_for_is_looked_after(monkeypatch: pytest.MonkeyPatch) -> 
     under_way: Any = execution._UnderWay(1, lambda: lost.set_result(["found"]))
     under_way.add("processes", [(lambda: lost, ["item"])])
     assert list(under_way.ended()) == [("item", "found")]
+
+
+ORPHANS = """
+import os, signal, time
+from gyroctl.comparison.processes import Processes
+
+if __name__ == "__main__":
+    processes = Processes(1)
+    print(processes.schedule(os.getpid, ()).result(timeout=60.0), flush=True)
+    processes.schedule(time.sleep, (600.0,))
+    time.sleep(0.5)
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for the process in /proc")
+def test_processes_end_with_the_one_that_began_them(tmp_path: Path) -> None:
+    """Whatever they wait for: a worker that waited for a lock of a killed one was there for ever."""
+    (tmp_path / "orphans.py").write_text(ORPHANS)
+    done = subprocess.run([sys.executable, "orphans.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == -9, done.stderr
+    for _ in range(100):
+        if not Path(f"/proc/{int(done.stdout)}").exists():
+            break
+        time.sleep(0.1)
+    else:
+        pytest.fail("the process is there without its parent")
 
 
 def test_work_that_was_given_up_is_begun_anew_but_not_for_ever() -> None:

@@ -2,15 +2,30 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import wait
+from threading import Thread
 from typing import Any
 from weakref import WeakSet
 
 from pebble import ProcessPool
+
+
+def end_with_parent() -> None:
+    """Let this process end with the one that began it, whatever it waits for: perhaps a lock of a dead one."""
+    parent = parent_process()
+    if parent is not None:
+        Thread(target=_end_after, args=(parent.sentinel, os._exit), daemon=True).start()
+
+
+def _end_after(sentinel: int, way_out: Callable[[int], Any]) -> None:
+    wait([sentinel])
+    way_out(1)
 
 
 class Processes:
@@ -22,7 +37,7 @@ class Processes:
         self.given: WeakSet[Future[Any]] = WeakSet()  # to this pool; somebody waits for them, or they do not matter
 
     def _begun(self) -> Any:
-        return ProcessPool(self.workers, context=get_context("spawn"))
+        return ProcessPool(self.workers, context=get_context("spawn"), initializer=end_with_parent)
 
     def schedule(self, function: Callable[..., Any], args: Sequence[Any], timeout: float | None = None) -> Future[Any]:
         """Let one of them call a function, no longer than `timeout` [s]."""
