@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import pickle
+import signal
 import subprocess
 import sys
 import time
@@ -83,7 +85,9 @@ def test_no_more_has_ended_than_a_few_until_it_is_taken() -> None:
 
     under_way: Any = execution._UnderWay(2)
     with ThreadPoolExecutor(4) as threads:
-        under_way.add("threads", [(partial(threads.submit, work, number), [number]) for number in range(10)])
+        under_way.add(
+            "threads", [execution.Work(partial(threads.submit, work, number), [number]) for number in range(10)]
+        )
         ended = under_way.ended()
         for taken in range(1, 5):
             wait(list(under_way.running))
@@ -114,7 +118,7 @@ def test_work_that_a_pool_had_not_handed_on_when_it_was_given_up_ends() -> None:
         processes.pool._pool_manager.schedule = lambda task: None  # it stays where it is
         begin: Any = partial(processes.schedule, abs, (-2,))
         under_way: Any = execution._UnderWay(4, processes.look)
-        under_way.add("processes", [(begin, [number]) for number in range(3)])
+        under_way.add("processes", [execution.Work(begin, [number]) for number in range(3)])
         waiting = list(under_way.running)
         assert not any(one.done() for one in waiting)
         processes.look()
@@ -132,11 +136,12 @@ def test_what_is_waited_for_is_looked_after(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(execution, "LOOK", 0.01)
     lost: Future[Any] = Future()
     under_way: Any = execution._UnderWay(1, lambda: lost.set_result(["found"]))
-    under_way.add("processes", [(lambda: lost, ["item"])])
+    under_way.add("processes", [execution.Work(lambda: lost, ["item"])])
     assert list(under_way.ended()) == [("item", "found")]
 
 
-ORPHANS = """
+ORPHANS = {
+    "runs": """
 import os, signal, time
 from gyroctl.comparison.processes import Processes
 
@@ -146,22 +151,44 @@ if __name__ == "__main__":
     processes.schedule(time.sleep, (600.0,))
     time.sleep(0.5)
     os.kill(os.getpid(), signal.SIGKILL)
-"""
+""",
+    "tuning": """
+import os, signal
+import gyroctl as gy
+from gyroctl.harness.run import Settings
+from gyroctl.tuning.bench import Bench
+
+class Slow:
+    period, information = 0.1, "none"
+    def init(self): return None
+    def step(self, t, y, state): return (0.05, 2e-4), None
+
+if __name__ == "__main__":
+    bench = Bench(gy.zhang2017(), Settings(), Slow(), 2)
+    print(bench.pool.submit(os.getpid).result(timeout=60.0), flush=True)
+    os.kill(os.getpid(), signal.SIGKILL)
+""",
+}
+"""What begins processes, tells one of them, and is killed: with work under way, and without."""
 
 
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for the process in /proc")
-def test_processes_end_with_the_one_that_began_them(tmp_path: Path) -> None:
-    """Whatever they wait for: a worker that waited for a lock of a killed one was there for ever."""
-    (tmp_path / "orphans.py").write_text(ORPHANS)
-    done = subprocess.run([sys.executable, "orphans.py"], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == -9, done.stderr
+@pytest.mark.parametrize("what", ORPHANS)
+def test_processes_end_with_the_one_that_began_them(what: str, tmp_path: Path) -> None:
+    """Whatever they wait for: one that waited for a lock of a killed one, or for work, was there for ever."""
+    (tmp_path / "orphans.py").write_text(ORPHANS[what])
+    said = tmp_path / "said"
+    with said.open("w") as stream:  # no pipe, which would be waited for as long as somebody holds it
+        done = subprocess.run([sys.executable, "orphans.py"], cwd=tmp_path, stdout=stream, stderr=stream, check=False)
+    assert done.returncode == -9, said.read_text()
+    process = int(said.read_text().split()[0])
     for _ in range(100):
-        if not Path(f"/proc/{int(done.stdout)}").exists():
-            break
+        if not Path(f"/proc/{process}").exists():
+            return
         time.sleep(0.1)
-    else:
-        pytest.fail("the process is there without its parent")
+    os.kill(process, signal.SIGKILL)
+    pytest.fail("the process is there without its parent")
 
 
 def test_work_that_was_given_up_is_begun_anew_but_not_for_ever() -> None:
@@ -178,7 +205,7 @@ def test_work_that_was_given_up_is_begun_anew_but_not_for_ever() -> None:
             return begun[-1]
 
         under_way: Any = execution._UnderWay(1)
-        under_way.add("processes", [(begin, [item])])
+        under_way.add("processes", [execution.Work(begin, [item])])
         ((ended, outcome),) = under_way.ended()
         assert ended is item and len(begun) == min(broken, execution.AGAIN) + 1
         assert ("lost its process" in outcome.failure) == (broken > execution.AGAIN)

@@ -61,6 +61,23 @@ def test_what_a_killed_process_left_goes_when_its_folder_is_written_to(tmp_path:
     assert not left.exists() and under_way.exists()
 
 
+def test_a_result_that_a_process_holds_while_it_is_born_is_not_written_in_place(tmp_path: Path) -> None:
+    """Between fork and exec it has a copy of what is open: the last to close tells of a close under the new name."""
+    witness = script(BENCHMARKS / "kills_witness.py").Witness(tmp_path)
+    part = tmp_path / ".a.part.run"
+    with part.open("wb") as stream:
+        stream.write(b"x")
+        stream.flush()
+        holding = subprocess.Popen([sys.executable, "-c", "input()"], stdin=subprocess.PIPE, pass_fds=[stream.fileno()])
+    part.rename(tmp_path / "a.run")
+    holding.communicate(b"\n")
+    time.sleep(0.3)
+    assert witness.count == 1 and not witness.other
+    (tmp_path / "a.run").write_bytes(b"y")
+    time.sleep(0.3)
+    assert list(witness.other) == ["a.run"]
+
+
 def test_witnesses_see_what_is_wrong(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     witnessing = script(BENCHMARKS / "kills_witness.py")
     journal = script(BENCHMARKS / "kills_journal" / "sitecustomize.py")

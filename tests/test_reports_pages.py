@@ -6,8 +6,6 @@ import base64
 import gzip
 import json
 import re
-import subprocess
-import sys
 from html.parser import HTMLParser
 
 import numpy as np
@@ -24,10 +22,8 @@ from gyroctl.reports.coinciding import groups, idle_wrappers
 from gyroctl.reports.figures import survival
 from gyroctl.reports.labels import Box, place_freely
 from gyroctl.reports.law_section import sections
-from gyroctl.reports.page import DRAWN_MAX, LEAST, as_source, width_of
 from gyroctl.reports.panel import Line
 from gyroctl.reports.pareto import pareto
-from gyroctl.reports.theme import DARK, LIGHT
 from gyroctl.reports.timeseries import LEVELS, UNKNOWN, closer_look, in_steps, time_series
 from gyroctl.simulation.effort import effort
 from gyroctl.simulation.lock import load_angle, load_share
@@ -367,64 +363,3 @@ def test_damaged_study_is_refused_by_name_and_leaves_nothing(tmp_path, file, con
     assert isinstance(done.exception, InputError)
     assert done.exception.field == "results"
     assert [path.name for path in tmp_path.iterdir()] == [file]
-
-
-SVG = """<?xml version="1.0"?>
-<svg width="90pt" height="45pt" viewBox="0 0 90 45" xmlns="http://www.w3.org/2000/svg">
-<path d="M 0 0 L 9 9" style="fill: #ffffff"/><text style="font-size: 9px; fill: #1f2933">word</text></svg>
-"""
-
-
-def test_drawing_beside_a_picture_is_shown_as_an_image_and_follows_the_page_into_the_dark(tmp_path):
-    (tmp_path / "a.png").write_bytes(PIXEL)
-    assert as_source(tmp_path / "a.png").startswith("data:image/png;base64,")
-    (tmp_path / "a.svg").write_text(SVG)
-    source = as_source(tmp_path / "a.png")
-    assert source.startswith("data:image/svg+xml;base64,")
-    text = base64.b64decode(source.partition(",")[2]).decode()
-    assert text.count("prefers-color-scheme: dark") == 1 and text.count("<svg") == 1
-    assert f'[style*="fill: {LIGHT.ink.lower()}"]{{fill:{DARK.ink}!important}}' in text
-    assert f'path[style*="fill: #ffffff"]{{fill:{DARK.card}!important}}' in text  # areas alone: white numbers stay
-    (tmp_path / "a.svg").write_text(SVG + " " * DRAWN_MAX)
-    assert as_source(tmp_path / "a.png").startswith("data:image/png;base64,")
-
-
-def test_picture_is_as_wide_as_it_was_drawn(tmp_path):
-    head = PIXEL[:16] + (2080).to_bytes(4, "big") + PIXEL[20:]
-    (tmp_path / "a.png").write_bytes(head)
-    assert width_of(tmp_path / "a.png") == round(13.0 * 72 * 1.15)  # 2080 dots are 13 in
-    (tmp_path / "a.png").write_bytes(b"no picture")
-    assert width_of(tmp_path / "a.png") == width_of(tmp_path / "missing.png") == LEAST
-
-
-def test_columns_of_words_begin_at_the_left_and_those_of_numbers_end_at_the_right():
-    text = (
-        "| law | target | power | more |\n| --- | ---: | ---: | ---: |\n"
-        "| a | met | 1.5 W | – |\n| b | open | – | > 3 |\n| c | – | −2 | ∞ |\n"
-    )
-    found = in_html(text, "T")
-    heads = re.findall(r"<th([^>]*)>(\w+)</th>", found)
-    assert [(name, "text" in more) for more, name in heads if "col" in more] == [
-        ("law", True),
-        ("target", True),
-        ("power", False),
-        ("more", False),
-    ]
-    assert [name for more, name in heads if "row" in more and "text" in more] == ["a", "b", "c"]
-    assert re.findall(r'<td class="text">([^<]*)</td>', found) == ["met", "open", "–"]
-
-
-@pytest.mark.parametrize("name", ["", "results.nc"])
-def test_what_holds_no_results_is_refused_before_a_library_is_loaded(tmp_path, name):
-    (tmp_path / "results.nc" if name else tmp_path / "notes.txt").write_text("no NetCDF")
-    code = f"""
-import sys
-from gyroctl.cli.app import app
-from gyroctl.errors import InputError
-try:
-    app(["report", {str(tmp_path / name)!r}], standalone_mode=False)
-except InputError as error:
-    print(error.field, *{{"scipy", "xarray", "matplotlib", "pandas"}} & set(sys.modules))
-"""
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["results"]

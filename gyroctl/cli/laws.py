@@ -81,9 +81,10 @@ def _checked(name: str, plant: Plant, runs: int) -> list[Check]:
     from pebble import ProcessExpired, ProcessPool
 
     from gyroctl.comparison.execution import no_way_out
+    from gyroctl.engine.parent import end_with_parent
     from gyroctl.harness.law_trials import Check
 
-    with ProcessPool(1, context=get_context("spawn")) as pool:
+    with ProcessPool(1, context=get_context("spawn"), initializer=end_with_parent) as pool:
         found = pool.schedule(no_way_out, args=(_check_shown, name, plant, runs), timeout=LONGEST)
         try:
             lines: list[Check] = found.result()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Sequence
 from contextlib import closing
-from itertools import islice
 from typing import Any, NamedTuple
 
 from gyroctl.comparison import items as work
@@ -54,21 +53,19 @@ def _handed_out(items: Sequence[Item], threads: int) -> Iterator[Task]:
     of_law: dict[str, list[Item]] = {}
     for item in items:
         of_law.setdefault(item.name, []).append(item)
-    # what cannot be sent is refused before anything is
-    packed = [by_value(own[0].law) for own in of_law.values()]
+    packed = [by_value(own[0].law) for own in of_law.values()]  # what cannot be sent is refused before anything is
     for own, law in zip(of_law.values(), packed, strict=True):
-        piece, modules = _kind(own[0].law)
-        alone = (slice(i, i + 1) for i in range(len(own)))
-        sent = parcels(own, law)
+        piece, modules, code = _kind(own[0].law)
+        sent = list(parcels(own, law))
+        alone = [slice(i, i + 1) for i in range(len(own))]
         for part in pieces(len(own), threads) if piece.machine else alone:
-            some = own[part]
-            yield Task(piece._replace(parcels=tuple(islice(sent, len(some)))), some, modules, code_of(*modules))
+            yield Task(piece._replace(parcels=tuple(sent[part])), own[part], modules, code)
 
 
-def _kind(law: Any) -> tuple[Piece, tuple[str, ...]]:
-    """Piece of work of a law, without its items, and the modules of this package that do it."""
-    ours = is_ours(law)
-    return Piece((), ours, ours and is_machine(law)), tuple(sorted({work.__name__, *modules_of(law)}))
+def _kind(law: Any) -> tuple[Piece, tuple[str, ...], str]:
+    """Piece of work of a law, without its items, and the modules of this package that do it with their hash."""
+    ours, modules = is_ours(law), tuple(sorted({work.__name__, *modules_of(law)}))
+    return Piece((), ours, ours and is_machine(law)), modules, code_of(*modules)
 
 
 def _apart(task: Task) -> list[Task]:

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import os
 import sys
-from collections import Counter, deque
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
 from faulthandler import cancel_dump_traceback_later, dump_traceback_later
 from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NamedTuple, NoReturn, TypeVar
 
 import cloudpickle
 from pebble import ProcessExpired
@@ -155,11 +155,10 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
             machine = name in quick or (is_ours(law) and is_machine(law))
             shares = [own[part] for part in pieces(len(own), workers)] if machine else [[item] for item in own]
             if machine or (is_ours(law) and not several):
-                under_way.add("threads", [(partial(threads.submit, perform, share), share) for share in shares])
+                under_way.add("threads", [Work(partial(threads.submit, perform, share), share) for share in shares])
             else:
-                under_way.add(
-                    "processes", [(send, [item]) for send, item in zip(_sending(own, processes), own, strict=True)]
-                )
+                sending = zip(_sending(own, processes), own, strict=True)
+                under_way.add("processes", [Work(send, [item]) for send, item in sending])
 
         def begin_slow() -> None:
             while slow:
@@ -177,8 +176,12 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
             yield from under_way.ended()
 
 
-Begin = tuple[Callable[[], Future[Any]], list[Item]]
-"""What begins some items, and these."""
+class Work(NamedTuple):
+    """What begins some items, these, and how often it was begun anew."""
+
+    begin: Callable[[], Future[Any]]
+    items: list[Item]
+    again: int = 0
 
 
 class _UnderWay:
@@ -186,13 +189,10 @@ class _UnderWay:
 
     def __init__(self, most: int, look: Callable[[], None] = lambda: None) -> None:
         self.most, self.look = most, look  # what is called now and then while nothing ends
-        self.waiting: dict[str, deque[Begin]] = {}
-        self.running: dict[Future[Any], tuple[str, Begin]] = {}
-        self.again: Counter[int] = (
-            Counter()
-        )  # how often work that has not ended was begun anew, by the identity of its items
+        self.waiting: dict[str, deque[Work]] = {}
+        self.running: dict[Future[Any], tuple[str, Work]] = {}
 
-    def add(self, kind: str, work: Sequence[Begin]) -> None:
+    def add(self, kind: str, work: Iterable[Work]) -> None:
         """Let work wait for its turn among its kind, or begin."""
         self.waiting.setdefault(kind, deque()).extend(work)
         self._begin()
@@ -202,7 +202,7 @@ class _UnderWay:
             free = self.most - sum(one == kind for one, _ in self.running.values())
             for _ in range(min(free, len(waiting))):
                 work = waiting.popleft()
-                self.running[work[0]()] = kind, work
+                self.running[work.begin()] = kind, work
 
     def done(self) -> Iterator[tuple[Item, Outcome]]:
         """Items with their outcomes of the work that has ended by now."""
@@ -212,17 +212,15 @@ class _UnderWay:
 
     def _taken(self, future: Future[Any]) -> Iterator[tuple[Item, Outcome]]:
         kind, work = self.running.pop(future)
-        items = work[1]
-        if isinstance(future.exception(), BrokenProcessPool) and self.again[id(items)] < AGAIN:
-            self.again[id(items)] += 1  # its process was given up with all others, whatever it was doing
-            self.waiting[kind].append(work)
+        lost = isinstance(future.exception(), BrokenProcessPool)  # with all others, whatever it was doing
+        if lost and work.again < AGAIN:
+            self.waiting[kind].append(work._replace(again=work.again + 1))
             self._begin()
             return
-        self.again.pop(id(items), None)
         self._begin()
-        outcomes = _outcomes_of(future, items)
+        outcomes = _outcomes_of(future, work.items)
         del future  # it keeps its result as long as it is kept
-        yield from zip(items, outcomes, strict=True)
+        yield from zip(work.items, outcomes, strict=True)
 
     def ended(self, beside: Sequence[Future[Any]] = ()) -> Iterator[tuple[Item, Outcome]]:
         """Items with their outcomes as they end, and no sooner the end than that of what runs beside them."""

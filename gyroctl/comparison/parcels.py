@@ -40,14 +40,19 @@ def parcels(items: Iterable[Item], law: bytes) -> Iterator[Parcel]:
 
 def opened(parcel: Parcel, law: Any) -> Item:
     """Return the item, of a law that is unpacked."""
-    return replace(parcel.item, law=law, **dict(zip(SHARED, _unpacked(parcel.shared), strict=True)))
+    return replace(parcel.item, law=law, **dict(zip(SHARED, _shared(parcel.shared), strict=True)))
 
 
 def law_of(parcel: Parcel) -> Any:
     """Return the law that every parcel of it brings: it holds no state of a run, or a run must have its own copy."""
-    return _unpacked(parcel.law)
+    return _law(parcel.law)
+
+
+@lru_cache(maxsize=2)  # a plant has its tables with it, and a worker does one study at a time
+def _shared(packed: bytes) -> Any:
+    return cloudpickle.loads(packed)
 
 
 @lru_cache(maxsize=64)
-def _unpacked(packed: bytes) -> Any:
+def _law(packed: bytes) -> Any:
     return cloudpickle.loads(packed)

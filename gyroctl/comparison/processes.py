@@ -2,30 +2,17 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
-from multiprocessing import get_context, parent_process
-from multiprocessing.connection import wait
-from threading import Thread
+from multiprocessing import get_context
 from typing import Any
 from weakref import WeakSet
 
 from pebble import ProcessPool
 
-
-def end_with_parent() -> None:
-    """Let this process end with the one that began it, whatever it waits for: perhaps a lock of a dead one."""
-    parent = parent_process()
-    if parent is not None:
-        Thread(target=_end_after, args=(parent.sentinel, os._exit), daemon=True).start()
-
-
-def _end_after(sentinel: int, way_out: Callable[[int], Any]) -> None:
-    wait([sentinel])
-    way_out(1)
+from gyroctl.engine.parent import end_with_parent
 
 
 class Processes:

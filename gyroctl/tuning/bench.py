@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.engine.cluster import FEWEST, Lost, Task, hand_out, threads_of
+from gyroctl.engine.parent import end_with_parent
 from gyroctl.errors import InputError
 from gyroctl.fingerprint import code_of
 from gyroctl.harness.actuation import Actuators
@@ -248,6 +249,7 @@ _runner: Runner | None = None
 
 def _equip(plant: Plant, settings: Settings, device: Plant | None) -> None:
     global _runner
+    end_with_parent()
     _runner = Runner(plant, settings, device)
 
 
