@@ -3,10 +3,12 @@
     python benchmarks/engine_overhead.py                  # some five minutes on two idle cores
     python benchmarks/engine_overhead.py --items 8        # a trial
 
-Items of about ``--seconds`` each, of a law from a file, that sleep or compute, in processes of this machine and on
-workers of Dask. The rate is that of the items after the first two of each worker, which compile; the overhead is the
-time of an item at that rate less that of the same item in a loop without the engine. Of items that take no time the
-overhead is that of key, driver and store (``store.py``). Writes ``engine_overhead.json`` beside itself.
+Items of about ``--seconds`` each, of a law from a file, in processes of this machine and on workers of Dask: some sleep
+and some keep their processor busy, both until that time has passed since their run began, however fast the processor
+happens to be; and some compute, which tells what a second worker is worth. The rate is that of the items after the
+first two of each worker, which compile; the overhead is the time of an item at that rate less that of the same item in
+a loop without the engine, before and after. Of items that take no time the overhead is that of key, driver and store
+(``store.py``). Writes ``engine_overhead.json`` beside itself.
 """
 
 from __future__ import annotations
@@ -32,13 +34,13 @@ from gyroctl.harness.run import Settings
 DEVICE, SETTINGS = gy.zhang2017(), Settings(blend=40.0)
 
 LAWS = '''
-"""Laws that take their time: one sleeps, one computes."""
+"""Laws that take their time: one sleeps and one is busy until so many seconds have passed, one computes."""
 
 import time
 from dataclasses import dataclass
 from typing import NamedTuple
 
-SECONDS = {seconds!r}
+SECONDS, LAST = {seconds!r}, {last!r}
 
 
 @dataclass(frozen=True)
@@ -47,12 +49,21 @@ class Sleeping:
     information: str = "none"
 
     def init(self):
-        return None
+        return time.monotonic() + SECONDS
 
-    def step(self, t, y, state):
-        if 500 == round(t / self.period):
-            time.sleep(SECONDS)
-        return (0.05, 2e-4), None
+    def step(self, t, y, end):
+        if round(t / self.period) == LAST:
+            time.sleep(max(0.0, end - time.monotonic()))
+        return (0.05, 2e-4), end
+
+
+@dataclass(frozen=True)
+class Busy(Sleeping):
+    def step(self, t, y, end):
+        if round(t / self.period) == LAST:
+            while time.monotonic() < end:
+                pass
+        return (0.05, 2e-4), end
 
 
 class Computing(NamedTuple):
@@ -66,8 +77,11 @@ class Computing(NamedTuple):
         return (0.05, 2e-4), state
 '''
 
-SLEEPING, LONG = 60.0, 4000.0
-"""Length of the runs that sleep, and of those by which the length of those that compute is found. [s]"""
+SHORT, LONG = 50.0, 4000.0
+"""Length of the runs that wait, and of those by which the length of those that compute is found. [s]"""
+
+LAST = 498
+"""Step at which they wait: the one before the last."""
 
 
 def items_of(law: Any, duration: float, count: int) -> list[Any]:
@@ -126,19 +140,23 @@ def main() -> None:
     content: dict[str, Any] = {**here(), "items": asked.items, "nothing": measured(500)}
     with tempfile.TemporaryDirectory() as home:
         file = Path(home) / "laws.py"
-        file.write_text(LAWS.format(seconds=asked.seconds), encoding="utf-8")
-        sleeping, computing = gy.law(f"{file}:Sleeping"), gy.law(f"{file}:Computing")
-        length = round(LONG * asked.seconds / alone(computing, LONG), -1)
-        kinds = {"sleeping": (sleeping, SLEEPING), "computing": (computing, length)}
+        file.write_text(LAWS.format(seconds=asked.seconds, last=LAST), encoding="utf-8")
+        laws = {name: gy.law(f"{file}:{name.capitalize()}") for name in ("sleeping", "busy", "computing")}
+        length = round(LONG * asked.seconds / alone(laws["computing"], LONG), -1)
+        kinds = {name: (law, length if name == "computing" else SHORT) for name, law in laws.items()}
         for place in [asked.only] if asked.only else ["processes", "dask"]:
             for name, (law, duration) in kinds.items():
-                one = alone(law, duration)
+                before = alone(law, duration)
                 rates = {}
                 for workers in (1, 2):
                     with where(place, workers) as run:
                         rates[workers] = rate(law, duration, asked.items * workers, workers, run)
+                after = alone(law, duration)
+                one = 0.5 * (before + after)
                 row = {"item_s": one, "rate_of_1": rates[1], "rate_of_2": rates[2], "times": rates[2] / rates[1]}
-                row |= {"overhead_ms": 1e3 * (1.0 / rates[1] - one), "overhead_of_2_ms": 1e3 * (2.0 / rates[2] - one)}
+                if name != "computing":  # the processor is not as fast in one minute as in the next
+                    row |= {"overhead_ms": 1e3 * (1.0 / rates[1] - one), "before_to_after_ms": 1e3 * (after - before)}
+                    row |= {"overhead_of_2_ms": 1e3 * (2.0 / rates[2] - one)}
                 content[f"{name}, {place}"] = row
                 print(name, place, json.dumps(row), flush=True)
     asked.out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")

@@ -97,13 +97,20 @@ def on_paper() -> str:
     return kept("benchmarks/scale.json", "python benchmarks/scale.py --whole", make)
 
 
+OVERHEADS = ("overhead_ms", "overhead_of_2_ms")
+
+
+def _or_none(row: Mapping[str, Any], name: str) -> str:
+    return number(row[name], 2) if name in row else "-"
+
+
 def overhead() -> str:
     """What a second worker is worth, and what the engine takes of each item."""
 
     def make(found: Mapping[str, Any]) -> str:
         rows = [(name, row) for name, row in found.items() if isinstance(row, Mapping) and "times" in row]
         lines = [
-            [name, number(row["item_s"], 3), number(row["times"], 3), number(row["overhead_ms"], 2)]
+            [name, number(row["item_s"], 3), number(row["times"], 3), *(_or_none(row, one) for one in OVERHEADS)]
             for name, row in rows
         ]
         nothing = found["nothing"]
@@ -116,6 +123,7 @@ def overhead() -> str:
             "an item [s]",
             "2 workers, times the rate of 1",
             "overhead of an item [ms]",
+            "with 2 workers [ms]",
         )
         return f"{table(heads, lines)}\n\n{told}"
 
