@@ -39,6 +39,7 @@ PARTS = {
     "commands": Part(against=True),
     "engine_overhead": Part(against=False),
     "kills": Part(against=False),
+    "site": Part(against=False),
     "scale": Part(against=False, more=("--whole",)),
 }
 
@@ -142,6 +143,7 @@ FIGURES = (
     Figure("engine beside an item of 1 s that computes", "engine_overhead", beside("busy, processes"), *OVER),
     Figure("engine beside an item of 1 s that sleeps, Dask", "engine_overhead", beside("sleeping, dask"), *OVER),
     Figure("engine beside an item of 1 s that computes, Dask", "engine_overhead", beside("busy, dask"), *OVER),
+    Figure("gyroctl site, 40 sea states", "site", lambda f: f["first"]["wall_s"], 600.0, unit="s"),
     Figure("lost, twice or otherwise after kills, cluster", "kills", lambda f: f["scheduler"]["wrong"], 0.0),
     Figure("lost, twice or otherwise after kills, alone", "kills", lambda f: f["alone"]["wrong"], 0.0),
     Figure("20 000 realisations, 3 laws, 600 s", "scale", large("wall_s"), 1200.0, unit="s"),

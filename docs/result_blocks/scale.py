@@ -130,6 +130,21 @@ def overhead() -> str:
     return kept("benchmarks/engine_overhead.json", "python benchmarks/engine_overhead.py", make)
 
 
+def site() -> str:
+    """How long a year at a site takes."""
+
+    def make(found: Mapping[str, Any]) -> str:
+        first, again = found["first"], found["all_stored"]
+        runs = f"{found['realisations']} realisations of {number(found['duration_s'], 3)} s"
+        return (
+            f"{found['sea_states']} sea states, {runs} and {len(found['laws'].split(','))} compiled laws take "
+            f"{number(first['wall_s'] / 60.0, 2)} minutes on two cores, the search of the constant pairs included, and "
+            f"{number(again['wall_s'], 2)} s where all of it is stored."
+        )
+
+    return kept("benchmarks/site.json", "python -P benchmarks/site.py", make)
+
+
 def kills() -> str:
     """What became of a study whose processes were killed."""
 
@@ -160,4 +175,5 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
     "scale-paper": on_paper,
     "engine-overhead": overhead,
     "kills": kills,
+    "site-cost": site,
 }
