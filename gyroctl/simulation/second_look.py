@@ -7,8 +7,9 @@ the accelerations at both ends, and so does all else that the contact carries: t
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from itertools import pairwise
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 
 from gyroctl.plant import Plant
 from gyroctl.plant.beyond import coupling_torque
+from gyroctl.plant.compiled import entry_point, inlined
 from gyroctl.plant.contact import load_of
 from gyroctl.plant.equations import OMEGA_RATE, PSI_RATE
 from gyroctl.plant.kernel import slip_rate
@@ -64,9 +66,14 @@ class Look:
 
     def quantile(self, part: float) -> float:
         """Traction that is enough for this part of the time. [-]"""
-        order = np.argsort(self.traction)
-        reached = np.cumsum(self.weight[order])
+        order, reached = self._reached
         return float(self.traction[order[min(np.searchsorted(reached, part * reached[-1]), order.size - 1)]])
+
+    @cached_property
+    def _reached(self) -> tuple[NDArray[np.int64], Floats]:
+        """Order of the tractions, and the time up to each of them. [s]"""
+        order = np.argsort(self.traction)
+        return order, np.cumsum(self.weight[order])
 
     def over(self, limit: float) -> Floats:
         """Part of each interval, (n,), in which a traction above `limit` is needed."""
@@ -133,11 +140,6 @@ class _Coupling(NamedTuple):
         """Torque at a slip [rad/s]. [Nm]"""
         return np.asarray(coupling_torque(self.beyond, cc, slip))
 
-    def decay(self, cc: Floats, slip: Floats) -> Floats:
-        """Rate at which a slip decays. [1/s]"""
-        moved = np.abs(slip) > 1e-9
-        return np.asarray(self.rate * np.where(moved, self.torque(cc, slip) / np.where(moved, slip, 1.0), cc))
-
 
 class _Within(NamedTuple):
     """What happens within intervals."""
@@ -148,27 +150,92 @@ class _Within(NamedTuple):
 
 def _within(N: float, law: _Coupling, ends: _Ends, edges: Floats, lag: float) -> _Within:
     """Follow the slip through intervals from edge to edge [s] of their parts."""
-    hold, slip = edges[-1], ends.slip[0]
-    tractions, largest = [], _largest(law.torque(ends.cc[0], slip), slip)
-    for begin, end in pairwise(edges):
-        middle, span = 0.5 * (begin + end), end - begin
-        free, decay = _between(ends.free, middle / hold), law.decay(_course(ends.cc, middle, hold, lag), slip)
-        settling = np.maximum(decay, 1e-9)
-        after = slip * np.exp(-decay * span) - free * np.expm1(-settling * span) / settling
-        torque = (
-            (free - (after - slip) / span) / law.rate if law.rate > 0.0 else 0.0
-        )  # mean, from the balance of the slip
-        needed = N * np.abs(_between(ends.carried, middle / hold) - law.left * torque)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            tractions.append(np.where(needed == 0.0, 0.0, needed / np.abs(_between(ends.M3, middle / hold))))
-        slip = after
-        largest = np.maximum(largest, _largest(law.torque(_course(ends.cc, end, hold, lag), slip), slip))
-    return _Within(np.array(tractions), largest)
+    hold, middle = edges[-1], 0.5 * (edges[:-1] + edges[1:])
+    spans, ways = np.diff(edges), np.stack([_way(middle, hold, lag), _way(edges[1:], hold, lag)])
+    traction, largest = np.zeros((spans.size, ends.slip.shape[1])), np.zeros(3)
+    course = Course(*(np.ascontiguousarray(v) for v in (ends.cc, ends.slip[0], ends.free, ends.carried, ends.M3)))
+    followed(law.beyond, law.rate, law.left, N, course, spans, middle / hold, ways, traction, largest)
+    return _Within(traction, largest)
 
 
-def _largest(torque: Floats, slip: Floats) -> Floats:
-    """Largest size of torque, slip and loss, each zero where there is no interval."""
-    return np.array([float(np.max(np.abs(values), initial=0.0)) for values in (torque, slip, torque * slip)])
+@inlined
+def _held_rate(beyond: Any, rate: float, cc: float, slip: float) -> Any:
+    """Rate at which a slip decays. [1/s]"""
+    return rate * (coupling_torque(beyond, cc, slip) / slip if abs(slip) > 1e-9 else cc)
+
+
+@inlined
+def _noted(torque: float, slip: float, largest: Floats) -> None:
+    """Keep the largest size of torque, slip and loss."""
+    largest[0] = max(largest[0], abs(torque))
+    largest[1] = max(largest[1], abs(slip))
+    largest[2] = max(largest[2], abs(torque * slip))
+
+
+class Course(NamedTuple):
+    """What intervals begin with, and what is smooth in them: as in `_Ends`, in the order of memory."""
+
+    cc: Floats  # (2, n) coupling at both ends [Nms]
+    slip: Floats  # (n,) at the first end [rad/s]
+    free: Floats  # (3, n) [rad/s^2]
+    carried: Floats  # (3, n) [Nm]
+    M3: Floats  # (3, n) [Nm]
+
+
+@inlined
+def _bowed(ends: Floats, i: int, part: float) -> Any:
+    """Value of an interval at a part of the way from its first end to the second, (3, n) with the bend."""
+    return ends[0, i] + part * (ends[1, i] - ends[0, i]) - 4.0 * part * (1.0 - part) * ends[2, i]
+
+
+@entry_point
+def followed(
+    beyond: Any,
+    rate: float,
+    left: float,
+    N: float,
+    course: Course,
+    spans: Floats,
+    parts: Floats,
+    ways: Floats,
+    traction: Floats,
+    largest: Floats,
+) -> None:
+    """Follow the slip through each interval, part by part.
+
+    Parameters
+    ----------
+    beyond : NamedTuple or None
+        Terms of the plant, for the torque of the coupling.
+    rate, left, N : float
+        As in `_Coupling`, and the gear ratio.
+    course : Course
+        Of n intervals.
+    spans, parts : (m,) arrays
+        Length of each part of an interval [s], and where its middle lies, as a part of the whole. [-]
+    ways : (2, m) array
+        How far the coupling has come in the middle of each part and at its end. [-]
+    traction : (m, n) array
+        Filled: mean friction that rolling needs in each part. [-]
+    largest : (3,) array
+        Torque, slip and loss; raised where they are larger here. [Nm, rad/s, W]
+    """
+    cc = course.cc
+    for i in range(course.slip.shape[0]):
+        slip, moved = course.slip[i], cc[1, i] - cc[0, i]
+        _noted(coupling_torque(beyond, cc[0, i], slip), slip, largest)
+        for j in range(spans.shape[0]):
+            gain = _bowed(course.free, i, parts[j])
+            decay = _held_rate(beyond, rate, cc[0, i] + ways[0, j] * moved, slip)
+            settling = max(decay, 1e-9)
+            change = -gain * math.expm1(-settling * spans[j]) / settling + slip * math.expm1(-decay * spans[j])
+            # the mean torque, from the balance of the slip
+            torque = (gain - change / spans[j]) / rate if rate > 0.0 else 0.0
+            needed = N * abs(_bowed(course.carried, i, parts[j]) - left * torque)
+            pressed = abs(_bowed(course.M3, i, parts[j]))
+            traction[j, i] = 0.0 if needed == 0.0 else needed / pressed
+            slip += change
+            _noted(coupling_torque(beyond, cc[0, i] + ways[1, j] * moved, slip), slip, largest)
 
 
 def _bent(ends: Floats) -> Floats:
@@ -179,12 +246,6 @@ def _bent(ends: Floats) -> Floats:
     return np.concatenate([ends, 0.0625 * (second[:-1] + second[1:])[None, :]])
 
 
-def _between(ends: Floats, part: float) -> Floats:
-    """Value at a part of the way from the first end to the second, (2, n) or with the bend (3, n)."""
-    straight = ends[0] + part * (ends[1] - ends[0])
-    return np.asarray(straight - 4.0 * part * (1.0 - part) * ends[2] if ends.shape[0] > 2 else straight)
-
-
-def _course(cc: Floats, t: float, hold: float, lag: float) -> Floats:
-    """Coupling `t` [s] after the start of its way from one end (2, n) to the other: an exponential, or a ramp. [Nms]"""
-    return _between(cc, float(np.expm1(-t / lag) / np.expm1(-hold / lag)) if lag > 0.0 else t / hold)
+def _way(t: Floats, hold: float, lag: float) -> Floats:
+    """Part of the way from one coupling to the next after `t` [s] of `hold`: an exponential, or a ramp. [-]"""
+    return np.asarray(np.expm1(-t / lag) / np.expm1(-hold / lag) if lag > 0.0 else t / hold)

@@ -125,12 +125,13 @@ def validity(
     backwards = seen.M3.ravel() >= 0.0  # start and end of each interval in turn
     if plant.slips:
         backwards = states[:, -1] * states[:, PSI_RATE] < 0.0
-    slides = np.append(seen.over(GRIP) > 0.0, False)
+    slid = seen.over(GRIP)
+    slides = np.append(slid > 0.0, False)
     return {
         "traction_p99": seen.quantile(0.99),
         "traction_p999": seen.quantile(0.999),
         "traction_over_03": float(seen.over(STEEL).mean()),
-        "traction_over_06": float(seen.over(GRIP).mean()),
+        "traction_over_06": float(slid.mean()),
         "reversals": float(np.count_nonzero(backwards[1:] & ~backwards[:-1])),
         "coupling_torque_max": seen.torque,
         "slip_max": seen.slip,
