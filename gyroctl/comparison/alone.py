@@ -19,6 +19,7 @@ import cloudpickle
 from gyroctl.comparison.execution import GRACE, how_it_ended, perform_sent
 from gyroctl.comparison.items import Outcome, failed
 from gyroctl.comparison.parcels import Parcel
+from gyroctl.engine.memory import as_usual
 
 IDLE = 60.0
 """After which a process without work is ended. [s]"""
@@ -47,7 +48,7 @@ class _Process:
 
     def __init__(self) -> None:
         command, pipe = [sys.executable, "-m", __name__], subprocess.PIPE
-        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe)
+        self.process = subprocess.Popen(command, stdin=pipe, stdout=pipe, env=as_usual(os.environ))
         self.late, self.clock = False, threading.Timer(0.0, self.end)
 
     def run(self, parcel: Parcel) -> list[Outcome]:

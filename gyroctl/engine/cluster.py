@@ -19,6 +19,7 @@ from enum import Enum
 from importlib import import_module
 from typing import Any, NamedTuple
 
+from gyroctl.engine.memory import keep_freed
 from gyroctl.engine.store import aloud, differences
 from gyroctl.errors import InputError, visible
 from gyroctl.fingerprint import code_of, made_with
@@ -240,4 +241,5 @@ def there(perform: Callable[[Any], Any], what: Any, modules: tuple[str, ...], co
     if code_of(*modules) != code:
         dask: Any = import_module("distributed")
         return Elsewhere(dask.get_worker().address, made_with())
+    keep_freed()
     return perform(what)
