@@ -3,44 +3,46 @@
     python benchmarks/engine_overhead.py                  # some five minutes on two idle cores
     python benchmarks/engine_overhead.py --items 8        # a trial
 
-Items of about ``--seconds`` each, of a law from a file, in processes of this machine and on workers of Dask: some sleep
-and some keep their processor busy, both until that time has passed since their run began, however fast the processor
-happens to be; and some compute, which tells what a second worker is worth. The rate is that of the items after the
-first two of each worker, which compile; the overhead is the time of an item at that rate less that of the same item in
-a loop without the engine, before and after. Of items that take no time the overhead is that of key, driver and store
-(``store.py``). Writes ``engine_overhead.json`` beside itself.
+Items of about ``--seconds`` each, of a law from a file, that sleep or compute, in processes of this machine and on
+workers of Dask. The rate is that of the items after the first two of each worker, which compile. The overhead is the
+time of a worker between the end of one item and the beginning of the next, by its own clock: what else an item takes is
+its own, and the processor is not as fast in one minute as in the next. Of items that take no time the overhead is that
+of key, driver and store (``store.py``). Writes ``engine_overhead.json`` beside itself.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+from unittest.mock import patch
 
 from clock import here
 from store import measured
 
 import gyroctl as gy
-from gyroctl.comparison.cluster import run_far
-from gyroctl.comparison.execution import Run, execute, run_items
+from gyroctl.comparison import cluster, execution
+from gyroctl.comparison.execution import Run, execute
 from gyroctl.comparison.items import Realisations, perform, work_items
 from gyroctl.harness.run import Settings
 
 DEVICE, SETTINGS = gy.zhang2017(), Settings(blend=40.0)
 
 LAWS = '''
-"""Laws that take their time: one sleeps and one is busy until so many seconds have passed, one computes."""
+"""Laws that take their time: one sleeps, one computes."""
 
 import time
 from dataclasses import dataclass
 from typing import NamedTuple
 
-SECONDS, LAST = {seconds!r}, {last!r}
+SECONDS = {seconds!r}
 
 
 @dataclass(frozen=True)
@@ -49,21 +51,12 @@ class Sleeping:
     information: str = "none"
 
     def init(self):
-        return time.monotonic() + SECONDS
+        return None
 
-    def step(self, t, y, end):
-        if round(t / self.period) == LAST:
-            time.sleep(max(0.0, end - time.monotonic()))
-        return (0.05, 2e-4), end
-
-
-@dataclass(frozen=True)
-class Busy(Sleeping):
-    def step(self, t, y, end):
-        if round(t / self.period) == LAST:
-            while time.monotonic() < end:
-                pass
-        return (0.05, 2e-4), end
+    def step(self, t, y, state):
+        if 490 == round(t / self.period):
+            time.sleep(SECONDS)
+        return (0.05, 2e-4), None
 
 
 class Computing(NamedTuple):
@@ -77,11 +70,29 @@ class Computing(NamedTuple):
         return (0.05, 2e-4), state
 '''
 
-SHORT, LONG = 50.0, 4000.0
-"""Length of the runs that wait, and of those by which the length of those that compute is found. [s]"""
+SLEEPING, LONG = 50.0, 4000.0
+"""Length of the runs that sleep, and of those by which the length of those that compute is found. [s]"""
 
-LAST = 498
-"""Step at which they wait: the one before the last."""
+CLOCK = "ENGINE_OVERHEAD_CLOCK"
+"""Variable of the environment: the file where each item notes its process, when it began and when it ended."""
+
+
+def sent(parcel: Any) -> Any:
+    """What a process of this machine is asked for, by the clock."""
+    return timed(execution.perform_sent, parcel)
+
+
+def there(piece: Any) -> Any:
+    """What a worker of a cluster is asked for, by the clock."""
+    return timed(cluster.run_there, piece)
+
+
+def timed(perform: Callable[[Any], Any], what: Any) -> Any:
+    begin = time.monotonic()
+    found = perform(what)
+    with open(os.environ[CLOCK], "a", encoding="utf-8") as file:
+        file.write(f"{os.getpid()} {begin} {time.monotonic()}\n")
+    return found
 
 
 def items_of(law: Any, duration: float, count: int) -> list[Any]:
@@ -99,9 +110,18 @@ def alone(law: Any, duration: float) -> float:
     return (time.perf_counter() - begin) / len(others)
 
 
-def rate(law: Any, duration: float, count: int, workers: int, run: Run) -> float:
-    """Items in a second, after the first two of each worker."""
-    stamps = []
+class Rate(NamedTuple):
+    """How fast items are done, after the first two of each worker."""
+
+    each: float  # time in which another one ends [s]
+    item: float  # what one takes where it runs [s]
+    between: float  # of a worker, from the end of one to the beginning of the next [s]
+
+
+def rate(law: Any, duration: float, count: int, workers: int, run: Run) -> Rate:
+    """Let items be done, and read the clocks of those who did them."""
+    stamps, clock = [], Path(os.environ[CLOCK])
+    clock.write_text("")
 
     def noted(items: Any, many: int) -> Iterator[Any]:
         for found in run(items, many):
@@ -113,21 +133,29 @@ def rate(law: Any, duration: float, count: int, workers: int, run: Run) -> float
     failed = [outcome.failure for outcome in outcomes.values() if outcome.failure]
     if failed:
         raise RuntimeError(failed[0])
+    of_worker: dict[str, list[tuple[float, float]]] = {}
+    for line in clock.read_text().splitlines():
+        process, begin, end = line.split()
+        of_worker.setdefault(process, []).append((float(begin), float(end)))
+    took = [end - begin for times in of_worker.values() for begin, end in times[2:]]
+    gaps = [after[0] - before[1] for times in of_worker.values() for before, after in pairwise(times[1:])]
     first = 2 * workers
-    return (count - first) / (stamps[-1] - stamps[first - 1])
+    each = (stamps[-1] - stamps[first - 1]) / (count - first)
+    return Rate(each, sum(took) / len(took), sum(gaps) / len(gaps))
 
 
 @contextmanager
 def where(kind: str, workers: int) -> Iterator[Run]:
     """Processes of this machine, or workers of a cluster on it."""
     if kind == "processes":
-        yield run_items
+        with patch.object(execution, "perform_sent", sent):
+            yield execution.run_items
         return
     from distributed import Client, LocalCluster
 
     given = {"n_workers": workers, "threads_per_worker": 1, "host": "127.0.0.1", "dashboard_address": None}
-    with LocalCluster(**given) as cluster, Client(cluster) as client:
-        yield lambda items, many: run_far(client, items)
+    with LocalCluster(**given) as local, Client(local) as client, patch.object(cluster, "run_there", there):
+        yield lambda items, many: cluster.run_far(client, items)
 
 
 def main() -> None:
@@ -140,23 +168,20 @@ def main() -> None:
     content: dict[str, Any] = {**here(), "items": asked.items, "nothing": measured(500)}
     with tempfile.TemporaryDirectory() as home:
         file = Path(home) / "laws.py"
-        file.write_text(LAWS.format(seconds=asked.seconds, last=LAST), encoding="utf-8")
-        laws = {name: gy.law(f"{file}:{name.capitalize()}") for name in ("sleeping", "busy", "computing")}
-        length = round(LONG * asked.seconds / alone(laws["computing"], LONG), -1)
-        kinds = {name: (law, length if name == "computing" else SHORT) for name, law in laws.items()}
+        file.write_text(LAWS.format(seconds=asked.seconds), encoding="utf-8")
+        os.environ[CLOCK] = str(Path(home) / "clock")
+        sleeping, computing = gy.law(f"{file}:Sleeping"), gy.law(f"{file}:Computing")
+        length = round(LONG * asked.seconds / alone(computing, LONG), -1)
+        kinds = {"sleeping": (sleeping, SLEEPING), "computing": (computing, length)}
         for place in [asked.only] if asked.only else ["processes", "dask"]:
             for name, (law, duration) in kinds.items():
-                before = alone(law, duration)
-                rates = {}
+                found = {}
                 for workers in (1, 2):
                     with where(place, workers) as run:
-                        rates[workers] = rate(law, duration, asked.items * workers, workers, run)
-                after = alone(law, duration)
-                one = 0.5 * (before + after)
-                row = {"item_s": one, "rate_of_1": rates[1], "rate_of_2": rates[2], "times": rates[2] / rates[1]}
-                if name != "computing":  # the processor is not as fast in one minute as in the next
-                    row |= {"overhead_ms": 1e3 * (1.0 / rates[1] - one), "before_to_after_ms": 1e3 * (after - before)}
-                    row |= {"overhead_of_2_ms": 1e3 * (2.0 / rates[2] - one)}
+                        found[workers] = rate(law, duration, asked.items * workers, workers, run)
+                one, two = found[1], found[2]
+                row = {"item_s": one.item, "item_beside_another_s": two.item, "times": one.each / two.each}
+                row |= {"overhead_ms": 1e3 * one.between, "overhead_of_2_ms": 1e3 * two.between}
                 content[f"{name}, {place}"] = row
                 print(name, place, json.dumps(row), flush=True)
     asked.out.write_text(json.dumps(content, indent=1) + "\n", encoding="utf-8")

@@ -97,20 +97,18 @@ def on_paper() -> str:
     return kept("benchmarks/scale.json", "python benchmarks/scale.py --whole", make)
 
 
-OVERHEADS = ("overhead_ms", "overhead_of_2_ms")
-
-
-def _or_none(row: Mapping[str, Any], name: str) -> str:
-    return number(row[name], 2) if name in row else "-"
-
-
 def overhead() -> str:
     """What a second worker is worth, and what the engine takes of each item."""
 
     def make(found: Mapping[str, Any]) -> str:
         rows = [(name, row) for name, row in found.items() if isinstance(row, Mapping) and "times" in row]
         lines = [
-            [name, number(row["item_s"], 3), number(row["times"], 3), *(_or_none(row, one) for one in OVERHEADS)]
+            [
+                name,
+                number(row["item_s"], 3),
+                number(row["times"], 3),
+                *(number(row[one], 2) for one in ("overhead_ms", "overhead_of_2_ms")),
+            ]
             for name, row in rows
         ]
         nothing = found["nothing"]
