@@ -39,6 +39,9 @@ STRANGE = (
 )
 """Bytes that no sound text has there."""
 
+LONGEST = 5_000_000
+"""Of a file with a line many times over. [B]"""
+
 WORDS = (0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 0x10000000, 9, 0x00010000)
 """Instead of four bytes of a binary file: a count, a length, an offset."""
 
@@ -100,8 +103,8 @@ def _line(data: bytearray, rng: random.Random) -> bytearray:
         case 2:
             lines[i], lines[j] = lines[j], lines[i]
         case _:
-            lines[i] = lines[i] * rng.choice((2, 10_000))
-    return bytearray(b"\n".join(lines)[:5_000_000])
+            lines[i] = lines[i] * min(rng.choice((2, 10_000)), LONGEST // max(len(lines[i]), 1) + 1)
+    return bytearray(b"\n".join(lines)[:LONGEST])
 
 
 def _ends(data: bytearray, rng: random.Random) -> bytearray:
