@@ -184,6 +184,7 @@ def test_axes_are_round_numbers_near_those_of_table_1() -> None:
     assert gain_at(20.0) == (1.0, "Nms", "Nms") and gain_at(0.1).scale == 1e9
     assert ticks("cc", 1.0, 0.01, 0.3)[0] == [0.01, 0.02, 0.05, 0.1, 0.2, 0.3]
     assert ticks("height", 20.0, 0.2, 12.0)[0] == [0.4, 1.0, 2.0, 4.0, 8.0]
+    assert ticks("cc", 20.0, 7155.0, 50000.0) == ([10000.0, 40000.0], ["10k", "40k"])
     assert power_levels(1.0, 0.9, 11.0) == [1.0, 2.0, 3.0, 5.0, 7.0, 10.0]
     assert power_levels(20.0, 3e4, 2e5) == [36000.0, 72000.0, 110000.0, 180000.0]
 

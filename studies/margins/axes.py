@@ -43,7 +43,7 @@ def ticks(name: str, length: float, low: float, high: float) -> tuple[list[float
     """Ticks of an axis between its ends with their words: round numbers near those of Table 1 at this length."""
     grown = [float(f"{value * growth(UNITS[name], length):.1g}") for value in TICKS[name]]
     shown = [value for value in dict.fromkeys(grown) if low <= value * 1.001 and value <= high * 1.001]
-    return shown, [f"{value:g}" for value in shown]
+    return shown, [f"{value:g}" if value < 1e4 else f"{1e-3 * value:g}k" for value in shown]
 
 
 def power_levels(length: float, low: float, high: float) -> list[float]:
