@@ -89,6 +89,21 @@ def scaled_plant(plant: Plant, length: float) -> Plant:
     return Plant(parameters, (one, three), excitation, name, plant.depth * factor, geometry=geometry)
 
 
+def at_model_size(plant: Plant) -> Plant:
+    """Return the model of a device at the size of Table 1.
+
+    Raises
+    ------
+    InputError
+        As `scaled_plant`.
+    """
+    length = plant.parameters.length_scale
+    if length == 1.0:
+        return plant
+    model = scaled_plant(plant, 1.0 / length)
+    return model.replace(length_scale=1.0, name=f"{plant.name}, its model")
+
+
 def _scaled_table(table: ExcitationTable, length: float) -> ExcitationTable:
     values, omega = table.values * growth("Nm/m", length), table.omega * growth("rad/s", length)
     return replace(table, omega=omega, values=values)
