@@ -15,6 +15,7 @@ from gyroctl.devices.file import device as read
 from gyroctl.devices.file import new_device, scaled_device, write_device
 from gyroctl.devices.scaling import scaled_plant
 from gyroctl.froude import at_length, growth
+from gyroctl.harness.law_trials import BLEND, TURNING, Ground, seen
 from gyroctl.harness.registry import describe
 from gyroctl.orbits import critical_damping, lock_map, tongue
 from gyroctl.robustness import shocks
@@ -22,8 +23,10 @@ from gyroctl.robustness.headroom import headroom, ramp
 from gyroctl.robustness.regime import Regime, settle
 from gyroctl.studies.margins import request
 from gyroctl.studies.margins.axes import gain_at, power_levels, ticks
+from gyroctl.studies.margins.drag_lock import duration_of
+from gyroctl.studies.margins.mapped import couplings
 from gyroctl.studies.margins.maps import coupling_map, tongue_map
-from gyroctl.studies.margins.water import CHOICES, choices_of, of_choice
+from gyroctl.studies.margins.water import CHOICES, choices_of, couplings_around, of_choice
 
 LENGTHS = (0.1, 20.0)
 HEIGHT, WP, CC, CG = 0.2, 3.14, 0.052, 3.5e-4
@@ -165,6 +168,24 @@ def test_law_is_told_the_wave_and_the_pair_in_its_own_units(device: gy.Plant) ->
     assert (constant.cc, constant.cg) == pytest.approx((CC * unit, CG * unit))  # type: ignore[union-attr]
     clocked = request(big, 3.2, 2.9 / 4.0, CC * unit, CG * unit, 1, "load_angle", own_device=True).law
     assert describe(clocked.law)["wp"] == pytest.approx(2.9)  # type: ignore[union-attr]
+
+
+def test_ranges_of_maps_grow_with_the_device(device: gy.Plant) -> None:
+    unit = growth("Nms", 20.0)
+    asked = request(scaled_plant(device, 20.0), wave(20.0).height, wave(20.0).wp, *pair(20.0))
+    assert couplings(asked) == pytest.approx((0.01 * unit, 0.3 * unit))
+    assert couplings_around(asked) == pytest.approx((0.005 * unit, 0.3 * unit))
+    assert duration_of(asked) == pytest.approx(600.0 * growth("s", 20.0))
+
+
+def test_law_is_tried_by_what_its_device_would_measure(device: gy.Plant) -> None:
+    ground = Ground(scaled_plant(device, 16.0))
+    y = seen(TURNING, ground.time)
+    assert (y.psi_rate, y.omega_rate, y.phi1) == (TURNING.psi_rate / 4.0, TURNING.omega_rate / 4.0, TURNING.phi1)
+    settings = ground.settings(blend=BLEND)
+    assert (settings.blend, settings.dt, settings.actuators.period) == (200.0, 0.04, 0.4)
+    waves = ground.waves(1, 100.0, settings)
+    assert waves.duration == pytest.approx(400.0) and (waves.sea.hs, waves.sea.wp) == (0.283 * 16.0, 3.14 / 4.0)
 
 
 def test_limits_and_examples_grow_with_the_device(device: gy.Plant) -> None:

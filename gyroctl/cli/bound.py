@@ -20,7 +20,6 @@ from gyroctl.cli.options import (
     own,
     parse,
     plant_of,
-    sea_of,
 )
 
 WINDOWS_MAX = 1000
@@ -66,11 +65,12 @@ def bound(
     """Search for the best that perfect foresight could do; in a pipe the numbers come as JSON."""
     from gyroctl.studies.bound import Effort, bound_report, table
     from gyroctl.studies.bound import quick as quick_effort
+    from gyroctl.waves import SeaState
 
     plant = plant_of(device, variant)
     named = {text: _law(text, None if device is None else plant) for text in law or []}
-    sea, windows = sea_of(None, hs, wp, gamma, plant), _seeds(seeds)
-    duration = own(duration, 100.0, "s", plant)
+    hs, wp = own(hs, SeaState.hs, "m", plant), own(wp, SeaState.wp, "rad/s", plant)
+    sea, windows, duration = SeaState(hs, wp, gamma), _seeds(seeds), own(duration, 100.0, "s", plant)
     effort = quick_effort(plant) if quick else Effort()
     how: dict[str, Any] = {"lag": lag, "motion": motion, "scheduler": scheduler or None}
     content = bound_report(plant, sea, windows, duration, named, out, free, effort, **how)

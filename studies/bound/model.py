@@ -17,7 +17,15 @@ from gyroctl.studies.bound.cut import SETTINGS, Cut, check_duration, cut
 from gyroctl.waves import SeaState
 from gyroctl.waves.physical import check_sea
 
-WATTS = ("harvest_w", "mean_power", "generated_w", "flywheel_w", "stored_w", "slip_loss_w", "wave_input_w")
+WATTS: tuple[str, ...] = (
+    "harvest_w",
+    "mean_power",
+    "generated_w",
+    "flywheel_w",
+    "stored_w",
+    "slip_loss_w",
+    "wave_input_w",
+)
 WATTS += ("absorbed_w", "planned_w", "before_w", "after_w", "cap_w", "linear_cap_w")
 UNITS = {**dict.fromkeys(WATTS, "W"), "momentum_max_nms": "Nms", "flywheel_max": "rad/s"}
 """Units of the numbers of a window that have one; the others are angles, shares and counts."""
