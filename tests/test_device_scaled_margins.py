@@ -18,6 +18,7 @@ from gyroctl.froude import at_length, growth
 from gyroctl.harness.law_trials import BLEND, TURNING, Ground, seen
 from gyroctl.harness.registry import describe
 from gyroctl.orbits import critical_damping, lock_map, tongue
+from gyroctl.orbits.sensitivity import state_units
 from gyroctl.robustness import shocks
 from gyroctl.robustness.headroom import headroom, ramp
 from gyroctl.robustness.regime import Regime, settle
@@ -55,9 +56,10 @@ def test_regime_basin_and_shocks_are_those_of_the_model(
     device: gy.Plant, small: Regime, length: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     large = regime(scaled_plant(device, length), length)
-    assert large.power == pytest.approx(small.power * growth("W", length), rel=1e-6)
-    assert large.angle == pytest.approx(small.angle, abs=1e-6)
-    assert large.phase == pytest.approx(small.phase, abs=1e-6)
+    assert large.power == pytest.approx(small.power * growth("W", length), rel=1e-11)
+    assert large.angle == pytest.approx(small.angle, abs=1e-11)
+    assert large.phase == pytest.approx(small.phase, abs=1e-11)
+    np.testing.assert_allclose(large.x / state_units(large.plant), small.x, atol=1e-11)  # steps and grid are the same
     most = shocks.largest_shocks
     monkeypatch.setattr(shocks, "largest_shocks", lambda of: {n: most(of)[n] for n in ("psi", "omega_rate")})
     one, other = (shocks.smallest_shocks(each, periods=30.0) for each in (small, large))
