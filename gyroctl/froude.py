@@ -46,3 +46,9 @@ def growth(unit: str, length: float) -> float:
     """Factor on a quantity of `unit` where all lengths of a device are multiplied by `length`."""
     exponent = power(unit)
     return 1.0 if exponent == 0.0 else float(length) ** exponent
+
+
+def at_length(low_high: tuple[float, float], unit: str, length: float) -> tuple[float, float]:
+    """Range of a quantity of `unit` that is meant at the size of Table 1, at `length` over it."""
+    by = growth(unit, length)
+    return low_high[0] * by, low_high[1] * by

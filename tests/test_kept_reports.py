@@ -287,11 +287,13 @@ def test_window_that_fails_is_named_and_the_others_are_kept(tmp_path: Path, monk
         return (one.waves.seed,)
 
     class Cut:
+        duration = 100.0
+
         def __init__(self, seed: int) -> None:
             self.waves = type("Waves", (), {"seed": seed})
 
     unkept = report.Steps(tmp_path / "runs", "", report.MODULES, report.KINDS, "device")
-    monkeypatch.setattr(report, "cut", lambda plant, sea, seed, duration, *_: Cut(seed))
+    monkeypatch.setattr(report, "model_cut", lambda plant, sea, seed, duration, *_: Cut(seed))
     monkeypatch.setattr(report, "_steps", lambda *_: unkept)
     monkeypatch.setattr(report, "_searched", searched)
     monkeypatch.setattr(report, "Outcome", Outcome)

@@ -62,6 +62,14 @@ def device(folder: Path) -> None:
     write_device(folder / "half.toml", new_device("half", "corrected", **scaled), ())
 
 
+def large(folder: Path) -> None:
+    """The paper's device, and the same twenty times as long."""
+    from gyroctl.devices.file import new_device, scaled_device, write_device
+
+    mine = write_device(folder / "mine.toml", new_device("mine", "corrected"), ())
+    write_device(folder / "mine-x20.toml", scaled_device(mine, 20.0), ())
+
+
 def scatter(folder: Path) -> None:
     shutil.copytree(ROOT / "docs" / "examples", folder / "docs" / "examples")
     for name in ("scatter.csv", "SCATTER.csv"):
@@ -107,7 +115,7 @@ def results(folder: Path) -> None:
 
 
 READY: dict[str, Callable[[Path], None]] = {
-    make.__name__: make for make in (laws, experiment, sea, device, scatter, task, database, wamit, results)
+    make.__name__: make for make in (laws, experiment, sea, device, large, scatter, task, database, wamit, results)
 }
 
 # --- what is reduced, and why ------------------------------------------------------------------------------------

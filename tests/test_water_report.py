@@ -60,7 +60,7 @@ def test_part_is_kept_choice_by_choice_and_a_failure_leaves_the_others(
 ) -> None:
     asked, kept, ticks = request(device, 0.2, 3.14, 0.052, 3.5e-4), Kept({}, tmp_path / "margins.json"), [0]
     names = ("linear", "drag 0.5", "drag 1")
-    monkeypatch.setattr(real_water, "CHOICES", {name: {"bearing": 0.01} for name in names})
+    monkeypatch.setattr(real_water, "choices_of", lambda _: {name: {"bearing": 0.01} for name in names})
     written: list[list[str]] = []
 
     def of_choice(_: object, name: str) -> ChoiceMargins:

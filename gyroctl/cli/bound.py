@@ -11,13 +11,13 @@ import typer
 from gyroctl.cli.options import (
     Device,
     Gamma,
-    Hs,
-    PeakFrequency,
+    OwnHs,
+    OwnPeak,
     Scheduler,
     Variant,
     answer,
-    at_model_size,
     failures,
+    own,
     parse,
     plant_of,
 )
@@ -28,10 +28,16 @@ WINDOWS_MAX = 1000
 
 def bound(
     gamma: Gamma = 5.0,
-    hs: Hs = 0.283,
-    wp: PeakFrequency = 3.14,
+    hs: OwnHs = None,
+    wp: OwnPeak = None,
     seeds: Annotated[str, typer.Option(help="Realisations, one window each: 1,2,3 or 1-4.")] = "1",
-    duration: Annotated[float, typer.Option(help="Length of a window [s], after a lead-in of 100 s.")] = 100.0,
+    duration: Annotated[
+        float | None,
+        typer.Option(
+            help="Length of a window [s], after a lead-in of 100 s at the size of Table 1.",
+            show_default="100 at the size of Table 1",
+        ),
+    ] = None,
     free: Annotated[
         bool, typer.Option("--free/--smooth", help="Also with a generator power that is free every 0.1 s.")
     ] = False,
@@ -57,13 +63,14 @@ def bound(
     device: Device = None,
 ) -> None:
     """Search for the best that perfect foresight could do; in a pipe the numbers come as JSON."""
-    import gyroctl as gy
     from gyroctl.studies.bound import Effort, bound_report, table
     from gyroctl.studies.bound import quick as quick_effort
+    from gyroctl.waves import SeaState
 
-    plant = at_model_size(plant_of(device, variant), "the search of the bound")
+    plant = plant_of(device, variant)
     named = {text: _law(text, None if device is None else plant) for text in law or []}
-    sea, windows = gy.SeaState(hs, wp, gamma), _seeds(seeds)
+    hs, wp = own(hs, SeaState.hs, "m", plant), own(wp, SeaState.wp, "rad/s", plant)
+    sea, windows, duration = SeaState(hs, wp, gamma), _seeds(seeds), own(duration, 100.0, "s", plant)
     effort = quick_effort(plant) if quick else Effort()
     how: dict[str, Any] = {"lag": lag, "motion": motion, "scheduler": scheduler or None}
     content = bound_report(plant, sea, windows, duration, named, out, free, effort, **how)
@@ -72,14 +79,26 @@ def bound(
 
 
 def _law(text: str, device: Any = None) -> Any:
-    """Build the law of "name key=value ...", or of "file.py:Name key=value ...", perhaps for a device."""
+    """Build the law of "name key=value ...", or of "file.py:Name key=value ...", perhaps for a device.
+
+    For one of another length that of its model, which may be told the waves; a pair that is given is the device's own.
+    """
     import gyroctl as gy
+    from gyroctl.devices.scaling import at_model_size
+    from gyroctl.froude import growth
+    from gyroctl.harness.for_device import PAIR, holds_a_pair
     from gyroctl.harness.registry import build
 
     words = shlex.split(text)
     if not words:
         raise gy.InputError("law", text, "is empty", "Give a name, see gyroctl laws")
-    return build(words[0], parse(words[1:]), device=device)
+    given = parse(words[1:])
+    if device is None or device.parameters.length_scale == 1.0:
+        return build(words[0], given, device=device)
+    built: Any = build(words[0], given, device=at_model_size(device))
+    unit = growth("Nms", device.parameters.length_scale)
+    own_pair = {key: given[key] / unit for key in PAIR if key in given} if holds_a_pair(built) else {}
+    return built._replace(**own_pair) if own_pair else built
 
 
 def _seeds(text: str) -> list[int]:

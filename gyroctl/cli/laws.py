@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyroctl.cli.options import MARKUP, Device, at_model_size, plant_of
+from gyroctl.cli.options import MARKUP, Device, plant_of
 
 if TYPE_CHECKING:
     from gyroctl.harness.law_trials import Check
@@ -61,7 +61,7 @@ def check(
 
     from gyroctl.harness.law_check import laws_of
 
-    plant, failed = at_model_size(plant_of(device, "corrected"), "the check"), 0
+    plant, failed = plant_of(device, "corrected"), 0
     for each in laws_of(Path(name)) if name.endswith(".py") else [name]:
         table = Table("check", "", "found", title=each, title_justify="left", box=SIMPLE_HEAD)
         for line in _checked(each, plant, runs):

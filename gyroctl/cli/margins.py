@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyroctl.cli.options import Device, Parameters, Scheduler, Variant, answer, at_model_size, failures, parse, plant_of
+from gyroctl.cli.options import Device, Parameters, Scheduler, Variant, answer, failures, own, parse, plant_of
 
-CC = typer.Option(help="Magnetic coupling [Nms]; a law starts from it.")
-CG = typer.Option(help="Generator gain [Nms]; a law starts from it.")
-HEIGHT = typer.Option(help="Height of the regular wave [m]; a sea of Hs has equal energy at Hs/1.414.")
-WP = typer.Option(help="Frequency of the wave [rad/s].")
+if TYPE_CHECKING:
+    from gyroctl.plant import Plant
+
+AT = "at the size of Table 1"
+CC = typer.Option(help="Magnetic coupling [Nms]; a law starts from it.", show_default=f"0.052 {AT}")
+CG = typer.Option(help="Generator gain [Nms]; a law starts from it.", show_default=f"0.00035 {AT}")
+HEIGHT = typer.Option(
+    help="Height of the regular wave [m]; a sea of Hs has equal energy at Hs/1.414.",
+    show_default="0.2 times the length",
+)
+WP = typer.Option(help="Frequency of the wave [rad/s].", show_default=f"3.14 {AT}")
 Choices = Annotated[
     list[str] | None, typer.Option("--plant", help="Choice of the plant, key=value, e.g. drag=0.5; may repeat.")
 ]
@@ -21,10 +28,10 @@ SENSE = typer.Option(help="Sense of rotation of the ring: 1 or -1.")
 
 
 def margins(
-    cc: Annotated[float, CC] = 0.052,
-    cg: Annotated[float, CG] = 3.5e-4,
-    height: Annotated[float, HEIGHT] = 0.2,
-    wp: Annotated[float, WP] = 3.14,
+    cc: Annotated[float | None, CC] = None,
+    cg: Annotated[float | None, CG] = None,
+    height: Annotated[float | None, HEIGHT] = None,
+    wp: Annotated[float | None, WP] = None,
     law: Annotated[str, typer.Option(help='A law: registered name, or "file.py:Name".')] = "",
     settings: Parameters = None,
     out: Annotated[Path, typer.Option(help="Folder for margins.json and the figures.")] = Path("results/margins"),
@@ -42,8 +49,9 @@ def margins(
     """Measure how far a lock is from breaking; in a pipe the numbers come as JSON."""
     from gyroctl.studies.margins import margin_report, request
 
-    plant = at_model_size(plant_of(device, variant, parse(choices or [], "--plant")), "the margin study")
-    asked = request(plant, height, wp, cc, cg, sense, law, parse(settings or []), device is not None)
+    plant = plant_of(device, variant, parse(choices or [], "--plant"))
+    point = _point(plant, height, wp, cc, cg)
+    asked = request(plant, *point, sense, law, parse(settings or []), device is not None)
     content = margin_report(asked, out, samples, maps, water=water, scheduler=scheduler or None)
     said = [f"{name.replace('_', ' ')}: {text}" for name, text in content["meaning"].items()]
     answer(content, [*said, f"Numbers and figures: {out}"])
@@ -52,10 +60,10 @@ def margins(
 
 def lockmap(
     axes: Annotated[str, typer.Option(help="cc,cg or wp,height.")] = "cc,cg",
-    cc: Annotated[float, CC] = 0.052,
-    cg: Annotated[float, CG] = 3.5e-4,
-    height: Annotated[float, HEIGHT] = 0.2,
-    wp: Annotated[float, WP] = 3.14,
+    cc: Annotated[float | None, CC] = None,
+    cg: Annotated[float | None, CG] = None,
+    height: Annotated[float | None, HEIGHT] = None,
+    wp: Annotated[float | None, WP] = None,
     out: Annotated[Path, typer.Option(help="Folder for lockmap.json and lockmap.png.")] = Path("results/lockmap"),
     choices: Choices = None,
     sense: Annotated[int, SENSE] = 1,
@@ -69,9 +77,17 @@ def lockmap(
     names = [name.strip() for name in axes.split(",")]
     if len(names) != 2:
         raise InputError("axes", axes, "must be two names with a comma between", "Give cc,cg or wp,height")
-    plant = at_model_size(plant_of(device, variant, parse(choices or [], "--plant")), "the lock map")
-    asked = request(plant, height, wp, cc, cg, sense)
+    plant = plant_of(device, variant, parse(choices or [], "--plant"))
+    asked = request(plant, *_point(plant, height, wp, cc, cg), sense)
     content = lock_map_report(asked, (names[0], names[1]), out)
     border = [value for value in content["map"]["border"] if value is not None]
     said = f"fold at {names[1]} = {min(border):.4g} to {max(border):.4g}" if border else "no fold within the map"
     answer(content, [said, f"Numbers and figures: {out}"])
+
+
+def _point(
+    plant: Plant, height: float | None, wp: float | None, cc: float | None, cg: float | None
+) -> tuple[float, float, float, float]:
+    """Height [m] and frequency [rad/s] of the wave, and controls [Nms]: what is left out is of the device's length."""
+    wave = own(height, 0.2, "m", plant), own(wp, 3.14, "rad/s", plant)
+    return *wave, own(cc, 0.052, "Nms", plant), own(cg, 3.5e-4, "Nms", plant)

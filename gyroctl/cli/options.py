@@ -18,8 +18,6 @@ MARKUP: Literal["markdown"] = "markdown"
 """Of help texts. Brackets in them are units, [m]: the default markup takes them for its own and drops them."""
 
 Gamma = Annotated[float, typer.Option(help="Peak enhancement of the JONSWAP spectrum.")]
-Hs = Annotated[float, typer.Option(help="Significant wave height [m].")]
-PeakFrequency = Annotated[float, typer.Option(help="Peak frequency [rad/s].")]
 SeaFile = Annotated[
     Path | None, typer.Option("--sea", help="TOML file with a table [sea], as of an experiment.", show_default=False)
 ]
@@ -72,24 +70,6 @@ def plant_of(device: Path | None, variant: str, choices: Mapping[str, Any] | Non
         raise InputError("--variant", variant, "is said by the device file", f"Write it into {device.name}")
     plant = read(device)
     return plant.replace(**choices) if choices else plant
-
-
-def at_model_size(plant: Plant, what: str) -> Plant:
-    """Return a plant of the size of Table 1; refuse any other, whose study would be in wrong units.
-
-    Raises
-    ------
-    InputError
-        Field ``--device``.
-    """
-    from gyroctl.errors import InputError
-
-    length = plant.parameters.length_scale
-    if length != 1.0:
-        problem = f"is {length:g} times as long as Table 1, and {what} works in steps and limits of that size"
-        mend = f"By Froude's law its model does the same: gyroctl device scale FILE --length {1.0 / length:.6g}"
-        raise InputError("--device", plant.name, problem, mend)
-    return plant
 
 
 def own(value: float | None, usual: float, unit: str, plant: Plant) -> float:

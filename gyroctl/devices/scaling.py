@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from typing import Any
 
@@ -40,14 +41,20 @@ def scaled_parameters(parameters: Parameters, length: float) -> Parameters:
         Field ``length``: no factor from 0.01 to 100, or one that leads out of what a device may be.
     """
     factor = check_length(length)
-    changes: dict[str, Any] = {}
-    for f in fields(parameters):
-        unit, value = unit_of(f.name), getattr(parameters, f.name)
-        if isinstance(value, str | bool) or unit == "-":
-            continue
-        by = growth(unit, factor)
-        changes[f.name] = tuple(v * by for v in value) if isinstance(value, tuple) else min(value * by, LARGEST)
-    return replace(parameters, **changes)
+    return replace(parameters, **grown({f.name: getattr(parameters, f.name) for f in fields(parameters)}, factor))
+
+
+def grown(values: Mapping[str, Any], length: float) -> dict[str, Any]:
+    """Parameters by name with all lengths multiplied by `length`, each by the power of its unit."""
+    found: dict[str, Any] = {}
+    for name, value in values.items():
+        unit = unit_of(name)
+        by = 1.0 if isinstance(value, str | bool) else growth(unit, length)
+        if by == 1.0:
+            found[name] = value
+        else:
+            found[name] = tuple(v * by for v in value) if isinstance(value, tuple) else min(value * by, LARGEST)
+    return found
 
 
 def scaled_radiation(radiation: Radiation, length: float) -> Radiation:
@@ -80,6 +87,21 @@ def scaled_plant(plant: Plant, length: float) -> Plant:
     excitation = _scaled_table(plant.excitation, factor)
     parameters = scaled_parameters(plant.parameters, factor)
     return Plant(parameters, (one, three), excitation, name, plant.depth * factor, geometry=geometry)
+
+
+def at_model_size(plant: Plant) -> Plant:
+    """Return the model of a device at the size of Table 1.
+
+    Raises
+    ------
+    InputError
+        As `scaled_plant`.
+    """
+    length = plant.parameters.length_scale
+    if length == 1.0:
+        return plant
+    model = scaled_plant(plant, 1.0 / length)
+    return model.replace(length_scale=1.0, name=f"{plant.name}, its model")
 
 
 def _scaled_table(table: ExcitationTable, length: float) -> ExcitationTable:

@@ -91,11 +91,16 @@ def in_model_scale(law: Law, length: float, name: str = "law", given: Collection
         mend = f"Study the device's model: gyroctl device scale FILE --length {1.0 / length:g}"
         raise InputError(f"laws.{name}.information", law.information, problem, mend)
     time = growth("s", length)
-    if set(PAIR) <= set(getattr(law, "_fields", ())) and law.information == "none":
+    if holds_a_pair(law):
         own = {key: getattr(law, key) * growth("Nms", length) for key in PAIR if key not in given}
         return law._replace(period=law.period * time, **own)  # type: ignore[attr-defined, no-any-return]
     first = law.init() if hasattr(law, "_fields") else ()
     return InModelScale(law, first, time, growth("Nms", length), float(law.period) * time)
+
+
+def holds_a_pair(law: Law) -> bool:
+    """Whether a law holds a pair, which is in the units of the device and not of its model."""
+    return set(PAIR) <= set(getattr(law, "_fields", ())) and law.information == "none"
 
 
 def numbers_of(law: Any, device: Plant) -> dict[str, Any]:

@@ -22,30 +22,33 @@ from gyroctl.harness.arguments import law_of
 from gyroctl.harness.code_files import is_file, parted
 from gyroctl.harness.law_entry import NotCompiled, compiled, line_of
 from gyroctl.harness.law_trials import (
+    BLEND,
     LONG,
     LONGEST,
     RUNS,
     SEED,
     SHORT,
+    TURNING,
     Check,
+    Ground,
     Subject,
     cost,
     dropout,
     pace,
+    seen,
     shocks,
     step_size,
     too_slow,
 )
 from gyroctl.harness.protocol import Law, LawError, Measurement, Previewing, innermost
 from gyroctl.harness.registry import defined, law
-from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.harness.run import Settings, run_law
 from gyroctl.harness.sensing import measure
 from gyroctl.harness.sight import informed, sight
 from gyroctl.nested import leaves
 from gyroctl.plant import Plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.simulation.metrics import Record
-from gyroctl.waves import SeaState, realise
 
 LINES = 9
 """Steps of a check that take time: the run, and what is looked at after it."""
@@ -59,7 +62,8 @@ def check_law(name: str | Law, plant: Plant, runs: int = RUNS, tick: Callable[[]
     name : str or Law
         A law, its registered name, or "file.py:Name".
     plant : Plant
-        The device it is run on.
+        The device it is run on; on one of another length than that of Table 1 a name stands for the law in the units
+        of its model.
     runs : int
         Realisations of the check of the step, two at least.
     tick : callable
@@ -80,7 +84,7 @@ def check_law(name: str | Law, plant: Plant, runs: int = RUNS, tick: Callable[[]
     if is_file(name) and not Path(parted(name)[0]).is_file():
         law(name)  # says what is wrong
     try:
-        built = law(name)
+        built = law(name, device=None if plant.parameters.length_scale == 1.0 else plant)
     except InputError as error:
         return [Check("builds", False, f"{error.field}: {error.problem}", error.mend)]
     return _checked(built, name, plant, runs, tick)
@@ -89,27 +93,29 @@ def check_law(name: str | Law, plant: Plant, runs: int = RUNS, tick: Callable[[]
 def _checked(built: Law, name: str, plant: Plant, runs: int, tick: Callable[[], None]) -> list[Check]:
     """Check a law that is built."""
     checks = [Check("builds", True, type(built).__name__), _information(built)]
-    settings = Settings(blend=50.0)
+    ground = Ground(plant)
+    settings = ground.settings(blend=BLEND)
     period = _period(built, settings)
     checks.append(period)
-    waves = lead_in(realise(plant, SeaState(), SEED, SHORT), settings)
+    waves = ground.waves(SEED, SHORT, settings)
     knowing, shutter = informed(built, waves, plant)
     if shutter is not None:
         shutter.open(waves.duration)  # what is run again outside the loop finds its window open
-    answers = shape(knowing)
+    answers = shape(knowing, ground.time)
     checks.append(answers)
     if not (period.passed and answers.passed):
         return checks
-    each = pace(knowing)
-    if each * SHORT / built.period > LONGEST:
+    each = pace(knowing, ground.time)
+    if each * SHORT * ground.time / built.period > LONGEST:
         return [*checks, too_slow(each, built.period)]
     try:
         record, timing = run_law(plant, built, waves, settings, name)
     except (LawError, InputError) as error:
         return [*checks, Check("runs", False, str(error), "Correct its step")]
     tick()
-    subject = Subject(knowing, waves, record, timing, _seen(record, settings, waves.seed, built.period))
-    whole = each * 2 * runs * LONG / built.period  # what the check of the step would take [s]
+    measurements = _seen(record, settings, waves.seed, built.period)
+    subject = Subject(knowing, waves, record, timing, measurements, ground.time)
+    whole = each * 2 * runs * LONG * ground.time / built.period  # what the check of the step would take [s]
     left = f"left out: its {2 * runs} runs would take {whole / 60.0:.0f} min at {1e3 * each:.3g} ms a sample"
     lines: tuple[Callable[[], Check], ...] = (
         lambda: _bounds(record, settings),
@@ -117,8 +123,8 @@ def _checked(built: Law, name: str, plant: Plant, runs: int, tick: Callable[[], 
         lambda: repeats(subject),
         lambda: _compiled(subject),
         lambda: shocks(subject),
-        lambda: dropout(plant, built, name),
-        lambda: Check("step size", True, left) if whole > LONGEST else step_size(plant, built, name, runs),
+        lambda: dropout(ground, built, name),
+        lambda: Check("step size", True, left) if whole > LONGEST else step_size(ground, built, name, runs),
         lambda: cost(subject),
     )
     for line in lines:
@@ -187,13 +193,16 @@ def _period(built: Law, settings: Settings) -> Check:
     tick = settings.actuators.period
     every = built.period / tick
     fits = round(every) >= 1 and math.isclose(round(every), every, rel_tol=1e-9)
-    mend = f"Give a multiple of {tick} s"
+    mend = f"Give a multiple of {tick:g} s"
     return Check("period", fits, f"{built.period:g} s, {every:g} of the actuators'", "" if fits else mend)
 
 
-def shape(built: Law) -> Check:
-    """Check that it answers with two numbers and a state of the kind that it began with."""
-    name, y = "answer", Measurement(0.0, 3.14, 65.0, 0.05, 0.05, 0.1, 0.1)
+def shape(built: Law, time: float = 1.0) -> Check:
+    """Check that it answers with two numbers and a state of the kind that it began with.
+
+    `time` is the unit of time of the device over that of Table 1. [-]
+    """
+    name, y = "answer", seen(TURNING, time)
     form = "Return ((cc, cg), state) with two numbers"
     try:
         state = built.init()

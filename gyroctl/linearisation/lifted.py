@@ -13,6 +13,7 @@ from gyroctl.faces.locks import model_face
 from gyroctl.faces.show import shown
 from gyroctl.linearisation.exchange import control_system, save_matlab
 from gyroctl.linearisation.periodic import PeriodicMatrices
+from gyroctl.orbits.sensitivity import state_units
 from gyroctl.plant.equations import PSI
 
 
@@ -96,7 +97,9 @@ def nonlinear_error(
     in those magnitudes. For a correct linearisation it falls in proportion to `size`.
     """
     flow, n = model.flow, len(model.states)
-    scale = np.maximum(np.std(model.orbit[:-1], axis=0)[flow.free], 1e-3 * np.max(np.abs(model.orbit[0])))
+    units = state_units(flow.plant)
+    least = 1e-3 * np.max(np.abs(model.orbit[0] / units)) * units[flow.free]
+    scale = np.maximum(np.std(model.orbit[:-1], axis=0)[flow.free], least)
     scale[list(model.states).index("psi")] = 1.0
     rng = np.random.default_rng(seed)
     start = rng.standard_normal(n) * scale

@@ -24,6 +24,7 @@ from gyroctl.orbits.flow import Vector
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.orbit_map import OrbitMap, ParametricMap
 from gyroctl.orbits.pseudo_arclength import Limits, Palc, Point, System, begin, correct, joined, locate, one_way
+from gyroctl.orbits.sensitivity import state_units
 from gyroctl.orbits.symmetry import free_rows
 from gyroctl.plant.equations import PSI
 
@@ -236,7 +237,7 @@ def scaled_by_orbit(plain: OrbitMap, orbit: Orbit, width: float) -> tuple[Scaled
     """Return a map over one parameter, scaled by an orbit and the width of the limits, and the orbit in it."""
     # the size of each state over the period: at phase zero one of them may be small by chance
     free = free_rows(orbit.plant)
-    scale = np.maximum(np.max(np.abs(orbit.states(8)), axis=0)[free], 1e-6)
+    scale = np.maximum(np.max(np.abs(orbit.states(8)), axis=0)[free], 1e-6 * state_units(orbit.plant)[free])
     scale[PSI] = 1.0
     scaled = ScaledMap(plain, scale, np.array([width]))
     return scaled, scaled.join(orbit.x[free], np.array([plain.value(plain.parameters[0])]))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.faces.locks import map_face
 from gyroctl.faces.show import shown
+from gyroctl.froude import at_length, growth
 from gyroctl.orbits.bifurcation import BifurcationCurve, curve
 from gyroctl.orbits.continuation import Branch, continue_orbit
 from gyroctl.orbits.nearest_orbit import find_orbit
@@ -21,6 +22,21 @@ from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
 
 OPTIONS = Palc(longest=0.3)
+CC_RANGE, WP_RANGE = (0.01, 0.3), (2.0, 4.5)
+"""Couplings [Nms] and frequencies [rad/s] of a map where none are given, at the size of Table 1."""
+
+HIGHEST, LOWEST = 1.0, (1e-3, 1e-4)
+"""Height that a tongue stays below where none is given, and those down to which its tip is sought and followed, at the
+size of Table 1. [m]"""
+
+DAMPING = (0.5, 20.0)
+"""Hinge damping from which the critical one is sought at least, and the largest where none is given, at the size of
+Table 1. [Nms/rad]"""
+
+LOADS = (1e-3, 3e-4, 1e-4, 1e-5, 0.0)
+"""Gains at which a first orbit is sought, in this order; the first is also an estimate of a fold that no orbit tells.
+At the size of Table 1. [Nms]"""
+
 SLICES = 5
 """Slices along which the map looks for Neimark-Sacker points that start no curve yet."""
 
@@ -77,7 +93,7 @@ class LockMap:
 def lock_map(
     plant: Plant,
     wave: RegularWave,
-    cc: tuple[float, float] = (0.01, 0.3),
+    cc: tuple[float, float] | None = None,
     sense: int = 1,
     options: Palc | None = None,
     progress: Report | None = None,
@@ -90,8 +106,8 @@ def lock_map(
         The device.
     wave : Regular
         Height [m], angular frequency [rad/s] and heading [deg].
-    cc : (low, high)
-        Range of the coupling. [Nms]
+    cc : (low, high), optional
+        Range of the coupling; 0.01 to 0.3 Nms at the size of Table 1. [Nms]
     sense : {1, -1}
         Sense of rotation.
     options : Palc
@@ -104,9 +120,11 @@ def lock_map(
     InputError
         If the range is not increasing and positive, or no orbit is found in it.
     """
-    low, high = cc
+    usual = at_length(CC_RANGE, "Nms", plant.parameters.length_scale)
+    low, high = cc = usual if cc is None else cc
     if not (np.isfinite(high) and 0.0 < low < high):
-        raise InputError("cc", cc, "must be an increasing range of positive couplings", "Give for example (0.01, 0.3)")
+        mend = f"Give for example ({usual[0]:.3g}, {usual[1]:.3g})"
+        raise InputError("cc", cc, "must be an increasing range of positive couplings", mend)
     options, tell = options or OPTIONS, progress or (lambda _: None)
     grid = [float(at) for at in np.geomspace(low, high, SLICES)]
     tell("first orbit")
@@ -149,8 +167,8 @@ def tongue(
     wave: RegularWave,
     cc: float,
     cg: float,
-    wp: tuple[float, float] = (2.0, 4.5),
-    highest: float = 1.0,
+    wp: tuple[float, float] | None = None,
+    highest: float | None = None,
     sense: int = 1,
     options: Palc | None = None,
 ) -> BifurcationCurve:
@@ -160,10 +178,10 @@ def tongue(
     ----------
     plant, wave, cc, cg, sense
         As for `lock_orbit`; the wave's height and frequency are where the search starts.
-    wp : (low, high)
-        Range of frequencies. [rad/s]
-    highest : float
-        No height above this. [m]
+    wp : (low, high), optional
+        Range of frequencies; 2 to 4.5 rad/s at the size of Table 1. [rad/s]
+    highest : float, optional
+        No height above this; 1 m at the size of Table 1. [m]
     options : Palc
         Steps.
 
@@ -172,20 +190,24 @@ def tongue(
     InputError
         If there is no orbit to start from, or no fold below it.
     """
+    length = plant.parameters.length_scale
+    wp = at_length(WP_RANGE, "rad/s", length) if wp is None else wp
+    highest = HIGHEST * length if highest is None else highest
+    least, tip = at_length(LOWEST, "m", length)
     orbit = find_orbit(plant, wave, cc, cg, sense)
-    branch = continue_orbit(orbit, "height", (1e-3, max(highest, 1.01 * wave.height)), options or OPTIONS)
+    branch = continue_orbit(orbit, "height", (least, max(highest, 1.01 * wave.height)), options or OPTIONS)
     if not branch.folds:
         raise InputError("cg", cg, "the orbit goes on to vanishing height", "The tongue has no tip: raise cg")
     lowest = min(branch.folds, key=lambda point: point.value)
-    return curve(lowest, "wp", wp, options or OPTIONS, first_limits=(1e-4, highest))
+    return curve(lowest, "wp", wp, options or OPTIONS, first_limits=(tip, highest))
 
 
 def critical_damping(
     plant: Plant,
     wave: RegularWave,
     cg: float,
-    cc: tuple[float, float] = (0.01, 0.3),
-    largest: float = 20.0,
+    cc: tuple[float, float] | None = None,
+    largest: float | None = None,
     sense: int = 1,
     options: Palc | None = None,
 ) -> BifurcationCurve:
@@ -195,10 +217,10 @@ def critical_damping(
     ----------
     plant, wave, cg, sense
         As for `lock_orbit`.
-    cc : (low, high)
-        Range of the coupling. [Nms]
-    largest : float
-        No damping above this. [Nms/rad]
+    cc : (low, high), optional
+        Range of the coupling; 0.01 to 0.3 Nms at the size of Table 1. [Nms]
+    largest : float, optional
+        No damping above this; 20 Nms/rad at the size of Table 1. [Nms/rad]
     options : Palc
         Steps.
 
@@ -207,8 +229,12 @@ def critical_damping(
     InputError
         If there is no orbit, or none that becomes unstable with small damping.
     """
+    length = plant.parameters.length_scale
+    cc = at_length(CC_RANGE, "Nms", length) if cc is None else cc
+    least, most = at_length(DAMPING, "Nms/rad", length)
+    largest, damped = most if largest is None else largest, plant.replace(d1=max(plant.parameters.d1, least))
     for at in np.geomspace(cc[1], cc[0], 4)[1:]:
-        orbit = find_orbit(plant.replace(d1=max(plant.parameters.d1, 0.5)), wave, float(at), cg, sense)
+        orbit = find_orbit(damped, wave, float(at), cg, sense)
         branch = continue_orbit(orbit, "d1", (0.0, largest), options or OPTIONS)
         pairs = branch.of_kind("Neimark-Sacker")
         if pairs:
@@ -218,7 +244,7 @@ def critical_damping(
 
 def _some_orbit(plant: Plant, wave: RegularWave, cc: float, sense: int) -> Orbit:
     """Return an orbit at this coupling with a load well below the fold."""
-    for cg in (1e-3, 3e-4, 1e-4, 1e-5, 0.0):
+    for cg in (load * growth("Nms", plant.parameters.length_scale) for load in LOADS):
         orbit = search_orbit(plant, wave, cc, cg, sense)
         if orbit.status != "no orbit":
             lighter = cg * min(1.0, START_SHARE / max(orbit.lock_share, 1e-9))
@@ -229,7 +255,8 @@ def _some_orbit(plant: Plant, wave: RegularWave, cc: float, sense: int) -> Orbit
 
 def _scale_of_cg(orbit: Orbit) -> float:
     """Estimate of the fold: V J4/N, from the orbit's used share."""
-    return orbit.cg / orbit.lock_share if orbit.lock_share > 0.0 else 1e-3
+    usual = LOADS[0] * growth("Nms", orbit.plant.parameters.length_scale)
+    return orbit.cg / orbit.lock_share if orbit.lock_share > 0.0 else usual
 
 
 def _lower_part(branch: Branch) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

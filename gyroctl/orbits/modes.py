@@ -17,6 +17,7 @@ from gyroctl.faces.locks import mode_face
 from gyroctl.faces.show import shown
 from gyroctl.orbits.flow import PADDING, Complex, Matrix, Stretch, changes, directions, step_count
 from gyroctl.orbits.orbit import Orbit
+from gyroctl.orbits.sensitivity import state_units
 from gyroctl.orbits.symmetry import free_rows, signs
 from gyroctl.plant.equations import OMEGA_RATE, PHI1, PHI1_RATE, PHI3, PHI3_RATE, PSI, PSI_RATE, RADIATION
 from gyroctl.plant.kernel import slip_rate
@@ -139,7 +140,7 @@ def _cyclic_eigenvalues(orbit: Orbit, blocks: Matrix) -> tuple[Complex, Matrix, 
     """Half-map multipliers (m,), participation (rows of the changed coordinates, m), shapes (m, n) at phase zero."""
     count, m = blocks.shape[0], blocks.shape[1]
     free = free_rows(orbit.plant)
-    scale = np.maximum(np.abs(orbit.x[free]), 1e-3)
+    scale = np.maximum(np.abs(orbit.x[free]), 1e-3 * state_units(orbit.plant)[free])
     change = _coordinates(orbit)
     for twist in TWISTS:
         cyclic = np.zeros((count * m, count * m), complex)

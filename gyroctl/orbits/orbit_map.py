@@ -111,7 +111,7 @@ class OrbitMap:
     Parameters
     ----------
     plant, wave, cc, cg, sense, dt
-        As for `lock_orbit`; they hold for what is not among the parameters.
+        As for `lock_orbit`, the step as well; they hold for what is not among the parameters.
     parameters : tuple of str
         Names out of `PARAMETERS`: cc, cg [Nms], height [m], wp [rad/s], phase between the moments [rad], d1 [Nms/rad],
         k1 [Nm/rad], N [-]; drag [-], bearing [Nm], windage [Nms^2], rolling_resistance [m], coupling_slip [rad/s],
@@ -125,7 +125,7 @@ class OrbitMap:
     cc: float
     cg: float
     sense: int = 1
-    dt: float = 0.01
+    dt: float | None = None
     parameters: tuple[str, ...] = ()
     symmetric: bool = True
 
@@ -140,6 +140,11 @@ class OrbitMap:
             problem = "the moments of a wetted surface have the phases of the geometry"
             raise InputError("parameter", "phase", problem, 'Choose another one, or wetted = "linear"')
         switched_on(self.plant, self.parameters)
+
+    @property
+    def longest(self) -> float:
+        """Longest step. [s]"""
+        return self.plant.step if self.dt is None else self.dt
 
     def value(self, name: str) -> float:
         """Present value of a parameter."""
@@ -167,7 +172,7 @@ class OrbitMap:
         at = self.moved(self._named(values))
         setting = at.setting(values)
         residual = float(np.max(np.abs(self.evaluate(x, values, derivative=False).image - x)))
-        problem = LockProblem(at.plant, at.cc, at.cg, at.sense, at.dt, at.wave)
+        problem = LockProblem(at.plant, at.cc, at.cg, at.sense, at.longest, at.wave)
         return describe(problem, Forcing.of(at.plant, at.wave), self.full(x, setting), residual)
 
     def moved(self, values: dict[str, float]) -> OrbitMap:
@@ -205,7 +210,7 @@ class OrbitMap:
         free, state = free_rows(self.plant), self.full(x, setting)
         n, halves = state.size, 1 if self.symmetric else 2
         hold = 0.5 * halves * forcing.period
-        steps = halves * step_count(k, cc, hold / halves, self.dt, self.plant.parameters.time_scale)
+        steps = halves * step_count(k, cc, hold / halves, self.longest, self.plant.parameters.time_scale)
         stretch = Stretch(PADDING * forcing.dt, hold, steps, forcing.grid(0.5 * halves), forcing.dt)
         sign = signs(n) if self.symmetric else np.ones(n)
         turn = np.zeros(n)

@@ -8,6 +8,7 @@ from gyroctl.errors import InputError
 from gyroctl.orbits.flow import Forcing, Vector, flow, flow_jacobian
 from gyroctl.orbits.guess import estimated_share, harmonic_balance
 from gyroctl.orbits.orbit import LockProblem, Orbit, describe
+from gyroctl.orbits.sensitivity import state_units
 from gyroctl.orbits.symmetry import free_rows, reflect, signs, unwound
 from gyroctl.orbits.wave import RegularWave, Wave
 from gyroctl.plant import Plant
@@ -108,7 +109,7 @@ def _newton(problem: LockProblem, forcing: Forcing, x: Vector) -> tuple[Vector, 
     free, symmetric = free_rows(plant), plant.parameters.symmetric
     sign = signs(x.size) if symmetric else np.ones(x.size)
     periods = 0.5 if symmetric else 1.0
-    scale = np.maximum(np.abs(x[free]), 1e-2)
+    scale = np.maximum(np.abs(x[free]), 1e-2 * state_units(plant)[free])
     size = np.inf
     for _ in range(ITERATIONS):
         end, jacobian = flow_jacobian(plant, x, cc, cg, forcing, periods, dt)

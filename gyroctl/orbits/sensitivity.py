@@ -65,7 +65,7 @@ def _slower(p: tuple[float, ...], q: tuple[float, ...], alpha: Any) -> tuple[tup
     return numerator, tuple(c / alpha ** (j + 1) for j, c in enumerate(q))
 
 
-def time_scales(k: Coefficients, alpha: complex) -> NDArray[np.complex128]:
+def time_scales(k: Coefficients, alpha: Any) -> NDArray[np.complex128]:
     """Factor of each state (n,) in the time tau = alpha t."""
     n1, n3 = len(k.q1), len(k.q3)
     out = np.ones(RADIATION + n1 + n3, complex)
@@ -73,6 +73,11 @@ def time_scales(k: Coefficients, alpha: complex) -> NDArray[np.complex128]:
     out[RADIATION : RADIATION + n1] = [alpha ** (n1 - 1 - i) for i in range(n1)]
     out[RADIATION + n1 :] = [alpha ** (n3 - 1 - i) for i in range(n3)]
     return out
+
+
+def state_units(plant: Plant) -> Vector:
+    """Unit of each state (n,) over that at the size of Table 1, by Froude's law: angles 1, rates that of 1/s. [-]"""
+    return np.asarray(time_scales(plant.coefficients, plant.parameters.time_scale).real)
 
 
 def parameter_column(plant: Plant, setting: Setting, name: str, x: Vector, stretch: Stretch, change: Vector) -> Vector:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
 from gyroctl.harness.protocol import Law, Measurement
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.search import search_orbit
@@ -26,12 +27,17 @@ Quantity = Literal["cg", "height", "wp"]
 Ending = Literal[
     "fold", "Neimark-Sacker", "period doubling", "none in range", "lost in a slow ramp", "end of the table"
 ]
+RAMPED: tuple[Ending, ...] = ("lost in a slow ramp", "none in range")
+"""Endings that a slow ramp of a law can tell."""
 
 ACCURACY = 1e-4
 """Of the end of the orbit, relative. [-]"""
 
 GROWTH = 1.3
 """Ratio of successive values while the end is sought."""
+
+LEAST_CG = 1e-6
+"""Gain from which the end of an orbit without load is sought, at the size of Table 1. [Nms]"""
 
 RAMP = 600
 """Waves over which a slow ramp goes from one end of its range to the other."""
@@ -45,7 +51,7 @@ class Headroom(NamedTuple):
     quantity : {"cg", "height", "wp"}
         What is moved.
     value, limit : float
-        Where it is and where lock ends; the limit is infinite where none was met. [Nms, m or rad/s]
+        Where it is and where lock ends; the limit is infinite where none was met. [Nms, m or rad/s; - of a law's cg]
     ending : str
         How lock ends there.
     """
@@ -59,6 +65,11 @@ class Headroom(NamedTuple):
     def reached(self) -> float:
         """The limit, NaN where none was met within the range that was tried."""
         return self.limit if math.isfinite(self.decibel) else math.nan
+
+    @property
+    def relative(self) -> bool:
+        """Whether value and limit are factors on the cg of a law."""
+        return self.quantity == "cg" and self.value == 1.0 and self.ending in RAMPED
 
     @property
     def decibel(self) -> float:
@@ -126,7 +137,8 @@ def ramp(regime: Regime, quantity: Quantity, first: float, last: float, periods:
 
 
 def _end(orbit: Orbit, wave: Regular, quantity: Quantity, upwards: bool, reach: float) -> tuple[float, Ending]:
-    value = {"cg": max(orbit.cg, 1e-6), "height": wave.height, "wp": wave.wp}[quantity]
+    least = LEAST_CG * growth("Nms", orbit.plant.parameters.length_scale)
+    value = {"cg": max(orbit.cg, least), "height": wave.height, "wp": wave.wp}[quantity]
     grow = 1.0 + (GROWTH - 1.0) * (0.15 if quantity == "wp" else 1.0)
     band = orbit.plant.excitation.omega
     inside, outside, kept = value, value, orbit

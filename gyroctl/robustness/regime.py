@@ -33,10 +33,7 @@ from gyroctl.waves import Regular
 from gyroctl.waves.channels import transfers
 
 WAVES_DT = 0.05
-"""Grid of the moments: 40 samples per wave at 3.14 rad/s, interpolated to 4e-10. [s]"""
-
-STEP = 0.01
-"""Longest Runge-Kutta step. [s]"""
+"""Grid of the moments at the size of Table 1: 40 samples per wave at 3.14 rad/s, interpolated to 4e-10. [s]"""
 
 SETTLING = 200
 """Waves in which a law finds its regime."""
@@ -111,7 +108,7 @@ def settle(orbit: Orbit, wave: Regular, law: Law | None = None, actuators: Actua
     law : Law, optional
         By default the constant controls of the orbit.
     actuators : Actuators, optional
-        Between law and plant.
+        Between law and plant; by default those of the device's length, with room for the controls of the orbit.
 
     Raises
     ------
@@ -120,8 +117,8 @@ def settle(orbit: Orbit, wave: Regular, law: Law | None = None, actuators: Actua
     """
     if orbit.status == "no orbit":
         raise InputError("height", wave.height, "no locked orbit to start from", orbit.advice)
-    law = law or registered_law("constant", cc=orbit.cc, cg=orbit.cg)
-    actuators = actuators or Actuators(cg_max=max(0.02, 2.0 * orbit.cg), cc_max=max(0.3, orbit.cc))
+    law = law or registered_law("constant", device=orbit.plant, cc=orbit.cc, cg=orbit.cg)
+    actuators = actuators or _roomy(orbit)
     machine = compile_law(law)
     state = machine.s.copy() if machine is not None else law.init()
     first = Regime(
@@ -179,13 +176,16 @@ def simulate(
     """
     tick = regime.actuators.period
     samples = math.ceil(periods * regime.period / tick)
-    time: NDArray[np.float64] = np.arange(math.ceil(samples * tick / WAVES_DT) + 9, dtype=np.float64) * WAVES_DT
+    pace = regime.plant.parameters.time_scale
+    dt = WAVES_DT * pace
+    time: NDArray[np.float64] = np.arange(math.ceil(samples * tick / dt) + 9, dtype=np.float64) * dt
     moments, phase = (excite or steady(regime))(time)
     record = np.zeros((samples + 1, rows(regime.plant.coefficients)))
     record[0, : start.size] = start
     commands, controls, held = np.zeros((samples, 2)), np.zeros((samples, 2)), np.array(regime.held)
     moved = regime.actuators.room(samples)
-    kernel = Kernel(regime.plant.coefficients, np.ascontiguousarray(moments.T).ravel(), WAVES_DT, STEP)
+    signals = np.ascontiguousarray(moments.T).ravel()
+    kernel = Kernel(regime.plant.coefficients, signals, dt, regime.plant.step, None, pace)
     every, sensors, limits = max(round(regime.law.period / tick), 1), _ideal(samples), regime.actuators.arrays()
     saturations, seen = np.zeros(1, np.int64), np.zeros(len(CHANNELS))
     arguments = (every, kernel, sensors, limits, tick, record, commands, controls, moved, held, saturations, seen)
@@ -242,6 +242,12 @@ def verdict(regime: Regime, run: Run) -> tuple[bool, bool]:
         return False, False
     locked = bool(np.ptp(lag) < math.pi)
     return locked and abs(float(np.mean(lag)) - regime.angle) < math.pi, locked
+
+
+def _roomy(orbit: Orbit) -> Actuators:
+    """Actuators of the device's length, whose limits leave room for the controls of an orbit."""
+    usual = Actuators().at(orbit.plant.parameters.length_scale)
+    return replace(usual, cg_max=max(usual.cg_max, 2.0 * orbit.cg), cc_max=max(usual.cc_max, orbit.cc))
 
 
 def _lag(regime: Regime, run: Run) -> NDArray[np.float64]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError
+from gyroctl.froude import at_length
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import law
@@ -36,7 +37,11 @@ AHEAD = 2.0 * TAIL
 SETTINGS = Settings(blend=LEAD)
 
 LAG = 0.02
-"""Lag of the coupling where the plant is more than the linear model, unless another one is asked for. [s]"""
+"""Lag of the coupling where the plant is more than the linear model, unless another one is asked for, at the size of
+Table 1. [s]"""
+
+LENGTHS = (2.0 * WINDOW, 1000.0)
+"""Shortest window, to judge lock, and longest, to plan, at the size of Table 1. [s]"""
 
 LIMIT = 0.35
 """Limit of the 98 % motion of the linear plant, and the least of |phi1| beyond it. [rad]"""
@@ -146,9 +151,7 @@ def cut(
         Field ``duration``: too short to judge lock, or longer than can be planned. Field ``hs``: where a cautious
         constant pair does not keep the lock in the lead-in. Field ``motion``: no angle that can be planned for.
     """
-    if not 2.0 * WINDOW <= duration <= 1000.0:
-        mend = "Give seconds, for example 200; several windows need several seeds"
-        raise InputError("duration", duration, "a window is from 20 to 1000 s long", mend)
+    check_duration(plant, duration)
     if motion is not None and not 0.1 <= motion <= 1.0:
         raise InputError("motion", motion, "a limit of motion is from 0.1 to 1 rad", "Leave it out for the default")
     linear = plant.coefficients.beyond is None
@@ -170,7 +173,17 @@ def lag_of(plant: Plant, lag: float | None) -> float:
     """Lag of the coupling in a window, see `cut`. [s]"""
     if lag is not None:
         return lag
-    return 0.0 if plant.coefficients.beyond is None else LAG
+    return 0.0 if plant.coefficients.beyond is None else LAG * plant.parameters.time_scale
+
+
+def check_duration(plant: Plant, duration: float) -> None:
+    """Refuse a window that is too short, or too long, for a device of this length."""
+    low, high = at_length(LENGTHS, "s", plant.parameters.length_scale)
+    if not low <= duration <= high:
+        mend = (
+            f"Give seconds, for example {200.0 * plant.parameters.time_scale:.3g}; several windows need several seeds"
+        )
+        raise InputError("duration", duration, f"a window is from {low:.4g} to {high:.4g} s long", mend)
 
 
 def _led_in(plant: Plant, whole: WaveRealisation, settings: Settings) -> Record:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.froude import growth
 from gyroctl.palette import law_styles
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import LEDGER, OMEGA_RATE
@@ -22,15 +23,16 @@ if TYPE_CHECKING:
 BOUND_LOOKS = {"smooth": ("*", "-", INK), "free": ("x", "--", MUTED)}
 
 
-def picture(windows: Sequence[Outcome], sea: SeaState, duration: float) -> Figure:
-    """Draw harvests by window, and energy over time in the first."""
-    first = windows[0]
-    plant = first.cut.plant
+def picture(windows: Sequence[Outcome], sea: SeaState, duration: float, plant: Plant) -> Figure:
+    """Draw harvests by window, and energy over time in the first, in the units of the device."""
+    first, length = windows[0], plant.parameters.length_scale
+    watts = growth("W", length)
+    lag = first.cut.settings.actuators.cc_lag * plant.parameters.time_scale
     styles = law_styles(list(first.laws), "best_constant")
     note = (
         f"{sea_name(sea.gamma)}, Hs {sea.hs:g} m; windows of {duration:g} s, all runs from the same state; harvest: "
         f"generated and gained by the flywheel; best found: perfect foresight; {plant.name}, coupling lag "
-        f"{1e3 * first.cut.settings.actuators.cc_lag:g} ms, 98 % motion at most {first.cut.motion.phi1:.2f}, "
+        f"{1e3 * lag:g} ms, 98 % motion at most {first.cut.motion.phi1:.2f}, "
         f"{first.cut.motion.phi3:.2f} rad in the first window"
     )
     linear = first.caps()["cap_w"] is not None
@@ -42,18 +44,23 @@ def picture(windows: Sequence[Outcome], sea: SeaState, duration: float) -> Figur
     for i, window in enumerate(windows):
         words = of_cap if i == 0 else None
         left.plot(
-            [i - 0.3, i + 0.3], [window.cap_w] * 2, "-" if linear else ":", color=PAPER_COLOUR, lw=2.0, label=words
+            [i - 0.3, i + 0.3],
+            [window.cap_w * watts] * 2,
+            "-" if linear else ":",
+            color=PAPER_COLOUR,
+            lw=2.0,
+            label=words,
         )
     for name in first.bounds:
         marker, dash, colour = BOUND_LOOKS[name]
         words = f"best found, {name} power"
-        values = [window.bounds[name].values["harvest_w"] for window in windows]
+        values = [window.bounds[name].values["harvest_w"] * watts for window in windows]
         left.plot(place, values, marker, color=colour, ms=9, label=words)
-        right.plot(*_curve(plant, first.bounds[name].record), color=colour, label=words, ls=dash)
+        right.plot(*_curve(first, first.bounds[name].record, length), color=colour, label=words, ls=dash)
     for name, style in styles.items():
-        values = [window.cut.worth(window.laws[name])["harvest_w"] for window in windows]
+        values = [window.cut.worth(window.laws[name])["harvest_w"] * watts for window in windows]
         left.plot(place, values, style.marker, color=style.colour, label=name)
-        right.plot(*_curve(plant, first.laws[name]), color=style.colour, label=name)
+        right.plot(*_curve(first, first.laws[name], length), color=style.colour, label=name)
     left.set_xticks(place, seeds)
     left.set_xlim(-0.6, len(windows) - 0.4)
     left.set_ylim(bottom=min(0.0, left.get_ylim()[0]))
@@ -64,10 +71,12 @@ def picture(windows: Sequence[Outcome], sea: SeaState, duration: float) -> Figur
     return figure
 
 
-def _curve(plant: Plant, record: Record) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _curve(of: Outcome, record: Record, length: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Time [s], and energy generated and gained by the flywheel since the start [J]."""
+    plant = of.cut.plant
     row = len(plant.labels) + LEDGER.index("generator")
     generated = record.states[:, row] - record.states[0, row]
     speed = record.states[:, OMEGA_RATE]
     time = record.period * np.arange(speed.size, dtype=np.float64)
-    return time, np.asarray(generated + 0.5 * plant.parameters.J4 * (speed**2 - speed[0] ** 2))
+    energy = generated + 0.5 * plant.parameters.J4 * (speed**2 - speed[0] ** 2)
+    return time * growth("s", length), np.asarray(energy * growth("J", length))

@@ -27,8 +27,9 @@ from gyroctl.provenance import made
 from gyroctl.simulation.metrics import Record
 from gyroctl.simulation.progress import Progress
 from gyroctl.studies.bound.cap import momentum, momentum_cap
-from gyroctl.studies.bound.cut import Cut, cut, lag_of
+from gyroctl.studies.bound.cut import Cut, lag_of
 from gyroctl.studies.bound.draw import picture
+from gyroctl.studies.bound.model import in_own_units, model_cut
 from gyroctl.studies.bound.outcome import Outcome, summary
 from gyroctl.studies.bound.search import FULL, Effort, Found, best_found, beyond_linear, loosened, ticks
 from gyroctl.studies.bound.window import Plan
@@ -64,7 +65,7 @@ def bound_report(
     duration : float
         Of a window. [s]
     laws : mapping of str to Law
-        Laws by name.
+        Laws by name; for a device of another length those of its model, see `gyroctl.devices.scaling.at_model_size`.
     out : Path
         Folder for bound.json and bound.png; made where it is missing.
     free : bool
@@ -98,7 +99,8 @@ def bound_report(
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
     if not seeds or len(set(seeds)) < len(seeds):
         raise InputError("seeds", list(seeds), "must be different seeds, one at least", "Give for example 1,2,3")
-    cuts = [cut(plant, sea, seed, duration, lag, motion) for seed in seeds]
+    cuts = [model_cut(plant, sea, seed, duration, lag, motion) for seed in seeds]
+    length, duration = plant.parameters.length_scale, cuts[0].duration * plant.parameters.time_scale
     stages = ticks(plant, len(laws), effort, free) + len(laws) + 2
     request = {"gamma": sea.gamma, "hs": sea.hs, "wp": sea.wp, "seeds": list(seeds), "duration_s": duration}
     request |= {"device": plant.name, "lag_s": lag_of(plant, lag), "laws": list(laws)}
@@ -125,7 +127,7 @@ def bound_report(
                 except InputError as error:
                     refused = error
                     raise
-                content["windows"] = [window.record() for window in windows]
+                content["windows"] = [in_own_units(window.record(), length) for window in windows]
                 content["summary"] = summary(content["windows"])
             progress.advance()
     if not windows:
@@ -133,7 +135,7 @@ def bound_report(
             "seeds", list(seeds), f"no window was searched: {kept.failed}", "Correct what failed"
         )
     with kept.stage("picture"), styled():
-        save(picture(windows, sea, duration), out / "bound.png")
+        save(picture(windows, sea, duration, plant), out / "bound.png")
     content["seconds"] = round(time.monotonic() - begin, 1)
     kept.write()
     return dict(plain(content))

@@ -21,8 +21,8 @@ from gyroctl.studies.margins.mapped import (
     BASIN_ROWS,
     BASIN_SAMPLES,
     BASIN_SIZE,
-    CC_RANGE,
     MAPS,
+    couplings,
     map_controls,
     map_waves,
     thinned,
@@ -75,7 +75,7 @@ def waves_there(point: Request) -> OrbitMap:
 
 def borders_there(point: Request) -> tuple[Border, ...]:
     """Borders of lock over the controls."""
-    return control_borders(point, CC_RANGE, _quiet)
+    return control_borders(point, couplings(point), _quiet)
 
 
 def basins_there(point: Request, cc: list[float], cg: list[float]) -> NDArray[np.float64]:

@@ -19,7 +19,7 @@ from gyroctl.orbits.continuation import continue_orbit
 from gyroctl.plant import Plant
 from gyroctl.statistics import Share, wilson
 from gyroctl.studies.margins.request import Request
-from gyroctl.studies.margins.water import CC_RANGE, OPTIONS, linear_plant
+from gyroctl.studies.margins.water import OPTIONS, couplings_around, linear_plant
 from gyroctl.waves import SeaState
 
 MOST = 1.0
@@ -32,7 +32,7 @@ SEEDS = tuple(range(1, 17))
 """Spent seeds: the count is a check, not a judgement."""
 
 DURATION, GAMMA = 600.0, 5.0
-"""Of the runs [s], and of their sea."""
+"""Of the runs at the size of Table 1 [s], and of their sea."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +106,11 @@ class Counted:
         return {**told, "ci95": [self.share.low, self.share.high], "in_step": self.in_step, "phi1_p98": self.phi1_p98}
 
 
+def duration_of(asked: Request) -> float:
+    """Length of the runs in a sea. [s]"""
+    return DURATION * asked.plant.parameters.time_scale
+
+
 def undamped(plant: Plant, drag: float) -> Plant:
     """Return the linear plant with a drag and without hinge damping."""
     return linear_plant(plant).replace(d1=0.0, drag=drag)
@@ -126,18 +131,21 @@ def drag_that_locks(asked: Request) -> DragLock:
     if not pairs:
         raise InputError("cc", asked.cc, "the lock needs neither drag nor hinge damping here", "Lower cc")
     point, height = max(pairs, key=lambda pair: pair.value), asked.wave.height
-    ranges = {
-        "cc": (min(CC_RANGE[0], asked.cc), max(CC_RANGE[1], asked.cc)),
-        "height": (HEIGHTS[0] * height, HEIGHTS[1] * height),
-    }
+    ranges = {"cc": couplings_around(asked), "height": (HEIGHTS[0] * height, HEIGHTS[1] * height)}
     lines = {over: curve(point, over, limits, OPTIONS, first_limits=(0.0, MOST)) for over, limits in ranges.items()}
     curves = tuple(Curve(over, line.second, line.first) for over, line in lines.items())
     return DragLock(point.value, point.frequency, point.error, {"cc": asked.cc, "height": height}, curves)
 
 
-def counted_in_a_sea(asked: Request, drag: float, seeds: Sequence[int] = SEEDS, duration: float = DURATION) -> Counted:
-    """Count the runs of the request's pair that keep the lock in seas of its height, without hinge damping."""
-    plant, pair = undamped(asked.plant, drag), law("constant", cc=asked.cc, cg=asked.cg)
+def counted_in_a_sea(
+    asked: Request, drag: float, seeds: Sequence[int] = SEEDS, duration: float | None = None
+) -> Counted:
+    """Count the runs of the request's pair that keep the lock in seas of its height, without hinge damping.
+
+    Their `duration` is `duration_of` where none is given. [s]
+    """
+    plant = undamped(asked.plant, drag)
+    pair, duration = law("constant", device=plant, cc=asked.cc, cg=asked.cg), duration or duration_of(asked)
     sea = SeaState(asked.wave.hs, asked.wave.wp, GAMMA)
     found = compare(plant, {"constant": pair}, Realisations(sea, tuple(seeds), duration), tuning_seeds=(), quiet=True)
     locked = int(found.locked.sum())

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.froude import growth
+from gyroctl.studies.margins.axes import axis, power_levels, ticks, watts
 from gyroctl.studies.margins.borders import Border
 from gyroctl.studies.margins.maps import GROWS, NONE, STABLE, OrbitMap
 from gyroctl.studies.margins.request import Request
@@ -18,15 +20,6 @@ if TYPE_CHECKING:
 
 NEIMARK_COLOUR = "#C77700"
 STABLE_COLOUR, GROWS_COLOUR, LOST_COLOUR = "#D7E9F5", "#FBE3C2", "#F4F5F7"
-POWER_LEVELS = (0.5, 1.0, 2.0, 3.0, 5.0, 7.0, 10.0, 15.0, 20.0, 30.0)
-"""Contours of mean power. [W]"""
-
-NAMES = {
-    "cc": ("cc [Nms]", 1.0),
-    "cg": ("cg [$10^{-3}$ Nms]", 1e3),
-    "wp": ("wave frequency [rad/s]", 1.0),
-    "height": ("wave height [m]", 1.0),
-}
 SENSES = {1: "psi' > 0", -1: "psi' < 0"}
 
 
@@ -45,7 +38,8 @@ def orbit_map(asked: Request, found: OrbitMap, borders: tuple[Border, ...] = ())
     upwards = found.axes[0] == "cc"
     title, held = ("Lock map", asked.sea) if upwards else ("Tongue of lock", asked.controls)
     figure, (panel,) = sheet(1, 1, (8.6, 5.6), title, f"{held}; contours: mean power")
-    xs, ys, scale = _scaled(found)
+    length = asked.plant.parameters.length_scale
+    xs, ys, scale = _scaled(found, length)
     panel.set_facecolor(LOST_COLOUR)
     known = np.isfinite(found.border)
     at, edge = xs[known], found.border[known] * scale
@@ -61,9 +55,9 @@ def orbit_map(asked: Request, found: OrbitMap, borders: tuple[Border, ...] = ())
         panel.fill_between(at, edge, rim, color=LOST_COLOUR, lw=0, zorder=1.5)
     power = np.ma.masked_invalid(found.power)
     if power.count() and float(power.max()) > float(power.min()) * 1.2:
-        levels = [v for v in POWER_LEVELS if float(power.min()) < v < float(power.max())]
+        levels = power_levels(length, float(power.min()), float(power.max()))
         lines = panel.contour(xs, ys, power, levels=levels, colors=[MUTED], linewidths=0.8)
-        panel.clabel(lines, fmt=lambda value: f"{value:g} W", fontsize=8)
+        panel.clabel(lines, fmt=watts, fontsize=8)
     if not borders:
         panel.plot(at, edge, color=INK, lw=2.0)
     for border in borders:
@@ -71,7 +65,7 @@ def orbit_map(asked: Request, found: OrbitMap, borders: tuple[Border, ...] = ())
     other = _other_sense(panel, found, scale, asked.sense)
     x, y = _mark(asked, found)
     panel.plot([x], [y], "*", color=PAPER_COLOUR, ms=14, mec="white")
-    _axes(panel, found, ys)
+    _axes(panel, found, ys, length)
     handles = [*_legend(asked.sense), *other, _line("asked for", PAPER_COLOUR, marker="*", ls="", ms=11)]
     panel.legend(handles=handles, loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
     return figure
@@ -102,7 +96,9 @@ def heat_maps(asked: Request, controls: OrbitMap, waves: OrbitMap, basin: NDArra
         "basin: 24 disturbances of half the largest size"
     )
     figure, axes = sheet(2, 3, (12.6, 7.6), "Margins over controls and over waves", note)
-    rooms = _decibels(controls.border[None, :] / np.maximum(controls.second[:, None], 1e-9), controls)
+    length = asked.plant.parameters.length_scale
+    loads = np.maximum(controls.second[:, None], 1e-9 * growth("Nms", length))
+    rooms = _decibels(controls.border[None, :] / loads, controls)
     heights = _decibels(waves.second[:, None] / waves.border[None, :], waves)
     wave_period = np.broadcast_to(2.0 * math.pi / waves.first[None, :], waves.growth.shape)
     panels: tuple[tuple[OrbitMap, NDArray[np.float64], str, str], ...] = (
@@ -114,21 +110,21 @@ def heat_maps(asked: Request, controls: OrbitMap, waves: OrbitMap, basin: NDArra
         (waves, np.degrees(np.where(waves.code == STABLE, waves.angle, np.nan)), "Load angle [deg]", "angle"),
     )
     for panel, (grid, values, title, kind) in zip(axes, panels, strict=True):
-        _heat(figure, panel, grid, values, kind)
+        _heat(figure, panel, grid, values, kind, length)
         panel.set_title(title)
         x, y = _mark(asked, grid)
         panel.plot([x], [y], "*", color=PAPER_COLOUR, ms=12, mec="white")
     return figure
 
 
-def _heat(figure: Figure, panel: Any, grid: OrbitMap, values: NDArray[np.float64], kind: str) -> None:
+def _heat(figure: Figure, panel: Any, grid: OrbitMap, values: NDArray[np.float64], kind: str, length: float) -> None:
     from matplotlib.colors import LogNorm, Normalize
 
-    xs, ys, _ = _scaled(grid)
+    (xs, ys, _), time = _scaled(grid, length), growth("s", length)
     finite = values[np.isfinite(values)]
     norm: Any = Normalize(0.0, 1.0)
     if kind == "log" and finite.size:
-        norm = LogNorm(max(float(finite.min()), 1.0), min(float(finite.max()), 1e4))
+        norm = LogNorm(max(float(finite.min()), 1.0 * time), min(float(finite.max()), 1e4 * time))
     elif kind == "db":
         norm = Normalize(0.0, 24.0)
     elif kind == "angle":
@@ -140,7 +136,7 @@ def _heat(figure: Figure, panel: Any, grid: OrbitMap, values: NDArray[np.float64
     for j, i in np.argwhere((grid.code == GROWS) & ~np.isfinite(values)):
         panel.plot([xs[i]], [ys[j]], "x", color=NEIMARK_COLOUR, ms=5)
     panel.grid(visible=False)
-    _axes(panel, grid, ys)
+    _axes(panel, grid, ys, length)
 
 
 def _decay(grid: OrbitMap, period: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -153,25 +149,25 @@ def _decibels(ratio: NDArray[np.float64], grid: OrbitMap) -> NDArray[np.float64]
         return np.where(grid.code == STABLE, 20.0 * np.log10(ratio), np.nan)
 
 
-def _scaled(found: OrbitMap) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    scale = NAMES[found.axes[1]][1]
+def _scaled(found: OrbitMap, length: float) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+    _, scale = axis(found.axes[1], length)
     return found.first, found.second * scale, scale
 
 
 def _mark(asked: Request, found: OrbitMap) -> tuple[float, float]:
     """The operating point on the axes of a map."""
     pair = (asked.cc, asked.cg) if found.axes[0] == "cc" else (asked.wave.wp, asked.wave.height)
-    return pair[0], pair[1] * NAMES[found.axes[1]][1]
+    return pair[0], pair[1] * axis(found.axes[1], asked.plant.parameters.length_scale)[1]
 
 
-def _axes(panel: Any, found: OrbitMap, ys: NDArray[np.float64]) -> None:
-    label(panel, "", NAMES[found.axes[0]][0], NAMES[found.axes[1]][0])
+def _axes(panel: Any, found: OrbitMap, ys: NDArray[np.float64], length: float) -> None:
+    label(panel, "", *(axis(name, length)[0] for name in found.axes))
     if found.axes[0] == "cc":
         panel.set_xscale("log")
-        panel.set_xticks(*_ticks((0.01, 0.02, 0.05, 0.1, 0.2, 0.3), found.first))
+        panel.set_xticks(*ticks("cc", length, found.first[0], found.first[-1]))
     else:
         panel.set_yscale("log")
-        panel.set_yticks(*_ticks((0.02, 0.05, 0.1, 0.2, 0.4, 0.8), ys))
+        panel.set_yticks(*ticks("height", length, ys[0], ys[-1]))
     panel.minorticks_off()
     panel.set_xlim(found.first[0], found.first[-1])
     panel.set_ylim(ys[0], ys[-1])
@@ -184,11 +180,6 @@ def _carried(growth: NDArray[np.float64], upwards: bool) -> NDArray[np.float64]:
     for i in range(1, filled.shape[0]):
         filled[i] = np.where(np.isnan(filled[i]), filled[i - 1], filled[i])
     return filled if upwards else filled[::-1]
-
-
-def _ticks(values: tuple[float, ...], axis: NDArray[np.float64]) -> tuple[list[float], list[str]]:
-    shown = [v for v in values if axis[0] <= v * 1.001 and v <= axis[-1] * 1.001]
-    return shown, [f"{v:g}" for v in shown]
 
 
 def _other_sense(panel: Any, found: OrbitMap, scale: float, sense: int) -> list[Any]:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gyroctl.studies.margins.axes import gain_at
 from gyroctl.studies.margins.measures import Margins
 from gyroctl.studies.style import MUTED, band, colour_of, label, listed, percent, sheet
 
@@ -17,11 +18,11 @@ ROOMS = {"cg": "cg up", "height": "height down", "frequency_down": "frequency do
 UNITS = {"phi1": "rad", "phi3": "rad", "psi": "rad"}
 
 
-def robustness(cases: dict[str, Margins], point: str) -> Figure:
-    """Draw the margins beyond the linear of one or two cases by name."""
+def robustness(cases: dict[str, Margins], point: str, length: float = 1.0) -> Figure:
+    """Draw the margins beyond the linear of one or two cases by name, of a device `length` times as long as Table 1."""
     note = f"{point}; bars at full length with an arrow: no limit within the range tried; intervals are 95 %"
     figure, axes = sheet(1, 3, (13.0, 5.0), "What the lock withstands", note, width_ratios=(1.0, 0.9, 1.25))
-    _headroom(axes[0], cases)
+    _headroom(axes[0], cases, length)
     _basin(axes[1], cases)
     _shocks(axes[2], cases)
     handles, names = axes[1].get_legend_handles_labels()
@@ -29,8 +30,8 @@ def robustness(cases: dict[str, Margins], point: str) -> Figure:
     return figure
 
 
-def _headroom(panel: Any, cases: dict[str, Margins]) -> None:
-    width = 0.7 / len(cases)
+def _headroom(panel: Any, cases: dict[str, Margins], length: float) -> None:
+    width, gain = 0.7 / len(cases), gain_at(length)
     rooms = [room.decibel for margins in cases.values() for room in margins.headroom.values()]
     top = max(1.0, *(room for room in rooms if math.isfinite(room)))
     for c, (name, margins) in enumerate(cases.items()):
@@ -39,10 +40,8 @@ def _headroom(panel: Any, cases: dict[str, Margins]) -> None:
             free = not math.isfinite(room.decibel)
             length = 1.1 * top if free else room.decibel
             panel.barh(at, length, 0.9 * width, color=colour_of(name), alpha=0.35 if free else 1.0)
-            factor = room.quantity == "cg" and room.value == 1.0  # of a law in the loop
-            limit = room.limit * (1e3 if room.quantity == "cg" and not factor else 1.0)
-            gain = "$\\times$" if factor else "$\\times 10^{-3}$ Nms"
-            unit = {"cg": gain, "height": "m", "wp": "rad/s"}[room.quantity]
+            limit = room.limit * (gain.scale if room.quantity == "cg" and not room.relative else 1.0)
+            unit = {"cg": "$\\times$" if room.relative else gain.times, "height": "m", "wp": "rad/s"}[room.quantity]
             words = f" {room.decibel:.1f} dB, to {limit:.3g} {unit}" if not free else " no limit found \u2192"
             panel.text(0.0 if free else room.decibel, at, words, va="center", fontsize=8, color=MUTED)
     listed(panel, list(ROOMS.values()))

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from gyroctl.studies.margins.axes import gain_at
 from gyroctl.studies.margins.drag_lock import Counted, DragLock
 from gyroctl.studies.margins.water import ALL, ChoiceMargins, shift
 from gyroctl.studies.style import INK, MUTED, PAPER_COLOUR, label, listed, percent, sheet
@@ -18,7 +19,13 @@ CURVE = "#C77700"
 NO_ORBIT = " no orbit"
 
 
-def water(found: Mapping[str, ChoiceMargins], lock: DragLock | None, counted: Sequence[Counted], point: str) -> Figure:
+def water(
+    found: Mapping[str, ChoiceMargins],
+    lock: DragLock | None,
+    counted: Sequence[Counted],
+    point: str,
+    length: float = 1.0,
+) -> Figure:
     """Draw the margins of each choice, and below where the lock without hinge damping holds.
 
     Parameters
@@ -31,14 +38,16 @@ def water(found: Mapping[str, ChoiceMargins], lock: DragLock | None, counted: Se
         Runs in a sea.
     point : str
         Wave and controls, for the note.
+    length : float
+        Length of the device over that of Table 1. [-]
     """
     note = f"{point}; one choice on at a time; below: no hinge damping (d1 = 0), the star is the wave above"
     rows = 2 if lock is not None or counted else 1
     figure, axes = sheet(rows, 3, (14.0, 4.8 * rows), "Margins in real water", note)
-    linear = found["linear"]
+    linear, gain = found["linear"], gain_at(length)
     folds = {name: 100.0 * shift(one.fold, linear.fold) for name, one in found.items()}
     _bars(axes[0], folds, "{:+.1f} %", True)
-    label(axes[0], f"Fold in cg, from {1e3 * linear.fold:.3g} $\\times 10^{{-3}}$ Nms", "shift of the fold [%]", "")
+    label(axes[0], f"Fold in cg, from {gain.scale * linear.fold:.3g} {gain.times}", "shift of the fold [%]", "")
     _bars(axes[1], {name: one.d1_border for name, one in found.items()}, "{:.3g}", False)
     axes[1].axvline(0.0, color=INK, lw=0.8)
     label(axes[1], "Neimark-Sacker border in d1", "hinge damping that lock needs [Nms/rad]", "")

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.engine.steps import Steps
+from gyroctl.froude import at_length
 from gyroctl.orbits.flow import Forcing
 from gyroctl.orbits.guess import estimated_share
 from gyroctl.studies.margins.borders import Border, control_borders
@@ -16,7 +17,7 @@ from gyroctl.studies.margins.maps import OrbitMap, basin_map, coupling_map, tong
 from gyroctl.studies.margins.request import Request
 
 CC_RANGE = (0.01, 0.3)
-"""Of the lock map. [Nms]"""
+"""Of the lock map, at the size of Table 1. [Nms]"""
 
 ABOVE = 1.15
 """Top of the lock map over the capacity that harmonic balance gives."""
@@ -34,12 +35,17 @@ BORDER_STAGES = 8
 """Stages of the continuation, about."""
 
 
+def couplings(asked: Request) -> tuple[float, float]:
+    """Range of the lock map. [Nms]"""
+    return at_length(CC_RANGE, "Nms", asked.plant.parameters.length_scale)
+
+
 def map_controls(asked: Request, tick: Callable[[], None]) -> OrbitMap:
     """Lock map from cg near zero to above the fold."""
     plant, wave = asked.plant, asked.wave
     amplitude = 0.5 * wave.height * plant.excitation(np.array([wave.wp]), wave.heading)[:, 0]
     top = ABOVE * asked.cg / estimated_share(plant, Forcing(amplitude, wave.wp), asked.cg, asked.sense)
-    cc = np.geomspace(*CC_RANGE, MAP_COLUMNS)
+    cc = np.geomspace(*couplings(asked), MAP_COLUMNS)
     return coupling_map(plant, wave, list(cc), list(np.linspace(0.02 * top, top, MAP_ROWS)), asked.sense, tick)
 
 
@@ -70,7 +76,7 @@ def map_all(asked: Request, step: Steps, tick: Callable[[], None]) -> Mapped:
     waves = step(tongue, lambda: map_waves(asked, tick))
     cc, cg = thinned(controls.first, BASIN_COLUMNS), thinned(controls.second, BASIN_ROWS)
     basin = step(basins, lambda: basin_map(asked, cc, cg, BASIN_SIZE, BASIN_SAMPLES, tick))
-    return Mapped(controls, waves, cc, cg, basin, step(borders, lambda: control_borders(asked, CC_RANGE, tick)))
+    return Mapped(controls, waves, cc, cg, basin, step(borders, lambda: control_borders(asked, couplings(asked), tick)))
 
 
 def thinned(values: NDArray[np.float64], count: int) -> list[float]:

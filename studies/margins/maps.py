@@ -20,7 +20,7 @@ from gyroctl.waves import Regular
 from gyroctl.writing import plain
 
 DT = 0.02
-"""Step of the maps: multipliers then agree with those of the default step to 1e-4. [s]"""
+"""Step of the maps at the size of Table 1: multipliers then agree with those of the default step to 1e-4. [s]"""
 
 NONE, GROWS, STABLE = 0, 1, 2
 """Codes of a point: no orbit, an orbit on which an oscillation grows, a stable orbit."""
@@ -86,9 +86,10 @@ def coupling_map(
     tick : callable
         Called after each column.
     """
+    dt = DT * plant.parameters.time_scale
 
     def at(first: float, second: float, guess: NDArray[np.float64] | None, turn: int) -> Orbit:
-        return search_orbit(plant, wave, first, second, turn, DT, guess)
+        return search_orbit(plant, wave, first, second, turn, dt, guess)
 
     return _grid(("cc", "cg"), cc, cg, at, sense, tick)
 
@@ -104,9 +105,10 @@ def tongue_map(
     tick: Tick = lambda: None,
 ) -> OrbitMap:
     """Orbits over frequency and height of the wave; the border is the smallest height that carries the load."""
+    dt = DT * plant.parameters.time_scale
 
     def at(first: float, second: float, guess: NDArray[np.float64] | None, turn: int) -> Orbit:
-        return search_orbit(plant, Regular(second, first, heading), cc, cg, turn, DT, guess)
+        return search_orbit(plant, Regular(second, first, heading), cc, cg, turn, dt, guess)
 
     return _grid(("wp", "height"), wp, height, at, sense, tick)
 
@@ -115,10 +117,10 @@ def basin_map(
     asked: Request, cc: Sequence[float], cg: Sequence[float], size: float, samples: int, tick: Tick
 ) -> NDArray[np.float64]:
     """Share of disturbances after which lock returns, (m, n) over cg and cc; NaN where no orbit is stable."""
-    share = np.full((len(cg), len(cc)), np.nan)
+    share, dt = np.full((len(cg), len(cc)), np.nan), DT * asked.plant.parameters.time_scale
     for j, coupling in enumerate(cc):
         for i, gain in enumerate(cg):
-            orbit = search_orbit(asked.plant, asked.wave, coupling, gain, asked.sense, DT)
+            orbit = search_orbit(asked.plant, asked.wave, coupling, gain, asked.sense, dt)
             if orbit.status == "stable":
                 share[i, j] = basin_stability(settle(orbit, asked.wave), size, samples, periods=60.0).value
         tick()

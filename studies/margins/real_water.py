@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Any
 
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.studies.margins.drag_lock import (
-    DURATION,
     GAMMA,
     SEEDS,
     Counted,
@@ -14,11 +13,12 @@ from gyroctl.studies.margins.drag_lock import (
     counted_in_a_sea,
     drag_that_locks,
     drags_to_count,
+    duration_of,
 )
 from gyroctl.studies.margins.draw_water import water
 from gyroctl.studies.margins.measures import Tick
 from gyroctl.studies.margins.request import Request
-from gyroctl.studies.margins.water import CHOICES, ChoiceMargins, in_words, most, of_choice
+from gyroctl.studies.margins.water import CHOICES, ChoiceMargins, choices_of, in_words, most, of_choice
 from gyroctl.writing import Kept
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ def real_water(asked: Request, point: str, kept: Kept, tick: Tick) -> Figure:
     content: dict[str, Any] = {"choices": {}}
     kept.content["water"] = content
     found: dict[str, ChoiceMargins] = {}
-    for name in CHOICES:
+    for name in choices_of(asked.plant):
         with kept.stage(f"water.{name}"):
             found[name] = of_choice(asked, name)
             content["choices"][name] = found[name].record()
@@ -59,10 +59,10 @@ def real_water(asked: Request, point: str, kept: Kept, tick: Tick) -> Figure:
     tick()
     counted: list[Counted] = []
     with kept.stage("water.sea"):
-        content["sea"] = {"gamma": GAMMA, "hs_m": asked.wave.hs, "duration_s": DURATION, "seeds": list(SEEDS)}
+        content["sea"] = {"gamma": GAMMA, "hs_m": asked.wave.hs, "duration_s": duration_of(asked), "seeds": list(SEEDS)}
         content["sea"] |= {"seed_states": ledger().states(SEEDS), "runs": []}
         for drag in drags_to_count(lock.drag if lock is not None else 0.0):
             counted.append(counted_in_a_sea(asked, drag))
             content["sea"]["runs"].append(counted[-1].record())
     tick()
-    return water(found, lock, counted, point)
+    return water(found, lock, counted, point, asked.plant.parameters.length_scale)

@@ -30,10 +30,10 @@ from gyroctl.studies.margins.borders import Border, control_borders
 from gyroctl.studies.margins.mapped import (
     BASIN_COLUMNS,
     BORDER_STAGES,
-    CC_RANGE,
     MAP_COLUMNS,
     MAPS,
     TONGUE_COLUMNS,
+    couplings,
     map_all,
     map_controls,
     map_waves,
@@ -144,7 +144,7 @@ def margin_report(
         named = {"constant controls": constant, law: of_law}
         if cases := {name: case for name, case in named.items() if case is not None}:
             with kept.stage("robustness"):
-                draw("robustness", draw_robustness.robustness(cases, point))
+                draw("robustness", draw_robustness.robustness(cases, point, asked.plant.parameters.length_scale))
         if maps:
             with kept.stage("maps"):
                 pictures, content["maps"] = _drawn(asked, orbit.period, *mapped.result())
@@ -197,7 +197,7 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
     over_controls = axes == AXES[0]
     stages = (MAP_COLUMNS + BORDER_STAGES if over_controls else TONGUE_COLUMNS) + 1
     with Progress("lock map", stages, quiet) as progress, styled():
-        with beside(partial(control_borders, asked, CC_RANGE), progress.advance) as bordered:
+        with beside(partial(control_borders, asked, couplings(asked)), progress.advance) as bordered:
             if over_controls:
                 bordered.begin()
             found = map_controls(asked, progress.advance) if over_controls else map_waves(asked, progress.advance)

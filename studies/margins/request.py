@@ -9,6 +9,8 @@ from typing import Any
 
 from gyroctl.devices.identity import device_record
 from gyroctl.errors import InputError
+from gyroctl.froude import growth
+from gyroctl.harness.for_device import InModelScale
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import build, describe
 from gyroctl.linearisation import PeriodicOrbit, lock_orbit
@@ -19,8 +21,11 @@ from gyroctl.waves import Regular
 from gyroctl.waves.checks import HEIGHT_MAX, at_most, within
 from gyroctl.waves.physical import check_wave
 
-STEP = 0.01
-"""Longest step of the orbits and of the loop. [s]"""
+USUAL = {"height": (0.2, "m"), "wp": (3.14, "rad/s"), "cc": (0.052, "Nms"), "cg": (3.5e-4, "Nms")}
+"""What may be asked for, with its unit: examples at the size of Table 1."""
+
+CG_MAX = 10.0
+"""Largest load of a device of the size of Table 1 or smaller; more is a slip of the unit. [Nms]"""
 
 
 @dataclass(frozen=True)
@@ -115,37 +120,41 @@ def request(
     InputError
         Fields ``height``, ``wp``, ``cc``, ``cg``, ``sense`` or those of the law.
     """
-    for name, value, unit, example in (("height", height, "m", 0.2), ("wp", wp, "rad/s", 3.14)):
+    length = plant.parameters.length_scale
+    give = {
+        name: f"Give it in {unit}, for example {own * growth(unit, length):.3g}" for name, (own, unit) in USUAL.items()
+    }
+    for name, value in (("height", height), ("wp", wp)):
         if not (math.isfinite(value) and value > 0.0):
-            raise InputError(name, value, "must be a positive number", f"Give it in {unit}, for example {example}")
+            raise InputError(name, value, "must be a positive number", give[name])
     at_most("height", height, HEIGHT_MAX, "m")
     low, high = plant.excitation.omega[[0, -1]]
     if not low <= wp <= high:
         mend = f"Give a frequency from {low:g} to {high:g} rad/s"
         raise InputError("wp", wp, "the excitation is not known at this frequency", mend)
-    for name, value, example in (("cc", cc, 0.052), ("cg", cg, 3.5e-4)):
+    for name, value in (("cc", cc), ("cg", cg)):
         if not (math.isfinite(value) and value >= 0.0):
-            raise InputError(name, value, "must be a finite number, zero or more", f"Give it in Nms, e.g. {example:g}")
+            raise InputError(name, value, "must be a finite number, zero or more", give[name])
     if cc == 0.0 and plant.parameters.connection == "magnetic":
-        raise InputError("cc", cc, "without coupling nothing turns the flywheel", "Give it in Nms, for example 0.052")
+        raise InputError("cc", cc, "without coupling nothing turns the flywheel", give["cc"])
     if cg == 0.0:
-        raise InputError("cg", cg, "without load there is no power and no headroom", "Give it in Nms, e.g. 3.5e-4")
+        raise InputError("cg", cg, "without load there is no power and no headroom", give["cg"])
     if sense not in (1, -1):
         raise InputError("sense", sense, "must be 1 or -1", "Choose the sense of rotation of the ring")
     wave = Regular(height, wp)
     check_wave(plant, wave)
     check_stiffness(plant, cc)
-    within("cg", cg, 0.0, 10.0, "Give it in Nms, for example 3.5e-4")
+    within("cg", cg, 0.0, CG_MAX * growth("Nms", max(length, 1.0)), give["cg"])
     built = _law(law_name, parameters or {}, wp, cc, cg, plant if own_device else None) if law_name else None
     return Request(plant, wave, cc, cg, sense, law_name, built)
 
 
 def check_stiffness(plant: Plant, cc: float) -> None:
     """Refuse a coupling whose slip is too fast for the step of the orbits."""
-    rate = float(slip_rate(plant.coefficients, cc))
-    if STEP * rate > UNSTABLE:
-        problem = f"the slip decays at {rate:.3g}/s, too fast for steps of {STEP:g} s"
-        raise InputError("cc", cc, problem, f"Give at most {cc * UNSTABLE / (STEP * rate):.3g} Nms")
+    rate, step = float(slip_rate(plant.coefficients, cc)), plant.step
+    if step * rate > UNSTABLE:
+        problem = f"the slip decays at {rate:.3g}/s, too fast for steps of {step:.3g} s"
+        raise InputError("cc", cc, problem, f"Give at most {cc * UNSTABLE / (step * rate):.3g} Nms")
 
 
 def find_orbit(asked: Request) -> PeriodicOrbit:
@@ -174,9 +183,13 @@ def find_orbit(asked: Request) -> PeriodicOrbit:
 
 
 def _law(name: str, parameters: Mapping[str, Any], wp: float, cc: float, cg: float, device: Plant | None = None) -> Law:
-    """Build the law; a constant law takes the pair, and a law that is told the peak frequency that of the wave."""
+    """Build the law; a constant law takes the pair, and a law that is told the peak frequency that of the wave.
+
+    A law in the units of its model is told them in those.
+    """
     built = build(name, parameters, device=device)
-    own = describe(built)
-    wanted = {"wp": wp, **({"cc": cc, "cg": cg} if built.information == "none" else {})}
+    time, torque = (built.time, built.torque) if isinstance(built, InModelScale) else (1.0, 1.0)
+    own = describe(built.law if isinstance(built, InModelScale) else built)
+    wanted = {"wp": wp * time, **({"cc": cc / torque, "cg": cg / torque} if built.information == "none" else {})}
     changes = {key: value for key, value in wanted.items() if key in own and key not in parameters}
     return build(name, {**parameters, **changes}, device=device)

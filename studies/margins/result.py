@@ -189,7 +189,8 @@ class MarginResult:
         found: Figure | None = None
         with styled():
             if picture == "robustness" and cases:
-                found = draw_robustness.robustness(cases, point)
+                length = self.request.plant.parameters.length_scale
+                found = draw_robustness.robustness(cases, point, length)
             elif picture == "multipliers":
                 loop = self.linear.loop if self.linear is not None else None
                 found = draw_orbit.multipliers(self.orbit, loop, law, point)
@@ -228,6 +229,7 @@ def margins(
         Constant controls, and where a law starts. [Nms]
     law : Law or str, optional
         The law, or the name of a registered one with its shipped parameters; without it the constant controls alone.
+        For a device of another length than that of Table 1 a name stands for the law in the units of its model.
     sense : {1, -1}
         Sense of rotation of the ring.
     samples : int
@@ -249,7 +251,9 @@ def margins(
     check_kind("wave", wave, Regular, "a regular wave", REGULAR)
     check_samples(samples)
     name = law if isinstance(law, str) else type(law).__name__ if law is not None else ""
-    asked = request(plant, wave.height, wave.wp, cc, cg, sense, name if isinstance(law, str) else "")
+    scaled = plant.parameters.length_scale != 1.0
+    named = name if isinstance(law, str) else ""
+    asked = request(plant, wave.height, wave.wp, cc, cg, sense, named, own_device=scaled)
     built = asked.law if law is None or isinstance(law, str) else law_of(law)
     asked = Request(plant, wave, cc, cg, sense, name, built)
     orbit, kept = find_orbit(asked), Kept({})

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -10,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from gyroctl.devices import VARIANTS
+from gyroctl.devices.scaling import grown
+from gyroctl.froude import at_length, growth
 from gyroctl.linearisation import PeriodicOrbit, lock_orbit
 from gyroctl.orbits.continuation import Branch, Kind, continue_fixed_point, continue_orbit, scaled_by_orbit
 from gyroctl.orbits.orbit_map import OrbitMap
@@ -45,22 +48,28 @@ CHOICES: dict[str, dict[str, Any]] = {
     "efficiency 0.8": {"generator_efficiency": 0.8},
     ALL: {name: value for name, value in VARIANTS["realistic"].items() if name in LINEAR},
 }
-"""One choice at a time, and those of the realistic variant together as far as they can be differentiated."""
+"""One choice at a time, and those of the realistic variant together as far as they can be differentiated. At the size
+of Table 1; `choices_of` has those of a device."""
 
 OSCILLATIONS: tuple[Kind, ...] = ("Neimark-Sacker", "period doubling")
 """Where an oscillation begins to grow: at a frequency of its own, or where the symmetry fails at half the wave's."""
 
 LEAST_DAMPING, MOST_DAMPING = -80.0, 40.0
-"""Hinge damping between which the border is sought. [Nms/rad]"""
+"""Hinge damping between which the border is sought, at the size of Table 1. [Nms/rad]"""
 
 SCALE_DAMPING = 20.0
-"""Change of the hinge damping that counts as one. [Nms/rad]"""
+"""Change of the hinge damping that counts as one, at the size of Table 1. [Nms/rad]"""
+
+BELOW = 1.0
+"""How far below the device's own damping the border is sought at least, at the size of Table 1. [Nms/rad]"""
 
 CG_REACH = 2.0
 """Largest cg that is tried, over the capacity that the orbit's lock share tells."""
 
 CC_RANGE = (0.005, 0.3)
-"""Couplings in which the border is sought. [Nms]"""
+"""Couplings in which the border is sought, at the size of Table 1. [Nms]"""
+
+NUMBER = re.compile(r"[\d.]+(e-?\d+)?")
 
 
 @dataclass(frozen=True)
@@ -123,18 +132,32 @@ class ChoiceMargins:
         return asdict(self)
 
 
+def choices_of(plant: Plant) -> dict[str, dict[str, Any]]:
+    """Return `CHOICES` at the length of a device, each with its own number in the name."""
+    length = plant.parameters.length_scale
+    if length == 1.0:
+        return CHOICES
+    return {_renamed(name, own): own for name, own in ((name, grown(of, length)) for name, of in CHOICES.items())}
+
+
+def couplings_around(asked: Request) -> tuple[float, float]:
+    """Couplings in which a border is sought, the pair's own among them. [Nms]"""
+    low, high = at_length(CC_RANGE, "Nms", asked.plant.parameters.length_scale)
+    return min(low, asked.cc), max(high, asked.cc)
+
+
 def linear_plant(plant: Plant) -> Plant:
     """Return a plant with every choice beyond the linear model off."""
     return plant.replace(**LINEAR)
 
 
 def with_choices(plant: Plant, name: str) -> Plant:
-    """Return the linear plant with the named choices of `CHOICES` on, as far as they can be differentiated."""
-    return linear_plant(plant).replace(**CHOICES[name]).smooth
+    """Return the linear plant with the named choices of `choices_of` on, as far as they can be differentiated."""
+    return linear_plant(plant).replace(**choices_of(plant)[name]).smooth
 
 
 def of_choice(asked: Request, name: str) -> ChoiceMargins:
-    """Measure the plant of a request with one of `CHOICES` on and all others off, at its wave and controls."""
+    """Measure the plant of a request with one of `choices_of` on and all others off, at its wave and controls."""
     plant = with_choices(asked.plant, name)
     orbit = lock_orbit(plant, asked.wave, asked.cc, asked.cg, asked.sense, nearest=False)
     if orbit.status == "no orbit":
@@ -142,7 +165,7 @@ def of_choice(asked: Request, name: str) -> ChoiceMargins:
     mode, slowest = orbit.mode("horizontal"), orbit.modes[0]
     stable = orbit.status == "stable"
     over_cg = continue_orbit(orbit, "cg", (0.0, CG_REACH * orbit.cg / min(orbit.lock_share, 1.0)), OPTIONS)
-    over_cc = continue_orbit(orbit, "cc", (min(CC_RANGE[0], asked.cc), max(CC_RANGE[1], asked.cc)), OPTIONS)
+    over_cc = continue_orbit(orbit, "cc", couplings_around(asked), OPTIONS)
     room = headroom(orbit, asked.wave, "cg", True) if stable else None
     down = headroom(orbit, asked.wave, "wp", False) if stable else None
     return ChoiceMargins(
@@ -167,8 +190,9 @@ def of_choice(asked: Request, name: str) -> ChoiceMargins:
 def damping_border(orbit: PeriodicOrbit) -> float:
     """Hinge damping d1 at which an oscillation begins to grow, also below zero; NaN where none is met. [Nms/rad]"""
     over = OrbitMap(orbit.plant, orbit.wave, orbit.cc, orbit.cg, orbit.sense, orbit.dt, ("d1",))
-    limits = (min(LEAST_DAMPING, orbit.plant.parameters.d1 - 1.0), MOST_DAMPING)
-    scaled, start = scaled_by_orbit(over, orbit, SCALE_DAMPING)
+    unit = growth("Nms/rad", orbit.plant.parameters.length_scale)
+    limits = (min(LEAST_DAMPING * unit, orbit.plant.parameters.d1 - BELOW * unit), MOST_DAMPING * unit)
+    scaled, start = scaled_by_orbit(over, orbit, SCALE_DAMPING * unit)
     branch = continue_fixed_point(scaled, start, limits, OPTIONS)
     return nearest(branch, OSCILLATIONS, orbit.plant.parameters.d1, orbit.status == "stable")
 
@@ -234,6 +258,12 @@ def in_words(found: Mapping[str, ChoiceMargins]) -> str:
             f"{_process(together.wp_ending)}"
         )
     return ". ".join(_capital(part) for part in parts) + "." if parts else "No choice has an orbit."
+
+
+def _renamed(name: str, own: Mapping[str, Any]) -> str:
+    """Name of a single choice with its own number."""
+    number = next((value for value in own.values() if isinstance(value, float)), None)
+    return name if number is None or name == ALL else NUMBER.sub(f"{number:.3g}", name, count=1)
 
 
 def _process(ending: str) -> str:

@@ -68,10 +68,10 @@ def _reserve(orbit: PeriodicOrbit) -> str:
 
 
 def _gain(room: Headroom, whose: str) -> str:
-    what = "the law's cg" if room.value == 1.0 else f"cg = {room.value:.3g} Nms"
+    what = "the law's cg" if room.relative else f"cg = {room.value:.3g} Nms"
     if not math.isfinite(room.decibel):
         return f"{_capital(whose)}: {what} may be raised as far as was tried without losing lock."
-    to = f"{room.limit:.3g} times as much" if room.value == 1.0 else f"{room.limit:.4g} Nms"
+    to = f"{room.limit:.3g} times as much" if room.relative else f"{room.limit:.4g} Nms"
     return (
         f"{_capital(whose)}: {what} may be raised by {room.decibel:.1f} dB, to {to}, before lock ends "
         f"({room.ending}). Raising the load slowly to that point loses lock; a sudden rise loses it earlier."
