@@ -76,7 +76,7 @@ RUNS = {
         'gyroctl evaluate faults --laws "coupling[tuning=real]" --seeds 3465:3472 --seeds "@friction 0.45=3465:3528"',
         "gyroctl evaluate faults --laws coupling --seeds 1:2 --duration 300",
         "faults.json",
-        "not measured",
+        "1 h",
     ),
     "information": Run(
         "gyroctl evaluate information --seeds 1:8",
