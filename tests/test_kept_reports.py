@@ -89,7 +89,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     found = {1.0: Share(1.0, 0.5, 1.0, 4)}, (Shock("psi", 1, 2.0, 3.0),)
     monkeypatch.setattr(measures, "_hit", lambda regime, samples, tick: found)
     monkeypatch.setattr(measures, "DIRECTIONS", measures.DIRECTIONS[:2])
-    monkeypatch.setattr("gyroctl.studies.margins.draw_robustness.robustness", lambda cases, point: _figure())
+    monkeypatch.setattr("gyroctl.studies.margins.draw_robustness.robustness", lambda *_: _figure())
     monkeypatch.setattr("gyroctl.studies.margins.result.meanings", lambda *_: {})
     monkeypatch.setattr("gyroctl.studies.margins.report.meanings", lambda *_: {})
 
