@@ -103,7 +103,7 @@ RUNS = {
         "not measured",
     ),
     "gauge": Run(
-        "gyroctl evaluate gauge --seeds 3529:3536",
+        "gyroctl evaluate gauge --seeds 4081:4088",
         "gyroctl evaluate gauge --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
         "gauge.json",
         "25 min",
@@ -123,6 +123,12 @@ RUNS = {
         "real.json",
         "40 min",
     ),
+    "real_nmpc": Run(
+        'gyroctl evaluate real --laws nmpc --seeds 4089:4104 --seeds "@gamma 5=4105:4168"',
+        "gyroctl evaluate real --laws nmpc --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
+        "real.json",
+        "30 min",
+    ),
     "real_lmi": Run(
         'gyroctl evaluate real --laws scheduled_lmi --seeds 4033:4048 --seeds "@gamma 5=4049:4064"',
         "gyroctl evaluate real --laws scheduled_lmi --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
@@ -133,7 +139,7 @@ RUNS = {
     "bound_gamma5": Run(BOUND.format(5), QUICK.format(5), "bound.json", "30 min"),
     "bound_gamma50": Run(BOUND.format(50) + OWN_SET, QUICK.format(50), "bound.json", "35 min"),
     "bound_realistic": Run(
-        REAL.format("3545-3548", ""), REAL.format("100001,100000", " --quick"), "bound.json", "45 min"
+        REAL.format("3549-3552", ""), REAL.format("100001,100000", " --quick"), "bound.json", "45 min"
     ),
     "margins": Run(f"{POINT} --cc 0.052 --law load_angle", "", "margins.json", "30 s"),
     "margins_loose": Run(f"{POINT} --cc 0.02", "", "margins.json", "10 s"),
@@ -148,7 +154,7 @@ RUNS = {
         "not measured",
     ),
     "forecast": Run(
-        "python -m gyroctl.studies.forecast --seeds 4017:4033",
+        "python -m gyroctl.studies.forecast --seeds 4065:4081",
         "python -m gyroctl.studies.forecast --seeds 100000:100002 --duration 260",
         "forecast.json",
         "10 min",

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import gyroctl as gy
 from gyroctl.hydrodynamics.dispersion import wavenumber
 from gyroctl.waves.estimation import MomentEstimator, Predictor, coverage, forecast_spread, observe, predict
-from gyroctl.waves.estimation.placed import FAR, LEAST, SLOW, SLOWER, Placed, learn_scale
+from gyroctl.waves.estimation.placed import ALIKE, FAR, LEAST, SLOW, SLOWER, Placed, learn_scale
 from gyroctl.waves.estimation.predictor import PredictorState
 from gyroctl.waves.estimation.skill import Replay
 
@@ -192,7 +192,10 @@ def test_scale_is_learnt_by_its_formula(plant: gy.Plant) -> None:
 
 
 def test_misfit_is_learnt_once_a_sample(plant: gy.Plant) -> None:
-    """Asked twice for the forecast of one sample, it learns once, by the residual of dense matrices."""
+    """Asked twice for the forecast of one sample, it learns once, by the residual of dense matrices.
+
+    Of a float that moves it takes the misfit for more than the residuals say, of one at rest for what they say.
+    """
     predictor = designed(plant)
     assert predictor.placed is not None
     first = predictor.placed.misfit
@@ -206,7 +209,7 @@ def test_misfit_is_learnt_once_a_sample(plant: gy.Plant) -> None:
         rest = np.arange(len(of)) != j
         weights = np.linalg.solve(G[np.ix_(rest, rest)], G[rest, j])
         alone.append((values[j] - weights @ values[rest]) ** 2 / (G[j, j] - weights @ G[rest, j]))
-    wanted = np.maximum(first * np.exp(0.1 / SLOW * (np.minimum(alone, FAR) - 1.0)), LEAST**2)
+    wanted = np.maximum(first * np.exp(0.1 / SLOW * (ALIKE * np.minimum(alone, FAR) - 1.0)), LEAST**2)
     np.testing.assert_allclose(state.placed.misfit, wanted, rtol=1e-9)
     before = state.placed.misfit.copy()
     predict(predictor, state, out)

@@ -291,7 +291,7 @@ def test_where_readings_are_missing_the_sensors_tell(device: gy.Plant, lost: str
     foresight = Foresight.gauged(device, estimator, 4.0, gauge, Readings(values, gauge.sampling, 40.0))
     memory, state = fed(foresight, waves, samples)
     ahead, alone = np.empty((2, 40)), np.empty((2, 40))
-    foresight.read((samples - 1) * STEP, False, memory, state, ahead)
+    assert foresight.read((samples - 1) * STEP, False, memory, state, ahead) == (lost == "none")
     predict(foresight.predictor, memory, alone)
     assert np.array_equal(ahead, alone) == (lost != "none")
 

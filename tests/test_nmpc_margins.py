@@ -10,8 +10,9 @@ from test_nmpc_sample import work_of
 
 import gyroctl as gy
 from gyroctl.controllers.nmpc.problem import NOW, RING, RING_ANGLE, V1, V3, Weights, stage_cost, weights
-from gyroctl.controllers.nmpc.sample import DOUBTED, doubted
+from gyroctl.controllers.nmpc.sample import CERTAIN, DOUBTED, LIMIT1, doubted, posed
 from gyroctl.plant.compiled import entry_point
+from gyroctl.waves.gauge import Readings
 
 FLOOR, LOCK, GRIP = 1.3, 2000.0, 3.0
 _cost = entry_point(stage_cost)
@@ -85,3 +86,53 @@ def test_no_margins_without_doubt_or_where_the_forecast_tells_no_deviation() -> 
     w = work_of(blind)
     doubted(blind._numbers, w, blind._first.forecast.placed.spread)
     assert not np.any(w.now[NOW:])
+
+
+@pytest.mark.parametrize(("part", "left"), [(0.0, 1.0), (0.25, 0.75), (1.0, 0.0), (40.0, 0.0)])
+def test_motion_that_is_allowed_falls_with_the_doubt(part: float, left: float) -> None:
+    """All of `sure` without doubt, none from `CERTAIN` on; what stands in the problem is what the plan goes by."""
+    law = gy.law("nmpc", plant="realistic", limit1=0.3, sure=0.08)
+    c, w = law._numbers, work_of(law)
+    for _ in range(2):  # it does not add up
+        w.now[NOW:] = part * CERTAIN
+        posed(c, w, np.zeros(14))
+        assert w.weights[LIMIT1] == pytest.approx(0.3 + 0.08 * left, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("told", "sure"),
+    [
+        ({"plant": "realistic"}, 0.08),  # its forecast tells its deviation
+        ({"plant": "realistic", "doubt": 0.0}, 0.0),  # it does, and nobody asks
+        ({}, 0.0),  # none is told at rest
+        ({"information": "oracle"}, 0.08),
+        ({"information": "forecast", "lead": 2.0}, 0.0),  # half of the horizon is a guess
+        ({"information": "forecast", "lead": 4.0}, 0.08),
+        ({"information": "forecast", "lead": 4.0, "delay": 1}, 0.0),
+        ({"information": "forecast", "lead": 4.0, "noise": 0.1}, 0.0),
+        ({"information": "gauge", "plant": "realistic"}, 0.08),
+    ],
+)
+def test_more_motion_is_for_those_who_know_what_they_do_not_know(told: dict[str, object], sure: float) -> None:
+    law = gy.law("nmpc", **{"sure": 0.08, **told})
+    if law.information in ("oracle", "forecast"):
+        law = law.informed(gy.realise(gy.zhang2017(), gy.SeaState(), 1, 40.0))
+    assert law._numbers.sure == sure
+
+
+def test_doubt_is_that_of_the_sensors_where_the_gauge_is_silent() -> None:
+    """Without readings a law with a gauge plans as the one without: the same margins, and the same coupling."""
+    alone, gauge = gy.law("nmpc", plant="realistic"), gy.law("nmpc", plant="realistic", information="gauge")
+    silent = gauge.informed(Readings(np.full(600, np.nan), 0.1, 60.0))
+    states, t = [alone.init(), silent.init()], 0.0
+    for sample in range(20):
+        t, phase = 0.1 * sample, 3.14 * 0.1 * sample
+        y = np.array([phase, 3.14, 68.0, 0.2 * np.cos(phase), 0.2 * np.sin(phase), -0.6 * np.sin(phase), 0.6])
+        commands = []
+        for i, law in enumerate((alone, silent)):
+            command, states[i] = law.step(t, y + 1e-3 * np.sin(sample * np.arange(7.0)), states[i])
+            commands.append(command)
+        assert commands[0] == pytest.approx(commands[1], abs=1e-6)
+    margins = [law.memory(state).work.now[NOW:] for law, state in zip((alone, silent), states, strict=True)]
+    np.testing.assert_allclose(margins[0], margins[1], rtol=1e-6)
+    assert margins[0][-1] > 0.0

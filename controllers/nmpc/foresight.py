@@ -139,11 +139,11 @@ class Foresight(NamedTuple):
 
     def read(
         self, t: float, learnt: bool, memory: PredictorState, gauge: GaugeState, ahead: NDArray[np.float64]
-    ) -> None:
+    ) -> bool:
         """Write the moments at the end of each interval from `t` [s] on into `ahead` (2, n), as gauge and sensors tell.
 
-        Where a reading is missing or none has been made for long enough, by the sensors alone. `learnt` says that the
-        spectrum has just changed.
+        Where a reading is missing or none has been made for long enough, by the sensors alone, and then it returns
+        False: what the gauge's state says of the errors is of before. `learnt` says that the spectrum has just changed.
         """
         c, readings = self.gauge, self.readings
         if c is None or readings is None:
@@ -163,6 +163,7 @@ class Foresight(NamedTuple):
         told = predict_from_gauge(c, gauge, *given, memory.now, ahead)
         if not told:
             predict(self.predictor, memory, ahead)
+        return told
 
     def foresee(self, t: float, known: Probe, memory: PredictorState, ahead: NDArray[np.float64]) -> None:
         """Write the moments at the end of each interval from `t` [s] on into `ahead` (2, n), as a probe tells them."""

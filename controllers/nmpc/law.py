@@ -224,14 +224,15 @@ class Nmpc:
             learnt = take(c.predictor, forecast, estimate.me_hat[0], estimate.me_hat[1], placed(estimate))
             if learnt:
                 learn(c.predictor.learner, forecast.memory)
-            if memory.gauge is not None:
-                self._foresight.read(t, learnt, forecast, memory.gauge, memory.ahead)
-            else:
+            said = forecast.placed
+            if memory.gauge is None:
                 predict(c.predictor, forecast, memory.ahead)
+            elif self._foresight.read(t, learnt, forecast, memory.gauge, memory.ahead):
+                said = memory.gauge.waves
         between(forecast.now, memory.ahead, self.period, memory.moments)
         powered(law, w, speed)
         if self._foresight.probe is None:
-            doubted(law, w, (forecast.placed if memory.gauge is None else memory.gauge.waves).spread)
+            doubted(law, w, said.spread)
         more, status = posed(law, w, estimate.then), GOOD
         if more >= 0:
             moments = acted_on(law, memory.ahead, memory.moments)
@@ -288,6 +289,7 @@ class Nmpc:
             k=constants(self.plant, beyond=True),
             weights=np.array(cost._replace(turns=a.turns, grip=grip, ceiling=a.ceiling), np.float64),
             doubt=float(a.doubt) * grip / np.array([cost.I1, cost.I3]),
+            sure=float(a.sure) if self._knows_its_doubt else 0.0,
             period=float(self.period),
             horizon=float(self.horizon),
             reserve=float(a.reserve),
@@ -307,6 +309,14 @@ class Nmpc:
             fallback=(float(pair.cc), float(pair.cg)) if type(pair) is Fallback else (0.0, 0.0),
             addresses=(0, 0, 0, 0, 0, 0),
         )
+
+    @property
+    def _knows_its_doubt(self) -> bool:
+        """Whether the forecast tells how far it is off, or is the truth."""
+        if self._foresight.probe is not None:
+            return self.preview >= self.horizon + self.delay * self.period and self.probe.noise == 0.0
+        told = self._foresight.gauge is not None or self._foresight.predictor.placed is not None
+        return told and self.aims.doubt > 0.0 and self.aims.traction > 0.0
 
     @cached_property
     def _first(self) -> Memory:

@@ -23,10 +23,14 @@ from gyroctl.waves.estimation.gauge_readings import GaugeState
 FloatArray = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
-REACH, GRIP = Weights._fields.index("reach"), Weights._fields.index("grip")
+REACH, GRIP, LIMIT1 = (Weights._fields.index(name) for name in ("reach", "grip", "limit1"))
 
 DOUBTED = 0.6
 """Time ahead from which the margin of ring speed grows no more: the motion is steered by then. [s]"""
+
+CERTAIN = 0.04
+"""Margin of ring speed at the end of a plan with which the moments are too doubtful to take more motion: less than the
+sensors alone ever leave, far more than a gauge does. [rad/s]"""
 
 BACKWARDS = -0.5
 """Ring speed below which the axis rolls backwards, and no reading is that wrong. [rad/s]"""
@@ -59,6 +63,7 @@ class Numbers(NamedTuple):
     k: FloatArray  # constants of the model
     weights: FloatArray  # fields of `Weights`
     doubt: FloatArray  # (2,) margin of ring speed that an uncertain impulse of Me1 and of Me3 asks for [rad/s per Nms]
+    sure: float  # further |phi1| where nothing is in doubt [rad]
     period: float  # [s]
     horizon: float  # [s]
     reserve: float  # mean ring speed that past and horizon together are to keep [rad/s]
@@ -208,6 +213,13 @@ def doubted(c: Numbers, w: Work, spread: Any) -> None:
 
 
 @inlined
+def allowed(c: Numbers, w: Work) -> float:
+    """Limit of |phi1| of the plan [rad]: the less of the moments is in doubt, the more of the room may be used."""
+    doubt = w.now[w.now.size - 1] / CERTAIN
+    return float(c.weights[LIMIT1] + c.sure * max(1.0 - doubt, 0.0))
+
+
+@inlined
 def posed(c: Numbers, w: Work, x: Any) -> int:
     """Pose the problem of the moment in the state `x`.
 
@@ -217,6 +229,7 @@ def posed(c: Numbers, w: Work, x: Any) -> int:
         w.start[i] = x[c.rows[i]]
     w.now[0], w.now[1], w.now[2], w.now[3] = w.numbers[POWER], w.numbers[CC], c.cc_max, c.period
     put(c.weights, w.weights)
+    w.weights[LIMIT1] = allowed(c, w)
     w.weights[REACH] = w.angles[0] + c.reserve * ((PAST - 1 + c.delay) * c.period + c.horizon)
     w.result[1] = w.numbers[SOLVER]
     followed(w.plan, w.trial)

@@ -62,6 +62,7 @@ class Aims(NamedTuple):
     motion: float = 4000.0  # weight of motion beyond its limits [J/(rad^2 s)]
     limit1: float = 0.2479  # of |phi1| [rad]
     limit3: float = 0.25  # of |phi3| [rad]
+    sure: float = 0.0  # more of |phi1| where nothing ahead is in doubt, see `sample.allowed` [rad]
     lock: float = 50.0  # weight of ring speed below its floor [J s/rad^2]
     floor: float = 1.57  # least ring speed [rad/s]
     traction: float = 0.0  # friction of the rolling contact that a plan counts on; with 0 it asks for none [-]

@@ -28,6 +28,10 @@ LATER = ("real_coupling", "real_lmi")
 """Reports of laws that were tuned anew after the others were judged, on realisations of their own."""
 
 
+AGAIN = ("real_nmpc",)
+"""Reports of laws whose set stayed as it was, judged again since their forecast was changed."""
+
+
 def of_sea(sea: str, name: str = "real") -> str:
     """Every law of a result in a sea of real water."""
     found = result(name)
@@ -140,6 +144,6 @@ def _percent(share: Mapping[str, Any]) -> str:
 BLOCKS: Mapping[str, Callable[[], str]] = {
     "real": real,
     "real-targets": targets,
-    **{name.replace("_", "-"): partial(real, name) for name in LATER},
+    **{name.replace("_", "-"): partial(real, name) for name in (*LATER, *AGAIN)},
     "laws-real": readme_real,
 }

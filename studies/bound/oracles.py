@@ -14,10 +14,10 @@ from gyroctl.studies.bound.cut import Cut
 
 HABITS: tuple[dict[str, Any], ...] = (
     {},
-    {"horizon": 6.0, "limit1": 0.3, "turns": 10.0},
+    {"horizon": 6.0, "limit1": 0.3, "sure": 0.0, "turns": 10.0},
     {"turns": 0.0, "lock": 5.0},
-    {"horizon": 6.0, "limit1": 0.27},
-    {"limit1": 0.32, "limit3": 0.25},
+    {"horizon": 6.0, "limit1": 0.27, "sure": 0.0},
+    {"limit1": 0.32, "limit3": 0.25, "sure": 0.0},
     {"horizon": 6.0},
 )
 """Parameters of the law, in the order in which they are tried; the first are those that ship."""

@@ -9,7 +9,7 @@ and change nothing but the arrays of the state that they are given::
     state.x_hat, state.me_hat                            # (14,) in the plant's order, (2,) [Nm]
     look_to_then(estimator, state)                       # state.then: where a command of now begins to act
 
-    predictor = Predictor.design(plant, estimator=estimator, step=0.1, past=12.0, horizon=8.0)
+    predictor = Predictor.design(plant, estimator=estimator, step=0.1, horizon=8.0)
     memory = predictor.init()
     observe(predictor, memory, state.me_hat[0], state.me_hat[1], math.sin(state.x_hat[0]))
     predict(predictor, memory, out)                      # out (2, n): Me1, Me3 at 0.1, 0.2, .. s ahead [Nm]

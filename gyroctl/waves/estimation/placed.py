@@ -58,6 +58,10 @@ SLOW, SLOWER = 30.0, 120.0
 NARROW, WIDE = 0.5, 4.0
 """Range of that scale, squared. [1]"""
 
+ALIKE = 1.25
+"""By how much the misfit weighs more than its variance says: what the model of a moving float misses is alike from one
+sample to the next, so that many values tell less of a wave than they would with as much white noise. [1]"""
+
 FAR = 9.0
 """Squared deviations that count for no more than this many: one gust of a broken value is no misfit. [1]"""
 
@@ -69,6 +73,7 @@ class Placed(NamedTuple):
     width: float  # of a bin of the spectrum [rad/s]
     rates: tuple[float, float]  # parts of a deviation that misfit and scale take on at once
     far: int  # see `JUDGED` [steps]
+    alike: float  # see `ALIKE` [1]
     edges: NDArray[np.int64]  # (b + 1,) bins of the spectrum at which those here begin, and the end
     ages: NDArray[np.int64]  # (m,) of the values looked at, recent first [steps]
     phase: Array  # (m, b) of each wave at each age, at rest [rad]
@@ -133,15 +138,16 @@ def placed(
     far = min(max(round(JUDGED / step), 1), horizon)
     if moves:
         assert plant.geometry is not None
-        reach, least = float(plant.geometry.reach), np.full(2, LEAST**2)
+        reach, alike, least = float(plant.geometry.reach), ALIKE, np.full(2, LEAST**2)
         k = wavenumber(omega, plant.depth, plant.geometry.g) * math.cos(math.radians(heading))
     else:
-        reach, least, k = 0.0, np.minimum(noise, LEAST**2), np.zeros(omega.size)
+        reach, alike, least, k = 0.0, 1.0, np.minimum(noise, LEAST**2), np.zeros(omega.size)
     return Placed(
         reach,
         float(response.grid.width),
         (step / SLOW, far * step / SLOWER),
         far,
+        alike,
         edges,
         ages,
         np.ascontiguousarray(-step * np.outer(ages, omega)),
@@ -370,7 +376,7 @@ def learn_misfit(c: Placed, state: PlacedState, samples: int, left: Array, expla
     state.due[1] = samples
     for j in range(2):
         deviation = min(left[j] ** 2 / (1.0 - explained[j]), FAR)
-        grown = state.misfit[j] * math.exp(c.rates[0] * (deviation - 1.0))
+        grown = state.misfit[j] * math.exp(c.rates[0] * (c.alike * deviation - 1.0))
         state.misfit[j] = min(max(grown, c.least[j]), MOST * MOST)
 
 

@@ -53,7 +53,7 @@ class Predictor(NamedTuple):
         cls,
         plant: Plant,
         step: float = 0.1,
-        past: float = 12.0,
+        past: float | None = None,
         horizon: float = 8.0,
         sea: SeaState | None = None,
         estimator: MomentEstimator | None = None,
@@ -71,8 +71,11 @@ class Predictor(NamedTuple):
             The design model: gives He_j and the float's response.
         step : float
             Time between observations and between leads. [s]
-        past, horizon : float
-            How far the forecast looks back and ahead. [s]
+        past : float, optional
+            How far the forecast looks back; by default 12, and 8 where the float moves: broad bins of the spectrum are
+            out of step with the waves beyond. [s]
+        horizon : float
+            How far it looks ahead. [s]
         sea : SeaState, optional
             The sea to start from; by default a generic one.
         estimator : MomentEstimator, optional
@@ -97,6 +100,8 @@ class Predictor(NamedTuple):
             For a length that is not positive, a horizon or past shorter than a step, a step other than the estimator's.
         """
         moves = estimator is not None and position_of(plant.rolling.smooth.coefficients.beyond) is not None
+        if past is None:
+            past = 8.0 if moves else 12.0
         if doubt is None:
             doubt = 20.0 if moves else 6.0
         if floor is None:
