@@ -124,7 +124,7 @@ RUNS = {
         "40 min",
     ),
     "real_nmpc": Run(
-        'gyroctl evaluate real --laws nmpc --seeds 4089:4104 --seeds "@gamma 5=4105:4168"',
+        'gyroctl evaluate real --laws nmpc --seeds 4169:4184 --seeds "@gamma 5=4185:4248"',
         "gyroctl evaluate real --laws nmpc --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
         "real.json",
         "30 min",
