@@ -133,6 +133,19 @@ def test_slow_runs_after_quick_ones_soon_count(clock: list[float]) -> None:
         assert progress.left(clock[0]) == pytest.approx(120.0, rel=0.15)
 
 
+def test_time_left_of_runs_that_end_side_by_side(clock: list[float]) -> None:
+    """Fillings of 16 that take 250 s: said at their first run or after their last, it is that of the fillings left."""
+    with Progress("runs", 96) as progress:
+        for filling in range(6):
+            clock[0] += 250.0
+            for _ in range(16):
+                progress.advance()
+                said, truly = progress.left(clock[0]), 250.0 * (5 - filling)
+                assert (said is None) == (filling == 0)
+                assert said is None or truly <= said <= truly + 260.0
+                clock[0] += 0.01
+
+
 def test_long_compilation_is_said(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("gyroctl.simulation.progress.PATIENCE", 0.05)
     with Progress("runs", 3):

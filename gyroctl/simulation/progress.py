@@ -21,6 +21,9 @@ SPOKEN = 10.0
 TRUSTED = 3.0
 """Time over which the rate must have been seen before a time left is told: workers finish their first together. [s]"""
 
+TOGETHER = 0.5
+"""What ends within this time ended at once: runs that go side by side. [s]"""
+
 COMPILING = "compiling, and at work on the first; the time left is told after it"
 
 
@@ -75,7 +78,7 @@ class Progress(AbstractContextManager["Progress"]):
             self.done += items
             now = time.monotonic()
             self.first = self.first if self.seen else now
-            if not self.quiet or not self.seen:
+            if not self.seen or (not self.quiet and now - self.seen[-1][0] >= TOGETHER):
                 self.seen.append((now, self.done))
             if not self.quiet and now - self.begin >= PATIENCE:
                 self._show(now)
@@ -91,7 +94,11 @@ class Progress(AbstractContextManager["Progress"]):
         since, done = self.seen[0]
         if now - since < TRUSTED or self.done == done:
             return None
-        return (now - since) / (self.done - done) * (self.total - self.done)
+        each = (now - since) / (self.done - done)
+        latest, begun = self.seen[-1]  # what ends with it counts for the time after it
+        if begun > done:
+            each = max((latest - since) / (begun - done), each if now - latest >= TOGETHER else 0.0)
+        return each * (self.total - self.done)
 
     def _show(self, now: float) -> None:
         left = self.left(now)
