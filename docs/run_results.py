@@ -124,10 +124,10 @@ RUNS = {
         "40 min",
     ),
     "real_nmpc": Run(
-        'gyroctl evaluate real --laws nmpc --seeds 4169:4184 --seeds "@gamma 5=4185:4248"',
+        'gyroctl evaluate real --laws nmpc --only "gamma 5" --seeds 4249:4312',
         "gyroctl evaluate real --laws nmpc --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
         "real.json",
-        "30 min",
+        "15 min",
     ),
     "real_lmi": Run(
         'gyroctl evaluate real --laws scheduled_lmi --seeds 4033:4048 --seeds "@gamma 5=4049:4064"',
