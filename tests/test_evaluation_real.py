@@ -283,7 +283,11 @@ def blocks_of(content: dict[str, Any], ask: Request, monkeypatch: pytest.MonkeyP
     made = {"command": "gyroctl evaluate real", "gyroctl_version": "0", "date": "2026-11-28"}
     report = json.loads(json.dumps(plain({**made, "request": ask.record(), **content})))
     own = kept("real", report)
-    results = {"real": own, **dict.fromkeys(blocks.LATER, own), "seas": {**made, "seas": {"gamma5": []}}}
+    results = {
+        "real": own,
+        **dict.fromkeys((*blocks.LATER, *blocks.AGAIN), own),
+        "seas": {**made, "seas": {"gamma5": []}},
+    }
     monkeypatch.setattr(blocks, "result", results.__getitem__)
     monkeypatch.setattr(source, "result", results.__getitem__)
     return {name: make() for name, make in blocks.BLOCKS.items()}
