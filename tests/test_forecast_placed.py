@@ -192,10 +192,7 @@ def test_scale_is_learnt_by_its_formula(plant: gy.Plant) -> None:
 
 
 def test_misfit_is_learnt_once_a_sample(plant: gy.Plant) -> None:
-    """Asked twice for the forecast of one sample, it learns once, by the residual of dense matrices.
-
-    Of a float that moves it takes the misfit for more than the residuals say, of one at rest for what they say.
-    """
+    """Asked twice for the forecast of one sample, it learns once, by the residual of dense matrices, a quarter more."""
     predictor = designed(plant)
     assert predictor.placed is not None
     first = predictor.placed.misfit

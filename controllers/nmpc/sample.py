@@ -29,8 +29,8 @@ DOUBTED = 0.6
 """Time ahead from which the margin of ring speed grows no more: the motion is steered by then. [s]"""
 
 CERTAIN = 0.04
-"""Margin of ring speed at the end of a plan with which the moments are too doubtful to take more motion: less than the
-sensors alone ever leave, far more than a gauge does. [rad/s]"""
+"""Margin of ring speed at the end of a plan with which the moments are too doubtful to take more motion: near the least
+that the sensors alone leave. A gauge near the float leaves less, one of 10 m or more about as much. [rad/s]"""
 
 BACKWARDS = -0.5
 """Ring speed below which the axis rolls backwards, and no reading is that wrong. [rad/s]"""

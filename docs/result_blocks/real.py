@@ -29,7 +29,7 @@ LATER = ("real_coupling", "real_lmi")
 
 
 AGAIN = ("real_nmpc",)
-"""Reports of laws whose set stayed as it was, judged again since their forecast was changed."""
+"""Reports of laws judged again since their forecast was changed, and with it their set by hand."""
 
 
 def of_sea(sea: str, name: str = "real") -> str:
