@@ -103,7 +103,7 @@ RUNS = {
         "not measured",
     ),
     "gauge": Run(
-        "gyroctl evaluate gauge --seeds 4081:4088",
+        "gyroctl evaluate gauge --seeds 4313:4320",
         "gyroctl evaluate gauge --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
         "gauge.json",
         "25 min",
