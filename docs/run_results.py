@@ -67,7 +67,7 @@ RUNS = {
         "2 h",
     ),
     "faults": Run(
-        'gyroctl evaluate faults --laws "nmpc[plant=realistic]" --seeds 3465:3472 --seeds "@friction 0.45=3465:3528"',
+        'gyroctl evaluate faults --laws "nmpc[plant=realistic]" --seeds 4793:4800 --seeds "@friction 0.45=4793:4856"',
         "gyroctl evaluate faults --laws coupling,load_angle --seeds 1:2 --duration 300",
         "faults.json",
         "1 h",
@@ -103,7 +103,7 @@ RUNS = {
         "not measured",
     ),
     "gauge": Run(
-        "gyroctl evaluate gauge --seeds 4313:4320",
+        "gyroctl evaluate gauge --seeds 4785:4792",
         "gyroctl evaluate gauge --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
         "gauge.json",
         "25 min",
@@ -124,10 +124,10 @@ RUNS = {
         "40 min",
     ),
     "real_nmpc": Run(
-        'gyroctl evaluate real --laws nmpc --only "gamma 5" --seeds 4249:4312',
+        'gyroctl evaluate real --laws nmpc --seeds 4721:4784 --seeds "@gamma 5=4321:4720"',
         "gyroctl evaluate real --laws nmpc --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
         "real.json",
-        "15 min",
+        "70 min",
     ),
     "real_lmi": Run(
         'gyroctl evaluate real --laws scheduled_lmi --seeds 4033:4048 --seeds "@gamma 5=4049:4064"',

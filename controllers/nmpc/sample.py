@@ -28,9 +28,9 @@ REACH, GRIP, LIMIT1 = (Weights._fields.index(name) for name in ("reach", "grip",
 DOUBTED = 0.6
 """Time ahead from which the margin of ring speed grows no more: the motion is steered by then. [s]"""
 
-CERTAIN = 0.04
-"""Margin of ring speed at the end of a plan with which the moments are too doubtful to take more motion: near the least
-that the sensors alone leave. A gauge near the float leaves less, one of 10 m or more about as much. [rad/s]"""
+CERTAIN, DOUBTFUL = 0.4, 0.6
+"""Doubt of the whole horizon up to which all the room for motion may be used, and from which none of it. A gauge leaves
+less than the one, sensors alone leave more than the other but where the sea is calm. [rad/s]"""
 
 BACKWARDS = -0.5
 """Ring speed below which the axis rolls backwards, and no reading is that wrong. [rad/s]"""
@@ -47,8 +47,9 @@ PAST = 60
 GOOD, LATE, FAILED = 0, 1, 2
 """What became of a plan: it serves, came after the deadline, or is not of numbers."""
 
-SOLVER, POWER, MEAN, CC, CG = range(5)
-"""Numbers that the law remembers: of the solver, power and its slow mean [W], the last command [Nms]."""
+SOLVER, POWER, MEAN, CC, CG, DOUBT = range(6)
+"""Numbers that the law remembers: of the solver, power and its slow mean [W], the last command [Nms], and the ring speed
+that what is not known of the moments of the horizon adds up to [rad/s]."""
 
 SAMPLE, AGE, LATES, FAILURES, KEPT, FALLBACKS = range(6)
 """Counts: samples so far, samples since the last good plan, and what went otherwise than planned."""
@@ -96,7 +97,7 @@ class Work(NamedTuple):
     """Plan and counts, and the room that they are worked on in."""
 
     plan: FloatArray  # (n,) couplings from the last sample on [Nms]
-    numbers: FloatArray  # SOLVER .. CG
+    numbers: FloatArray  # SOLVER .. DOUBT
     angles: FloatArray  # (PAST,) of the ring at the last samples, oldest first [rad]
     counts: Counts  # SAMPLE .. FALLBACKS
     trial: FloatArray  # (n,) the plan that is worked on [Nms]
@@ -131,7 +132,7 @@ def first_memory(
     """Memory before the first sample, of a law whose last command was a pair [Nms]."""
     n, new, law = intervals, np.zeros, c.law
     far = n + law.delay
-    numbers = np.array([law.fresh, law.command.power, law.command.power, *pair])
+    numbers = np.array([law.fresh, law.command.power, law.command.power, *pair, 0.0])
     counts, weights = new(6, np.int64), new(law.weights.size)
     problem = new(n), new(rivals * n), new(law.rows.size), new(NOW + n), weights, new(2 + rivals)
     work = Work(np.full(n, pair[0]), numbers, new(PAST), counts, *problem)
@@ -198,25 +199,28 @@ def doubted(c: Numbers, w: Work, spread: Any) -> None:
 
     What is not known of a moment adds up in the speed of the float, and with it in what the rolling contact asks of the
     ring: a chance constraint, with the errors of all instants taken for one. `spread` is (2, 1 + intervals), now first;
-    of no size where the forecast does not tell it, and then there are no margins.
+    of no size where the forecast does not tell it, and then there are no margins. What the impulse of the whole horizon
+    would ask for stands beside them: how much is in doubt of what a plan goes by.
     """
     if spread.size == 0:
         return
-    by_1, by_3 = 0.0, 0.0
+    by_1, by_3, margin = 0.0, 0.0, 0.0
     for j in range(spread.shape[1] - 1):
+        by_1 += 0.5 * c.period * c.doubt[0] * (spread[0, j] + spread[0, j + 1])
+        by_3 += 0.5 * c.period * c.doubt[1] * (spread[1, j] + spread[1, j + 1])
         if j * c.period < DOUBTED:
-            by_1 += 0.5 * c.period * c.doubt[0] * (spread[0, j] + spread[0, j + 1])
-            by_3 += 0.5 * c.period * c.doubt[1] * (spread[1, j] + spread[1, j + 1])
+            margin = math.sqrt(0.5 * (by_1 * by_1 + by_3 * by_3))
         i = j - c.delay
         if 0 <= i < w.trial.size:
-            w.now[NOW + i] = math.sqrt(0.5 * (by_1 * by_1 + by_3 * by_3))
+            w.now[NOW + i] = margin
+    w.numbers[DOUBT] = math.sqrt(0.5 * (by_1 * by_1 + by_3 * by_3))
 
 
 @inlined
 def allowed(c: Numbers, w: Work) -> float:
     """Limit of |phi1| of the plan [rad]: the less of the moments is in doubt, the more of the room may be used."""
-    doubt = w.now[w.now.size - 1] / CERTAIN
-    return float(c.weights[LIMIT1] + c.sure * max(1.0 - doubt, 0.0))
+    sure = (DOUBTFUL - w.numbers[DOUBT]) / (DOUBTFUL - CERTAIN)
+    return float(c.weights[LIMIT1] + c.sure * min(max(sure, 0.0), 1.0))
 
 
 @inlined
