@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +11,10 @@ from test_nmpc_sample import work_of
 
 import gyroctl as gy
 from gyroctl.controllers.nmpc.problem import NOW, RING, RING_ANGLE, V1, V3, Weights, stage_cost, weights
-from gyroctl.controllers.nmpc.sample import CERTAIN, DOUBTED, LIMIT1, doubted, posed
+from gyroctl.controllers.nmpc.sample import CERTAIN, DOUBT, DOUBTED, DOUBTFUL, LIMIT1, doubted, posed
+from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.run import Settings, lead_in, run_law
+from gyroctl.harness.sensing import Sensors
 from gyroctl.plant.compiled import entry_point
 from gyroctl.waves.gauge import Readings
 
@@ -64,6 +68,7 @@ def test_margins_are_what_the_forecasts_deviations_add_up_to() -> None:
     expected = 0.5 / 0.4 * np.sqrt(0.5 * (rates[0] ** 2 + rates[1] ** 2))
     np.testing.assert_allclose(w.now[NOW:], expected, rtol=1e-12)
     assert 0.0 < expected[-1] < 1.0
+    assert w.numbers[DOUBT] == pytest.approx(expected[-1] * law.period * n / DOUBTED, rel=1e-12)  # of the whole horizon
 
 
 def test_margins_of_a_command_that_acts_later_begin_later() -> None:
@@ -82,19 +87,23 @@ def test_no_margins_without_doubt_or_where_the_forecast_tells_no_deviation() -> 
     sure, blind = gy.law("nmpc", plant="realistic", doubt=0.0), gy.law("nmpc", doubt=1.0, traction=0.4)
     w = work_of(sure)
     doubted(sure._numbers, w, np.full((2, w.trial.size + 1), 30.0))
-    assert not np.any(w.now[NOW:])
+    assert not np.any(w.now[NOW:]) and w.numbers[DOUBT] == 0.0
     w = work_of(blind)
     doubted(blind._numbers, w, blind._first.forecast.placed.spread)
-    assert not np.any(w.now[NOW:])
+    assert not np.any(w.now[NOW:]) and w.numbers[DOUBT] == 0.0
 
 
-@pytest.mark.parametrize(("part", "left"), [(0.0, 1.0), (0.25, 0.75), (1.0, 0.0), (40.0, 0.0)])
-def test_motion_that_is_allowed_falls_with_the_doubt(part: float, left: float) -> None:
-    """All of `sure` without doubt, none from `CERTAIN` on; what stands in the problem is what the plan goes by."""
+@pytest.mark.parametrize(
+    ("doubt", "left"),
+    [(0.0, 1.0), (CERTAIN, 1.0), (0.75 * CERTAIN + 0.25 * DOUBTFUL, 0.75), (DOUBTFUL, 0.0), (40.0 * DOUBTFUL, 0.0)],
+)
+def test_motion_that_is_allowed_falls_with_the_doubt(doubt: float, left: float) -> None:
+    """All of `sure` up to `CERTAIN`, none from `DOUBTFUL` on; what stands in the problem is what the plan goes by."""
     law = gy.law("nmpc", plant="realistic", limit1=0.3, sure=0.08)
     c, w = law._numbers, work_of(law)
+    w.now[NOW:] = 0.3  # the margins of the next moment are another matter
     for _ in range(2):  # it does not add up
-        w.now[NOW:] = part * CERTAIN
+        w.numbers[DOUBT] = doubt
         posed(c, w, np.zeros(14))
         assert w.weights[LIMIT1] == pytest.approx(0.3 + 0.08 * left, rel=1e-12)
 
@@ -118,6 +127,30 @@ def test_more_motion_is_for_those_who_know_what_they_do_not_know(told: dict[str,
     if law.information in ("oracle", "forecast"):
         law = law.informed(gy.realise(gy.zhang2017(), gy.SeaState(), 1, 40.0))
     assert law._numbers.sure == sure
+
+
+@pytest.mark.parametrize(("distance", "least"), [(10.0, 0.9), (20.0, 0.9), (None, 0.0)])
+def test_gauge_gets_the_room_for_motion_that_sensors_alone_do_not(
+    distance: float | None, least: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """In a sea of gamma 5, once the spectrum is learnt: by what the forecast says of itself, in the closed loop."""
+    given: list[float] = []
+
+    def seen(c: Any, w: Any, x: Any) -> int:
+        more = posed(c, w, x)
+        given.append((w.weights[LIMIT1] - c.weights[LIMIT1]) / c.sure)
+        return more
+
+    monkeypatch.setattr("gyroctl.controllers.nmpc.law.posed", seen)
+    told = {} if distance is None else {"information": "gauge", "distance": distance}
+    law = gy.law("nmpc", plant="realistic", deadline=1e6, **told)  # with a deadline a sample is Python
+    device, settings = (
+        gy.zhang2017(variant="realistic"),
+        Settings(blend=10.0, sensors=Sensors(), actuators=Actuators(cc_lag=0.02)),
+    )
+    run_law(device, law, lead_in(gy.realise(device, gy.SeaState(gamma=5.0), 100150, 70.0), settings), settings)
+    late = np.array(given)[450:]
+    assert late.size > 200 and (np.mean(late) >= least if distance else np.max(late) == 0.0)
 
 
 def test_doubt_is_that_of_the_sensors_where_the_gauge_is_silent() -> None:
