@@ -48,8 +48,8 @@ GOOD, LATE, FAILED = 0, 1, 2
 """What became of a plan: it serves, came after the deadline, or is not of numbers."""
 
 SOLVER, POWER, MEAN, CC, CG, DOUBT = range(6)
-"""Numbers that the law remembers: of the solver, power and its slow mean [W], the last command [Nms], and what the doubt
-of the moments of the horizon adds up to in the speed of the ring [rad/s]."""
+"""Numbers that the law remembers: of the solver, power and its slow mean [W], the last command [Nms], and what
+the doubt of the moments of the horizon adds up to in the speed of the ring [rad/s]."""
 
 SAMPLE, AGE, LATES, FAILURES, KEPT, FALLBACKS = range(6)
 """Counts: samples so far, samples since the last good plan, and what went otherwise than planned."""
