@@ -283,14 +283,24 @@ def blocks_of(content: dict[str, Any], ask: Request, monkeypatch: pytest.MonkeyP
     made = {"command": "gyroctl evaluate real", "gyroctl_version": "0", "date": "2026-11-28"}
     report = json.loads(json.dumps(plain({**made, "request": ask.record(), **content})))
     own = kept("real", report)
-    results = {
-        "real": own,
-        **dict.fromkeys((*blocks.LATER, *blocks.AGAIN), own),
-        "seas": {**made, "seas": {"gamma5": []}},
-    }
+    results = {"real": own, **dict.fromkeys(blocks.LATER, own), "seas": {**made, "seas": {"gamma5": []}}}
     monkeypatch.setattr(blocks, "result", results.__getitem__)
     monkeypatch.setattr(source, "result", results.__getitem__)
     return {name: make() for name, make in blocks.BLOCKS.items()}
+
+
+def test_targets_are_those_of_the_report_in_which_a_law_was_judged_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Target by target and sea by sea: two targets of one name are not one, and an open one replaces nothing."""
+
+    def told(name: str, gamma: float, law: str, verdict: str) -> dict[str, Any]:
+        return {"name": name, "gamma": gamma, "law": law, "verdict": verdict}
+
+    first = [told("planning", 1.0, "nmpc", "a"), told("planning", 50.0, "nmpc", "b"), told("simple", 5.0, "stop", "c")]
+    results: dict[str, Any] = {name: {"targets": []} for name in blocks.BEST}
+    results["real"] = {"targets": first}
+    results["real_nmpc"] = {"targets": [told("planning", 50.0, "nmpc", "later"), told("simple", 5.0, "", "open")]}
+    monkeypatch.setattr(blocks, "result", results.__getitem__)
+    assert [one["verdict"] for one in blocks._targets()] == ["a", "later", "c"]
 
 
 # --- the whole table ------------------------------------------------------------------------------------------------

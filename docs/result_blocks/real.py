@@ -24,12 +24,12 @@ OWN = {
 """Headings of what the table has of its own, and where it is kept."""
 
 
-LATER = ("real_coupling", "real_lmi")
-"""Reports of laws that were tuned anew after the others were judged, on realisations of their own."""
+LATER = ("real_coupling", "real_lmi", "real_nmpc")
+"""Reports of laws that were changed after all were judged together, by a new set or a new forecast, on realisations of
+their own."""
 
-
-AGAIN = ("real_nmpc",)
-"""Reports of laws judged again since their forecast was changed, and with it their set by hand."""
+BEST = ("real_coupling", "real_nmpc")
+"""Those of them whose law the targets are asked of."""
 
 
 def of_sea(sea: str, name: str = "real") -> str:
@@ -66,7 +66,7 @@ def real(name: str = "real") -> str:
 
 
 def targets() -> str:
-    """Which targets are met, demand by demand; by a law that was tuned anew with its later set."""
+    """Which targets are met, demand by demand; by a law that was judged again as it is since."""
     lines = [
         [
             f"{one['name']}: {one['verdict']}",
@@ -80,22 +80,22 @@ def targets() -> str:
         for one in _targets()
         for demand in one["demands"]
     ]
-    return f"{table(TARGET_HEADINGS, lines, 5)}\n\n{VERDICTS}\n\n{caption('real', 'real_coupling')}"
+    return f"{table(TARGET_HEADINGS, lines, 5)}\n\n{VERDICTS}\n\n{caption('real', *BEST)}"
 
 
 def _targets() -> list[Mapping[str, Any]]:
-    later = {one["name"]: one for one in result("real_coupling")["targets"] if one["law"]}
-    return [later.get(one["name"], one) for one in result("real")["targets"]]
+    later = {(one["name"], one["gamma"]): one for name in BEST for one in result(name)["targets"] if one["law"]}
+    return [later.get((one["name"], one["gamma"]), one) for one in result("real")["targets"]]
 
 
 def _anew(sea: str) -> dict[str, tuple[Mapping[str, Any], Row]]:
-    """Laws that were tuned anew: the later report of each, and its row there."""
+    """Laws that were judged again: the later report of each, and its row there."""
     reports = [result(name) for name in LATER]
     return {row["law"]: (report, row) for report in reports for row in report["seas"][sea] if row["law"] != PAIR}
 
 
 def readme_real() -> str:
-    """Laws in real water beside the linear plant, in the default sea; of a law tuned anew its later figures."""
+    """Laws in real water beside the linear plant, in the default sea; of a law judged again its later figures."""
     found, anew = result("real"), _anew("gamma5")
     linear = {row["law"]: row for row in result("seas")["seas"]["gamma5"]}
     rows = [anew.get(row["law"], (found, row)) for row in found["seas"]["gamma5"]]
@@ -144,6 +144,6 @@ def _percent(share: Mapping[str, Any]) -> str:
 BLOCKS: Mapping[str, Callable[[], str]] = {
     "real": real,
     "real-targets": targets,
-    **{name.replace("_", "-"): partial(real, name) for name in (*LATER, *AGAIN)},
+    **{name.replace("_", "-"): partial(real, name) for name in LATER},
     "laws-real": readme_real,
 }
