@@ -15,6 +15,8 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
 from faulthandler import cancel_dump_traceback_later, dump_traceback_later
 from functools import partial
+from heapq import heappop, heappush
+from itertools import count
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn, TypeVar
 
@@ -155,7 +157,9 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
             machine = name in quick or (is_ours(law) and is_machine(law))
             shares = [own[part] for part in pieces(len(own), workers)] if machine else [[item] for item in own]
             if machine or (is_ours(law) and not several):
-                under_way.add("threads", [Work(partial(threads.submit, perform, share), share) for share in shares])
+                sending = [partial(threads.submit, perform, share) for share in shares]
+                work = [Work(send, share, turn=i) for i, (send, share) in enumerate(zip(sending, shares, strict=True))]
+                under_way.add("threads", work)
             else:
                 sending = zip(_sending(own, processes), own, strict=True)
                 under_way.add("processes", [Work(send, [item]) for send, item in sending])
@@ -177,11 +181,15 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
 
 
 class Work(NamedTuple):
-    """What begins some items, these, and how often it was begun anew."""
+    """What begins some items, these, how often it was begun anew, and its turn among its kind: the smallest is next.
+
+    Pieces of several laws take turns seed by seed: what is found of a realisation is still kept for the next law.
+    """
 
     begin: Callable[[], Future[Any]]
     items: list[Item]
     again: int = 0
+    turn: int = 0
 
 
 class _UnderWay:
@@ -189,19 +197,24 @@ class _UnderWay:
 
     def __init__(self, most: int, look: Callable[[], None] = lambda: None) -> None:
         self.most, self.look = most, look  # what is called now and then while nothing ends
-        self.waiting: dict[str, deque[Work]] = {}
+        self.waiting: dict[str, list[tuple[int, int, Work]]] = {}  # heaps: by turn, then as they came
+        self.came = count()
         self.running: dict[Future[Any], tuple[str, Work]] = {}
 
     def add(self, kind: str, work: Iterable[Work]) -> None:
         """Let work wait for its turn among its kind, or begin."""
-        self.waiting.setdefault(kind, deque()).extend(work)
+        for one in work:
+            self._wait(kind, one)
         self._begin()
+
+    def _wait(self, kind: str, work: Work) -> None:
+        heappush(self.waiting.setdefault(kind, []), (work.turn, next(self.came), work))
 
     def _begin(self) -> None:
         for kind, waiting in self.waiting.items():
             free = self.most - sum(one == kind for one, _ in self.running.values())
             for _ in range(min(free, len(waiting))):
-                work = waiting.popleft()
+                _, _, work = heappop(waiting)
                 self.running[work.begin()] = kind, work
 
     def done(self) -> Iterator[tuple[Item, Outcome]]:
@@ -214,7 +227,7 @@ class _UnderWay:
         kind, work = self.running.pop(future)
         lost = isinstance(future.exception(), BrokenProcessPool)  # with all others, whatever it was doing
         if lost and work.again < AGAIN:
-            self.waiting[kind].append(work._replace(again=work.again + 1))
+            self._wait(kind, work._replace(again=work.again + 1))
             self._begin()
             return
         self._begin()

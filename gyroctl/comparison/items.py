@@ -10,6 +10,7 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from functools import lru_cache
 from itertools import product
 from typing import Any
 
@@ -38,6 +39,9 @@ COUNTERS = ("deadline_misses", "fallbacks", "clamped", "starts", "pulls", "catch
 """What a law may count while it runs, see `LawTiming`."""
 
 
+KEPT = 2500.0
+"""Longest realisation that is kept for the next law on it, where the plant needs its moments alone. [s]"""
+
 SERIES = 20_000
 """Most points of a time series that is stored, the samples of 2000 s: a longer one keeps its peaks and the stretch in
 its middle, see `few_points`, unless all of it is asked for. Metrics are always of the whole record."""
@@ -65,8 +69,35 @@ class Realisations:
     dt: float | None = None
 
     def at(self, plant: Plant, seed: int, settings: Settings) -> WaveRealisation:
-        """Return the waves of a seed as they act on the plant."""
+        """Return the waves of a seed as they act on the plant; short ones are kept for the other laws."""
+        if plant.coefficients.beyond is None and self.duration <= KEPT:
+            return _kept(_The(self), seed, _The(plant), _The(settings))
+        return self.made(seed, plant, settings)
+
+    def made(self, seed: int, plant: Plant, settings: Settings) -> WaveRealisation:
+        """Make the waves of a seed anew, as `at` returns them."""
         return lead_in(realise(plant, self.sea, seed, self.duration, self.dt), settings)
+
+
+class _The:
+    """An object that is itself alone, and stays as long as it is asked for."""
+
+    __slots__ = ("it",)
+
+    def __init__(self, it: Any) -> None:
+        self.it = it
+
+    def __hash__(self) -> int:
+        return id(self.it)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _The) and self.it is other.it
+
+
+@lru_cache(maxsize=64)  # of some laws on a filling of the lanes
+def _kept(waves: _The, seed: int, plant: _The, settings: _The) -> WaveRealisation:
+    made: WaveRealisation = waves.it.made(seed, plant.it, settings.it)
+    return made
 
 
 @dataclass(frozen=True, slots=True)

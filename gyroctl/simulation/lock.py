@@ -77,11 +77,16 @@ def wave_phasor(moment: ArrayLike, dt: float, wp: float) -> NDArray[np.complex12
     (n,) complex array
         [Nm]
     """
+    from scipy.fft import irfft, rfft
+
     signal = np.asarray(moment, float)
-    spectrum = np.fft.fft(signal)
-    omega = 2.0 * np.pi * np.fft.fftfreq(signal.size, dt)
-    band = (omega >= 0.5 * wp) & (omega <= 1.5 * wp)
-    return np.asarray(np.fft.ifft(np.where(band, 2.0 * spectrum, 0.0)))
+    spectrum = rfft(signal)
+    omega = 2.0 * np.pi * np.fft.rfftfreq(signal.size, dt)
+    band = np.where((omega >= 0.5 * wp) & (omega <= 1.5 * wp), spectrum, 0.0)
+    if signal.size % 2 == 0:
+        band[-1] = 0.0  # at half the sampling rate a wave has no phase
+    both = irfft(np.stack([band, -1j * band]), signal.size)  # what passes, and the same a quarter of a turn later
+    return np.asarray(both[0] + 1j * both[1])
 
 
 def cycle_slips(psi: ArrayLike, phasor: ArrayLike, dt: float, sense: int = 1) -> int:
@@ -184,7 +189,7 @@ def phase_of_moment(
     return _kept_phase(moment.tobytes(), *at) if moment.size <= KEPT_SIZE else _phase_at(moment, *at)
 
 
-@lru_cache(maxsize=16)
+@lru_cache(maxsize=64)  # of some laws on a filling of the lanes
 def _kept_phase(moment: bytes, *at: Any) -> WavePhase:
     return _phase_at(np.frombuffer(moment), *at)
 

@@ -21,6 +21,7 @@ from gyroctl.plant.compiled import entry_point, inlined
 from gyroctl.plant.contact import load_of
 from gyroctl.plant.equations import OMEGA_RATE, PSI_RATE
 from gyroctl.plant.kernel import slip_rate
+from gyroctl.plant.rates import rates
 from gyroctl.simulation.metrics import Record
 
 Floats = NDArray[np.float64]
@@ -101,7 +102,7 @@ def look(plant: Plant, record: Record, first: int, signals: Floats) -> Look:
     k, states = plant.coefficients, record.states[first:, : len(plant.labels)]
     x = np.concatenate([states[:-1], states[1:]]).T
     u = np.concatenate([record.controls[first:], record.ends[first:]]).T
-    dx = plant.derivative(x, u, np.concatenate([signals[:, :-1], signals[:, 1:]], axis=1))
+    dx = rates(plant, x, u, np.concatenate([signals[:, :-1], signals[:, 1:]], axis=1))
     load = load_of(k, x, dx, u)
     axis, rate = (x[-1], dx[-1]) if plant.slips else (k.N * x[PSI_RATE], k.N * dx[PSI_RATE])
     law = _Coupling(k.beyond, float(slip_rate(k, 1.0)), 1.0 - 2.0 * k.J3 * k.N * (k.N * k.Gpp - k.Gpo))
