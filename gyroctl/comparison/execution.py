@@ -157,8 +157,8 @@ def run_items(items: Sequence[Item], workers: int) -> Generator[tuple[Item, Outc
             machine = name in quick or (is_ours(law) and is_machine(law))
             shares = [own[part] for part in pieces(len(own), workers)] if machine else [[item] for item in own]
             if machine or (is_ours(law) and not several):
-                sending = [partial(threads.submit, perform, share) for share in shares]
-                work = [Work(send, share, turn=i) for i, (send, share) in enumerate(zip(sending, shares, strict=True))]
+                turns = enumerate(shares)
+                work = [Work(partial(threads.submit, perform, share), share, turn=turn) for turn, share in turns]
                 under_way.add("threads", work)
             else:
                 sending = zip(_sending(own, processes), own, strict=True)
