@@ -127,7 +127,7 @@ RUNS = {
         'gyroctl evaluate real --laws nmpc --seeds 4721:4784 --seeds "@gamma 5=4321:4720"',
         "gyroctl evaluate real --laws nmpc --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
         "real.json",
-        "70 min",
+        "110 min",
     ),
     "real_lmi": Run(
         'gyroctl evaluate real --laws scheduled_lmi --seeds 4033:4048 --seeds "@gamma 5=4049:4064"',
