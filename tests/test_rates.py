@@ -72,10 +72,14 @@ def test_waves_are_kept_for_the_next_law_on_them() -> None:
     assert np.array_equal(waves.made(1, plant, settings).moments, first.moments)
 
 
-@pytest.mark.parametrize(("told", "duration"), [({"drag": 0.5}, 120.0), ({}, KEPT + 0.1)])
-def test_waves_that_would_fill_the_memory_are_not_kept(told: dict[str, Any], duration: float) -> None:
+@pytest.mark.parametrize(
+    ("told", "duration", "dt"),
+    [({"drag": 0.5}, 120.0, None), ({}, 0.05 * KEPT + 0.1, None), ({}, 0.01 * KEPT + 0.1, 0.01)],
+)
+def test_waves_that_would_fill_the_memory_are_not_kept(told: dict[str, Any], duration: float, dt: float | None) -> None:
+    """Long ones, and short ones on a fine grid."""
     plant, settings = gy.zhang2017(**told), Settings(blend=0.0)
-    waves = Realisations(gy.SeaState(), (1,), duration)
+    waves = Realisations(gy.SeaState(), (1,), duration, dt)
     assert waves.at(plant, 1, settings) is not waves.at(plant, 1, settings)
 
 

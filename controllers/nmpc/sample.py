@@ -30,7 +30,7 @@ DOUBTED = 0.6
 
 CERTAIN, DOUBTFUL = 0.4, 0.6
 """Doubt of the whole horizon up to which all the room for motion may be used, and from which none of it. A gauge leaves
-less than the one, sensors alone leave more than the other but where the sea is calm. [rad/s]"""
+about the one or less, sensors alone leave more than the other but where the sea is calm. [rad/s]"""
 
 BACKWARDS = -0.5
 """Ring speed below which the axis rolls backwards, and no reading is that wrong. [rad/s]"""

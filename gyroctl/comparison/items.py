@@ -34,13 +34,14 @@ from gyroctl.simulation.metrics import Record, evaluate
 from gyroctl.simulation.validity import validity
 from gyroctl.waves import Sea, WaveRealisation, prepare, realise
 from gyroctl.waves.energy import wave_power
+from gyroctl.waves.grid import STEP
 
 COUNTERS = ("deadline_misses", "fallbacks", "clamped", "starts", "pulls", "catches", "unloads")
 """What a law may count while it runs, see `LawTiming`."""
 
 
-KEPT = 2500.0
-"""Longest realisation that is kept for the next law on it, where the plant needs its moments alone. [s]"""
+KEPT = 50_000
+"""Most instants of a realisation that is kept for the next law on it, where the plant needs its moments alone."""
 
 SERIES = 20_000
 """Most points of a time series that is stored, the samples of 2000 s: a longer one keeps its peaks and the stretch in
@@ -70,7 +71,8 @@ class Realisations:
 
     def at(self, plant: Plant, seed: int, settings: Settings) -> WaveRealisation:
         """Return the waves of a seed as they act on the plant; short ones are kept for the other laws."""
-        if plant.coefficients.beyond is None and self.duration <= KEPT:
+        step = self.dt or STEP * plant.parameters.time_scale
+        if plant.coefficients.beyond is None and self.duration <= KEPT * step:
             return _kept(_The(self), seed, _The(plant), _The(settings))
         return self.made(seed, plant, settings)
 

@@ -22,7 +22,7 @@ THRESHOLD = 0.5
 KEPT = 0.98
 """Part of the reference's turns that a run in step keeps. [-]"""
 
-KEPT_SIZE = 100_000
+KEPT_SIZE = 50_000
 """Longest moment whose phase is kept for the next run on it."""
 
 SURE = 0.95
