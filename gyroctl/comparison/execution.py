@@ -225,8 +225,7 @@ class _UnderWay:
 
     def _taken(self, future: Future[Any]) -> Iterator[tuple[Item, Outcome]]:
         kind, work = self.running.pop(future)
-        lost = isinstance(future.exception(), BrokenProcessPool)  # with all others, whatever it was doing
-        if lost and work.again < AGAIN:
+        if is_lost(future.exception()) and work.again < AGAIN:
             self._wait(kind, work._replace(again=work.again + 1))
             self._begin()
             return
@@ -367,6 +366,16 @@ def _outcomes_of(future: Future[Any], items: Sequence[Item]) -> list[Outcome]:
     else:
         return outcomes
     return [failed(item, f"law {item.name!r} {what.format(item.time_limit)}") for item in items]
+
+
+def is_lost(error: BaseException | None) -> bool:
+    """Whether work was lost with a process that did not end by its fault, and is begun anew.
+
+    All of them are given up at once where pebble cannot tell what a killed one was doing. And one that was killed while
+    it held the pipe of the pool takes the others with it: they end by themselves, as a law may do only through the C
+    library (`no_way_out`).
+    """
+    return isinstance(error, BrokenProcessPool) or (isinstance(error, ProcessExpired) and (error.exitcode or 0) > 0)
 
 
 def how_it_ended(code: int | None) -> str:

@@ -10,9 +10,18 @@ from multiprocessing import get_context
 from typing import Any
 from weakref import WeakSet
 
-from pebble import ProcessPool
+from pebble import CONSTS, ProcessPool
 
 from gyroctl.engine.parent import end_with_parent
+
+HELD = 10.0
+"""After which a process no longer waits for the pipe of the pool: one that was killed may have held it. [s]"""
+
+
+def begin_process(held: float) -> None:
+    """Let this process end with the one that began it, and not wait long for what a killed one holds."""
+    CONSTS.channel_lock_timeout = held
+    end_with_parent()
 
 
 class Processes:
@@ -24,7 +33,7 @@ class Processes:
         self.given: WeakSet[Future[Any]] = WeakSet()  # to this pool; somebody waits for them, or they do not matter
 
     def _begun(self) -> Any:
-        return ProcessPool(self.workers, context=get_context("spawn"), initializer=end_with_parent)
+        return ProcessPool(self.workers, context=get_context("spawn"), initializer=begin_process, initargs=(HELD,))
 
     def schedule(self, function: Callable[..., Any], args: Sequence[Any], timeout: float | None = None) -> Future[Any]:
         """Let one of them call a function, no longer than `timeout` [s]."""
