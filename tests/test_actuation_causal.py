@@ -29,7 +29,6 @@ from gyroctl.simulation.metrics import Record, evaluate
 from gyroctl.studies.evaluation.perturbed_devices import truths
 
 Array = NDArray[np.float64]
-
 PERIOD = 0.1
 CC, CG = 0, 1
 SLOW = {

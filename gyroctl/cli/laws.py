@@ -80,7 +80,7 @@ def _checked(name: str, plant: Plant, runs: int) -> list[Check]:
 
     from pebble import ProcessExpired, ProcessPool
 
-    from gyroctl.comparison.execution import no_way_out
+    from gyroctl.comparison.processes import no_way_out
     from gyroctl.engine.parent import end_with_parent
     from gyroctl.harness.law_trials import Check
 

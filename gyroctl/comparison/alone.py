@@ -16,9 +16,10 @@ from typing import IO, Any
 
 import cloudpickle
 
-from gyroctl.comparison.execution import GRACE, how_it_ended, perform_sent
+from gyroctl.comparison.execution import GRACE, perform_sent
 from gyroctl.comparison.items import Outcome, failed
 from gyroctl.comparison.parcels import Parcel
+from gyroctl.comparison.processes import how_it_ended
 from gyroctl.engine.memory import as_usual
 
 IDLE = 60.0

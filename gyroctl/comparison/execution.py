@@ -11,14 +11,13 @@ import sys
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
-from concurrent.futures.process import BrokenProcessPool
 from contextlib import closing, contextmanager
 from faulthandler import cancel_dump_traceback_later, dump_traceback_later
 from functools import partial
 from heapq import heappop, heappush
 from itertools import count
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn, TypeVar
+from typing import Any, NamedTuple
 
 import cloudpickle
 from pebble import ProcessExpired
@@ -26,7 +25,7 @@ from pebble import ProcessExpired
 from gyroctl.comparison.items import Item, Outcome, about, failed, perform
 from gyroctl.comparison.kept import kept
 from gyroctl.comparison.parcels import Parcel, law_of, opened, parcels
-from gyroctl.comparison.processes import Processes
+from gyroctl.comparison.processes import Processes, how_it_ended, is_lost, no_way_out
 from gyroctl.disk import DISK, Disk
 from gyroctl.engine import Record, Store
 from gyroctl.engine.plan import Plan, Wanted
@@ -35,8 +34,6 @@ from gyroctl.harness.protocol import Law, Machined, Preparing, innermost
 from gyroctl.harness.together import pieces
 from gyroctl.harness.travelling import is_ours
 from gyroctl.simulation.progress import Progress
-
-Result = TypeVar("Result")
 
 Outcomes = dict[tuple[str, int], Outcome]
 """Results by law and seed."""
@@ -366,40 +363,3 @@ def _outcomes_of(future: Future[Any], items: Sequence[Item]) -> list[Outcome]:
     else:
         return outcomes
     return [failed(item, f"law {item.name!r} {what.format(item.time_limit)}") for item in items]
-
-
-def is_lost(error: BaseException | None) -> bool:
-    """Whether work was lost with a process that did not end by its fault, and is begun anew.
-
-    All of them are given up at once where pebble cannot tell what a killed one was doing. And one that was killed while
-    it held the pipe of the pool takes the others with it: they end by themselves, as a law may do only through the C
-    library (`no_way_out`).
-    """
-    return isinstance(error, BrokenProcessPool) or (isinstance(error, ProcessExpired) and (error.exitcode or 0) > 0)
-
-
-def how_it_ended(code: int | None) -> str:
-    """How a process ended, by its exit code, and what that says."""
-    if code is not None and code < 0:
-        return f"lost its process, which was killed (signal {-code}), perhaps for want of memory: run again"
-    return f"ended its process (exit code {code}): a law must not end the program"
-
-
-def no_way_out(function: Callable[..., Result], *arguments: Any) -> Result:
-    """Call a function where an end of the process without a word is an error: with exit code 0 nobody would notice it.
-
-    Raises
-    ------
-    SystemExit
-        Where the function would end the process.
-    """
-    way_out = os._exit
-
-    def refuse(status: int) -> NoReturn:
-        raise SystemExit(status)
-
-    os._exit = refuse
-    try:
-        return function(*arguments)
-    finally:
-        os._exit = way_out

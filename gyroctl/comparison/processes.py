@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from multiprocessing import get_context
-from typing import Any
+from typing import Any, NoReturn, TypeVar
 from weakref import WeakSet
 
-from pebble import CONSTS, ProcessPool
+from pebble import CONSTS, ProcessExpired, ProcessPool
 
 from gyroctl.engine.parent import end_with_parent
+
+Result = TypeVar("Result")
 
 HELD = 10.0
 """After which a process no longer waits for the pipe of the pool: one that was killed may have held it. [s]"""
@@ -56,3 +59,40 @@ class Processes:
                 with suppress(InvalidStateError):  # it has ended meanwhile
                     future.set_exception(BrokenProcessPool("the processes were given up"))
             self.given.clear()
+
+
+def is_lost(error: BaseException | None) -> bool:
+    """Whether work was lost with a process that did not end by its fault, and is begun anew.
+
+    All of them are given up at once where pebble cannot tell what a killed one was doing. And one that was killed while
+    it held the pipe of the pool takes the others with it: they end by themselves, as a law may do only through the C
+    library (`no_way_out`).
+    """
+    return isinstance(error, BrokenProcessPool) or (isinstance(error, ProcessExpired) and (error.exitcode or 0) > 0)
+
+
+def how_it_ended(code: int | None) -> str:
+    """How a process ended, by its exit code, and what that says."""
+    if code is not None and code < 0:
+        return f"lost its process, which was killed (signal {-code}), perhaps for want of memory: run again"
+    return f"ended its process (exit code {code}): a law must not end the program"
+
+
+def no_way_out(function: Callable[..., Result], *arguments: Any) -> Result:
+    """Call a function where an end of the process without a word is an error: with exit code 0 nobody would notice it.
+
+    Raises
+    ------
+    SystemExit
+        Where the function would end the process.
+    """
+    way_out = os._exit
+
+    def refuse(status: int) -> NoReturn:
+        raise SystemExit(status)
+
+    os._exit = refuse
+    try:
+        return function(*arguments)
+    finally:
+        os._exit = way_out
