@@ -23,6 +23,7 @@ SCATTER, ENOUGH = 0.6, 64
 
 AS_SEEN = "of runs like those seen"
 SCATTERED = "few runs for so much scatter: the interval holds in about nine of ten cases"
+UNTOLD = "no interval: the mean of the reference cannot be told from zero"
 
 
 def bootstrap_mean(values: ArrayLike, confidence: float = CONFIDENCE, *, zero_if_lost: bool = True) -> Estimate:
@@ -100,8 +101,7 @@ def paired_ratio(values: ArrayLike, reference: ArrayLike, confidence: float = CO
     losing = _may_be_lost(first, second)
     low, high = ratio_bounds(first, second, confidence, losing)
     if not (np.isfinite(low) and np.isfinite(high)):
-        unsure = "no interval: the mean of the reference cannot be told from zero"
-        return Estimate(ratio, np.nan, np.nan, join(unsure, pairs.left_out))
+        return Estimate(ratio, np.nan, np.nan, join(UNTOLD, pairs.left_out))
     return Estimate(ratio, float(low), float(high), join(_scope(losing, first, second), pairs.left_out))
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from gyroctl.palette import LOCK_SCALE, REFERENCE, LawStyle, law_styles
 from gyroctl.statistics import Estimate
+from gyroctl.statistics.means import UNTOLD
 from gyroctl.studies.evaluation.rows import Row
 from gyroctl.studies.evaluation.targets import BARS, LOCKED, MOTION, Bar, missed_by_limit
 from gyroctl.studies.style import INK, MUTED, ON_COLOUR, label, sea_name, sheet
@@ -86,18 +87,24 @@ def draw_information(
 
 
 def draw_offdesign(groups: Mapping[str, Sequence[tuple[str, Mapping[str, Row]]]], asked: Mapping[str, Any]) -> Figure:
-    """Power over the best constant pair of each sea above, lock below; one column a group of seas."""
+    """Power over the best constant pair of each sea above, lock below; one column a group of seas.
+
+    Ratios without an interval are not drawn: where the pair has next to nothing they would hide all others.
+    """
     names = list(dict.fromkeys(law for group in groups.values() for _, table in group for law in table))
     styles = law_styles(names)
     widths = [max(len(group), 1) + 1.0 for group in groups.values()]
     title, rows_alike = "Off the design, same parameters", {"width_ratios": widths, "sharey": "row"}
-    figure, axes = sheet(2, len(groups), (13.0, 7.4), title, note(asked), **rows_alike)
+    ratios = [row.ratio for group in groups.values() for _, table in group for row in table.values()]
+    left_out = any(UNTOLD in ratio.note for ratio in ratios)
+    words = note(asked) + "; no ratio where the pair's power cannot be told from zero" * left_out
+    figure, axes = sheet(2, len(groups), (13.0, 7.4), title, words, **rows_alike)
     for column, (title, group) in enumerate(groups.items()):
         above, below = axes[column], axes[len(groups) + column]
         for law in names:
             rows = {i: table[law] for i, (_, table) in enumerate(group) if law in table}
             at = np.array(list(rows)) + 0.04 * (names.index(law) - 0.5 * len(names))
-            _errors(above, at, [row.ratio for row in rows.values()], styles[law], law)
+            _errors(above, at, [_told(row.ratio) for row in rows.values()], styles[law], law)
             _errors(below, at, [row.lock for row in rows.values()], styles[law], law)
         above.axhline(1.0, color=INK, lw=0.9)
         above.set_ylim(bottom=0.0)
@@ -105,7 +112,7 @@ def draw_offdesign(groups: Mapping[str, Sequence[tuple[str, Mapping[str, Row]]]]
         for axis in (above, below):
             axis.set_xticks(range(len(group)), [name for name, _ in group])
             axis.set_xlim(-0.6, len(group) - 0.4)
-        label(above, title, "", "power of the best constant pair's" if column == 0 else "")
+        label(above, title, "", "power over the best constant pair's" if column == 0 else "")
         label(below, "", "", "runs that held lock" if column == 0 else "")
     _legend(figure, axes)
     return figure
@@ -121,13 +128,13 @@ def draw_robustness(
     from matplotlib.colors import LinearSegmentedColormap
 
     laws = list(dict.fromkeys(law for table in tables.values() for law in table))
-    size = (3.6 + 1.5 * len(laws), 2.2 + 0.38 * len(tables))
+    size = (3.6 + 1.5 * max(len(laws), 2), 2.4 + 0.38 * len(tables))
     figure, axes = sheet(1, 2, size, title, note(asked))
     lock = {name: {law: row.lock for law, row in table.items()} for name, table in tables.items()}
     scale = LinearSegmentedColormap.from_list("lock", LOCK_SCALE)
     for axis, found, span, title in (
-        (axes[0], lock, (0.0, 1.0), "Probability to hold lock"),
-        (axes[1], kept, (0.5, 1.1), "Mean power over that on the nominal device"),
+        (axes[0], lock, (0.0, 1.0), "Probability\nto hold lock"),
+        (axes[1], kept, (0.5, 1.1), "Mean power over that\non the nominal device"),
     ):
         values = [[found[name][law].value if law in found[name] else np.nan for law in laws] for name in tables]
         axis.imshow(np.array(values), cmap=scale, vmin=span[0], vmax=span[1], aspect="auto")
@@ -156,6 +163,11 @@ def _asked(bar: Bar, table: Sequence[Row]) -> float:
 
 def _high(estimate: Estimate) -> float:
     return estimate.high if math.isfinite(estimate.high) else estimate.value
+
+
+def _told(estimate: Estimate) -> Estimate:
+    """The estimate, or no number where there is no interval for want of power of what it is compared with."""
+    return Estimate(math.nan, math.nan, math.nan, estimate.note) if UNTOLD in estimate.note else estimate
 
 
 def _kept(row: Row) -> bool:

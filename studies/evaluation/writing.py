@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from gyroctl.names import in_table
 from gyroctl.reports.wording import interval, number, percent, sees, watts
 from gyroctl.statistics import Estimate
+from gyroctl.statistics.means import SCATTERED, UNTOLD
 from gyroctl.studies.evaluation.rows import Row
 
 LOCK = ("locked", "P(lock)", "in step", "turns kept", "slips /1000")
@@ -16,6 +17,9 @@ PARTS = ("generated, stored [W]",)
 MEASURED = (*PARTS, "CV", *LOCK, PHI, "runs over it", *OUTSIDE)
 COST = ("slip loss [W]", "saturated", "step [ms]", "fallbacks", "late")
 """Headings of columns, see `cells`."""
+
+MARKS = {"†": SCATTERED, "‡": UNTOLD}
+"""What would make a column too wide to be read: a mark in the cell, and once below the table."""
 
 
 def cells(row: Row) -> dict[str, str]:
@@ -51,21 +55,26 @@ def row_table(headings: Sequence[str], lines: Sequence[Mapping[str, str]], text:
 
 
 def markdown_table(headings: Sequence[str], lines: Sequence[Sequence[str]], text: int = 1) -> str:
-    """Write a table; the first `text` columns and the last one are aligned to the left."""
+    """Write a table; the first `text` columns and the last one are aligned to the left. Marks are told below it."""
     marks = ["---" if i < text or i == len(headings) - 1 else "---:" for i in range(len(headings))]
-    return "\n".join("| " + " | ".join(map(in_table, cells)) + " |" for cells in (headings, marks, *lines))
+    table = "\n".join("| " + " | ".join(map(in_table, cells)) + " |" for cells in (headings, marks, *lines))
+    told = (f"{mark} {words}." for mark, words in MARKS.items() if any(mark in cell for line in lines for cell in line))
+    return "\n\n".join((table, *told))
 
 
 def with_interval(estimate: Estimate, digits: int = 3) -> str:
-    """Write a number with its interval, and what that leaves out, in brackets."""
-    inside = "; ".join(part for part in (interval(estimate, digits), _missing(estimate)) if part)
-    return f"{number(estimate.value, digits)} ({inside})" if inside else number(estimate.value, digits)
+    """Write a number with its interval in brackets, and what that leaves out: in the brackets, or by a mark."""
+    missing = _missing(estimate)
+    words = [part for part in missing if part not in MARKS.values()]
+    marks = "".join(mark for mark, note in MARKS.items() if note in missing)
+    inside = "; ".join(part for part in (interval(estimate, digits), *words) if part)
+    return number(estimate.value, digits) + (f" ({inside})" if inside else "") + marks
 
 
-def _missing(estimate: Estimate) -> str:
+def _missing(estimate: Estimate) -> list[str]:
     """What of the note a table must not be without: runs that the mean leaves out, scatter that it may not hold."""
     words = ("not finite", "scatter", "told from zero")
-    return "; ".join(part for part in estimate.note.split("; ") if any(word in part for word in words))
+    return [part for part in estimate.note.split("; ") if any(word in part for word in words)]
 
 
 def _time(milliseconds: float) -> str:
