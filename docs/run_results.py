@@ -70,7 +70,7 @@ RUNS = {
         'gyroctl evaluate faults --laws "nmpc[plant=realistic]" --seeds 4793:4800 --seeds "@friction 0.45=4793:4856"',
         "gyroctl evaluate faults --laws coupling,load_angle --seeds 1:2 --duration 300",
         "faults.json",
-        "1 h",
+        "30 min",
     ),
     "faults_coupling": Run(
         'gyroctl evaluate faults --laws "coupling[tuning=real]" --seeds 3465:3472 --seeds "@friction 0.45=3465:3528"',
