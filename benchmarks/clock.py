@@ -1,16 +1,17 @@
-"""How the benchmarks time: processor time, the least of several goes, all candidates in turn."""
+"""How the benchmarks measure: processor time, the least of several goes, all in turn; memory of a command."""
 
 from __future__ import annotations
 
 import json
 import os
 import platform
+import resource
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from gyroctl.provenance import made
 
@@ -26,6 +27,46 @@ def least(
             work()
             seconds.append(clock() - begin)
     return [min(seconds) for seconds in spent]
+
+
+MEMORY = "most_memory"
+"""File beside which a watched module runs, that tells its memory."""
+
+WATCHED = f"""
+import atexit, re, runpy, sys
+from pathlib import Path
+
+def tell():
+    Path("{MEMORY}").write_text(re.search(r"VmHWM:\\s*(\\d+) kB", Path("/proc/self/status").read_text())[1])
+
+atexit.register(tell)
+runpy.run_module(sys.argv.pop(1), run_name="__main__", alter_sys=True)
+"""
+"""Runs a module, and tells the most memory that was its own. `ru_maxrss` of a child is that of its parent, if larger:
+it is handed on where a process begins another one."""
+
+
+class Used(NamedTuple):
+    """What a command took."""
+
+    wall: float  # [s]
+    processor: float  # with that of its processes that have ended [s]
+    memory: float  # at most, of its own process [MB]
+
+
+def watched(module: str, words: Sequence[str], folder: Path, root: Path) -> Used:
+    """Run ``python -m MODULE WORDS`` in a folder, with the package of a tree, and say what it took."""
+    before, begin = resource.getrusage(resource.RUSAGE_CHILDREN), time.monotonic()
+    subprocess.run(
+        [sys.executable, "-c", WATCHED, module, *words],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(root)},
+        check=True,
+        stdout=subprocess.DEVNULL,
+    )
+    wall, after = time.monotonic() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+    processor = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return Used(wall, processor, int((folder / MEMORY).read_text(encoding="utf-8")) / 1e3)
 
 
 def here() -> dict[str, Any]:

@@ -16,8 +16,6 @@ import argparse
 import json
 import os
 import resource
-import subprocess
-import sys
 import tempfile
 import time
 import tracemalloc
@@ -26,7 +24,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from clock import here
+from clock import here, watched
 from growth import made_up
 
 import gyroctl as gy
@@ -182,20 +180,12 @@ def whole(realisations: int) -> dict[str, Any]:
         text = f"[run]\nduration = {DURATION}\nblend = {SETTINGS.blend}\nseeds = [{seeds}]\n"
         (place / "study.toml").write_text(text + "".join(f"[laws.{name}]\n" for name in LAWS[:2]))
         words = ["compare", "study.toml", "--out", "out", "--no-search"]
-        begin = time.monotonic()
-        subprocess.run(
-            [sys.executable, "-m", "gyroctl", *words],
-            cwd=place,
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-            check=True,
-            stdout=subprocess.DEVNULL,
-        )
-        wall, used = time.monotonic() - begin, resource.getrusage(resource.RUSAGE_CHILDREN)
+        used = watched("gyroctl", words, place, ROOT)
         out = place / "out"
         sizes = {name: (out / name).stat().st_size / 1e6 for name in ("results.nc", "report.html", "summary.json")}
         records = stored(out / "runs")
-        table = {"realisations": realisations, "laws": len(LAWS), "duration_s": DURATION, "wall_s": round(wall, 1)}
-        table |= {"processor_s": round(used.ru_utime + used.ru_stime, 1), "driver_mb": round(used.ru_maxrss / 1e3, 1)}
+        table = {"realisations": realisations, "laws": len(LAWS), "duration_s": DURATION, "wall_s": round(used.wall, 1)}
+        table |= {"processor_s": round(used.processor, 1), "driver_mb": round(used.memory, 1)}
         table |= {f"{name}_mb": round(size, 2) for name, size in sizes.items()}
         return {**table, "records": len(records), "records_mb": round(sum(p.stat().st_size for p in records) / 1e6, 1)}
 
