@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import base64
+import io
 import re
 import subprocess
 import sys
+from xml.etree import ElementTree
 
+import matplotlib.pyplot as plt
+import numpy as np
 import pytest
 from test_reports_pages import PIXEL
 
+from gyroctl.reports.canvas import DESK, as_svg, look
 from gyroctl.reports.page import DRAWN_MAX, LEAST, as_source, width_of
 from gyroctl.reports.theme import DARK, LIGHT
 from gyroctl.studies.evaluation.page import in_html
@@ -73,3 +78,31 @@ except InputError as error:
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.split() == ["results"]
+
+
+def test_points_of_one_look_share_it_and_none_is_lost():
+    """What a page of many runs weighs is its points."""
+    colours, many = ["#009e73", "#d55e00"], 400
+    figure, axes = plt.subplots()
+    for k, colour in enumerate(colours):
+        axes.plot(np.arange(many), np.arange(many) % 7 + k, "o", color=colour)
+    axes.plot([1.0, 2.0], [9.0, 9.0], "s", color=colours[0])
+    plain = io.StringIO()
+    with look(DESK):
+        figure.savefig(plain, format="svg")
+        text = as_svg(figure, "key", "words")
+    plt.close(figure)
+    theirs = re.findall(r'<use xlink:href="#[^"]*" x="([^"]*)" y="([^"]*)" style="([^"]*)"', plain.getvalue())
+    assert len(theirs) > 2 * many
+    page = ElementTree.fromstring(text)
+    above = {id(node): group for group in page.iter("g") for node in group}
+    points = [node for node in page.iter("use") if node.get("x")]
+    assert [tuple(node.get(name) for name in "xy") for node in points] == [
+        tuple(f"{round(float(value), 2):.12g}" for value in (x, y)) for x, y, _ in theirs
+    ]
+    for node, (_, _, style) in zip(points, theirs, strict=True):
+        if style.startswith("fill: #"):  # not of the page's own colours
+            assert (node.get("style") or above[id(node)].get("style")) == style
+    shapes = {node.get("id") for node in page.iter("path")}
+    assert {node.get("href")[1:] for node in points} <= shapes
+    assert sum(node.get("style") is None for node in points) >= 2 * many and len(text) < 60 * len(points) + 12_000

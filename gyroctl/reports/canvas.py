@@ -246,9 +246,26 @@ def as_svg(figure: Figure, key: str, alt: str) -> str:
     body = text[text.index(">", text.index("<svg")) + 1 : text.rindex("</svg>")]
     body = re.sub(r"<!--.*?-->|<metadata>.*?</metadata>|<style.*?</style>|<title>.*?</title>", "", body, flags=re.S)
     body = re.sub(r"<[^>]*>", lambda tag: _of_the_page(tag.group(), key), body)  # tags alone: text is what it is
-    body = re.sub(r"\s*\n\s*", "\n", body).strip()
+    body = _styled_once(re.sub(r"\s*\n\s*", "\n", body).strip())
     size = f'viewBox="0 0 {width:g} {height:g}" width="{width:g}" height="{height:g}"'
     return f'<svg class="drawn" role="img" aria-label="{in_markup(alt)}" {size}>{body}</svg>'
+
+
+ALIKE = re.compile(r'<use [^>]*?( style="[^"]*")/>\n(?:<use [^>]*?\1/>\n){2,}')
+"""Points of one look, one after the other."""
+
+SHAPE = re.compile(r'((?: id="| href="#)[^"]*-)(m[0-9a-f]{10})"')
+"""Name of a shape, of which points are."""
+
+
+def _styled_once(body: str) -> str:
+    """Let points of one look share it, and names of shapes be short: a page of many runs is mostly that."""
+
+    def shared(points: re.Match[str]) -> str:
+        return f"<g{points[1]}>\n{points.group().replace(points[1], '')}</g>\n"
+
+    short = {name: f"s{k}" for k, name in enumerate(dict.fromkeys(name for _, name in SHAPE.findall(body)))}
+    return ALIKE.sub(shared, SHAPE.sub(lambda found: f'{found[1]}{short[found[2]]}"', body))
 
 
 def _of_the_page(tag: str, key: str) -> str:

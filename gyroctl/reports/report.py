@@ -52,7 +52,7 @@ RUNS = 2000
 SWEPT_AFTER = 100_000
 """New objects between two looks for unused cycles, while a page is drawn."""
 
-POINTS_OF_RUNS, RUNS_LEAST = 6000, 100
+POINTS_OF_RUNS, RUNS_LEAST = 3600, 100
 """Points of a figure with a point for each run, about, and realisations that are drawn at least: of more so many."""
 
 
