@@ -270,7 +270,7 @@ def test_locked_start_is_the_orbit_of_the_equivalent_regular_wave(device: gy.Pla
     """Amplitude Hs/(2 sqrt 2): the start of every run, common to all laws."""
     x, controls = locked_start(device, gy.SeaState())
     orbit = gy.lock_orbit(device, gy.Regular(0.283 / math.sqrt(2.0), 3.14), *controls)
-    np.testing.assert_array_equal(x, orbit.x)
+    np.testing.assert_allclose(x, orbit.x, rtol=1e-12, atol=1e-14)  # it ships as another processor may have found it
     assert orbit.status == "stable"
 
 
