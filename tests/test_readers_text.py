@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import gyroctl as gy
@@ -337,3 +338,26 @@ def test_numbers_beyond_any_float_are_refused() -> None:
     refused(lambda: gy.zhang2017(m1=10**400), "plant.m1")
     refused(lambda: gy.law("constant", cc=10**400), "laws.constant.cc")
     refused(lambda: gy.zhang2017(hydrodynamics=5), "path")  # type: ignore[arg-type]
+
+
+SPECTRUM = "\n".join(f"{f:.2f};{1.0 / (1.0 + (f - 0.2) ** 2 / 1e-3):.6f}" for f in np.arange(0.05, 0.5, 0.01))
+RECORD = "\n".join(f"{0.1 * k:.1f};{k % 7}" for k in range(600))
+
+
+@pytest.mark.parametrize(
+    ("read", "head", "rows"),
+    [
+        (read_spectrum, "f [H\t\tz];S [m2/Hz]", SPECTRUM),
+        (read_spectrum, "f [\x1b[2JHz];S [m2/Hz]", SPECTRUM),
+        (read_spectrum, "\u202ef [Hz];S [m\u200b2/Hz]", SPECTRUM),
+        (read_record, "t [\ts];eta [m\t\tm]", RECORD),
+        (read_record, "t [s];\u202eeta [\x1b[2Jmm]", RECORD),
+    ],
+)
+def test_heading_that_hides_something_is_told_as_text(tmp_path: Path, read: Any, head: str, rows: str) -> None:
+    try:
+        notes = read(written(tmp_path, f"{head}\n{rows}\n", "s.csv")).notes
+    except InputError as error:
+        assert str(error).isprintable()
+    else:
+        assert notes and all(note.isprintable() for note in notes)

@@ -106,3 +106,13 @@ def test_points_of_one_look_share_it_and_none_is_lost():
     shapes = {node.get("id") for node in page.iter("path")}
     assert {node.get("href")[1:] for node in points} <= shapes
     assert sum(node.get("style") is None for node in points) >= 2 * many and len(text) < 60 * len(points) + 12_000
+
+
+def test_letter_that_the_font_of_this_machine_lacks_is_no_word_of_a_command(recwarn):
+    """The page has the text itself, and its browser another font."""
+    figure, axes = plt.subplots()
+    axes.set_title("\N{EGYPTIAN HIEROGLYPH A001} \N{SUBSCRIPT ONE}")
+    with look(DESK):
+        text = as_svg(figure, "key", "words")
+    plt.close(figure)
+    assert "\N{EGYPTIAN HIEROGLYPH A001}" in text and not recwarn.list

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.errors import InputError
+from gyroctl.errors import InputError, visible
 from gyroctl.reading import read_text, real
 
 FIELD = "sea.file"
@@ -122,12 +122,16 @@ def read_columns(
 
 
 def label_of(text: str) -> tuple[str, str]:
-    """Name and unit of a heading; the unit in brackets, or after a stroke or an underscore where it is a known one."""
+    """Name and unit of a heading; the unit in brackets, or after a stroke or an underscore where it is a known one.
+
+    Both are told again: what cannot be seen is escaped.
+    """
+    text = visible(" ".join(text.split()))
     for pattern in (_BRACKET, _SUFFIX):
         found = pattern.search(text)
         if found and found.start():
-            return text[: found.start()].strip(), found["unit"].strip()
-    return text.strip(), ""
+            return text[: found.start()], found["unit"].strip()
+    return text, ""
 
 
 def digest(*arrays: NDArray[np.float64]) -> str:
