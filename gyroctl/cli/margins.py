@@ -7,10 +7,23 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gyroctl.cli.options import Device, Parameters, Scheduler, Variant, answer, failures, own, parse, plant_of
+from gyroctl.cli.options import (
+    Device,
+    Parameters,
+    Scheduler,
+    SeaFile,
+    Variant,
+    answer,
+    failures,
+    own,
+    parse,
+    plant_of,
+    sea_of,
+)
 
 if TYPE_CHECKING:
     from gyroctl.plant import Plant
+    from gyroctl.waves import Regular
 
 AT = "at the size of Table 1"
 CC = typer.Option(help="Magnetic coupling [Nms]; a law starts from it.", show_default=f"0.052 {AT}")
@@ -32,6 +45,7 @@ def margins(
     cg: Annotated[float | None, CG] = None,
     height: Annotated[float | None, HEIGHT] = None,
     wp: Annotated[float | None, WP] = None,
+    sea: SeaFile = None,
     law: Annotated[str, typer.Option(help='A law: registered name, or "file.py:Name".')] = "",
     settings: Parameters = None,
     out: Annotated[Path, typer.Option(help="Folder for margins.json and the figures.")] = Path("results/margins"),
@@ -50,11 +64,12 @@ def margins(
     from gyroctl.studies.margins import margin_report, request
 
     plant = plant_of(device, variant, parse(choices or [], "--plant"))
-    point = _point(plant, height, wp, cc, cg)
-    asked = request(plant, *point, sense, law, parse(settings or []), device is not None)
+    wave = _wave(plant, sea, height, wp)
+    controls, parameters, heading = _pair(plant, cc, cg), parse(settings or []), wave.heading
+    asked = request(plant, wave.height, wave.wp, *controls, sense, law, parameters, device is not None, heading)
     content = margin_report(asked, out, samples, maps, water=water, scheduler=scheduler or None)
     said = [f"{name.replace('_', ' ')}: {text}" for name, text in content["meaning"].items()]
-    answer(content, [*said, f"Numbers and figures: {out}"])
+    answer(content, [f"In a {asked.sea}:", *said, f"Numbers and figures: {out}"])
     failures(content["failed"])
 
 
@@ -64,6 +79,7 @@ def lockmap(
     cg: Annotated[float | None, CG] = None,
     height: Annotated[float | None, HEIGHT] = None,
     wp: Annotated[float | None, WP] = None,
+    sea: SeaFile = None,
     out: Annotated[Path, typer.Option(help="Folder for lockmap.json and lockmap.png.")] = Path("results/lockmap"),
     choices: Choices = None,
     sense: Annotated[int, SENSE] = 1,
@@ -78,16 +94,27 @@ def lockmap(
     if len(names) != 2:
         raise InputError("axes", axes, "must be two names with a comma between", "Give cc,cg or wp,height")
     plant = plant_of(device, variant, parse(choices or [], "--plant"))
-    asked = request(plant, *_point(plant, height, wp, cc, cg), sense)
+    wave = _wave(plant, sea, height, wp)
+    asked = request(plant, wave.height, wave.wp, *_pair(plant, cc, cg), sense, heading=wave.heading)
     content = lock_map_report(asked, (names[0], names[1]), out)
     border = [value for value in content["map"]["border"] if value is not None]
     said = f"fold at {names[1]} = {min(border):.4g} to {max(border):.4g}" if border else "no fold within the map"
     answer(content, [said, f"Numbers and figures: {out}"])
 
 
-def _point(
-    plant: Plant, height: float | None, wp: float | None, cc: float | None, cg: float | None
-) -> tuple[float, float, float, float]:
-    """Height [m] and frequency [rad/s] of the wave, and controls [Nms]: what is left out is of the device's length."""
-    wave = own(height, 0.2, "m", plant), own(wp, 3.14, "rad/s", plant)
-    return *wave, own(cc, 0.052, "Nms", plant), own(cg, 3.5e-4, "Nms", plant)
+def _wave(plant: Plant, sea: Path | None, height: float | None, wp: float | None) -> Regular:
+    """Regular wave that stands for a sea, or of these numbers: what is left out is of the device's length."""
+    from gyroctl.errors import InputError
+    from gyroctl.harness.start import equivalent
+    from gyroctl.waves import Regular, SeaState
+
+    if sea is None:
+        return Regular(own(height, 0.2, "m", plant), own(wp, 3.14, "rad/s", plant))
+    if height is not None or wp is not None:
+        raise InputError("sea", str(sea), "stands beside --height or --wp", "Give the file, or the numbers")
+    return equivalent(sea_of(sea, None, None, SeaState.gamma, plant))
+
+
+def _pair(plant: Plant, cc: float | None, cg: float | None) -> tuple[float, float]:
+    """Controls [Nms]: what is left out is of the device's length."""
+    return own(cc, 0.052, "Nms", plant), own(cg, 3.5e-4, "Nms", plant)

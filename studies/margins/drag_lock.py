@@ -146,7 +146,7 @@ def counted_in_a_sea(
     """
     plant = undamped(asked.plant, drag)
     pair, duration = law("constant", device=plant, cc=asked.cc, cg=asked.cg), duration or duration_of(asked)
-    sea = SeaState(asked.wave.hs, asked.wave.wp, GAMMA)
+    sea = SeaState(asked.wave.hs, asked.wave.wp, GAMMA, asked.wave.heading)
     found = compare(plant, {"constant": pair}, Realisations(sea, tuple(seeds), duration), tuning_seeds=(), quiet=True)
     locked = int(found.locked.sum())
     motion = float(np.nanmedian(found.phi1_p98.values))

@@ -64,14 +64,20 @@ class Request:
     @property
     def sea(self) -> str:
         """The wave, in words."""
-        return f"wave of {self.wave.height:g} m at {self.wave.wp:g} rad/s"
+        towards = f", heading {self.wave.heading:g} deg" if self.wave.heading else ""
+        return f"wave of {self.wave.height:.4g} m at {self.wave.wp:.4g} rad/s{towards}"
 
     def record(self) -> dict[str, Any]:
         """Numbers for JSON."""
         return {
             "device": self.plant.name,
             "device_record": device_record(self.plant),
-            "wave": {"height_m": self.wave.height, "wp_rad_s": self.wave.wp, "equal_energy_hs_m": self.wave.hs},
+            "wave": {
+                "height_m": self.wave.height,
+                "wp_rad_s": self.wave.wp,
+                "heading_deg": self.wave.heading,
+                "equal_energy_hs_m": self.wave.hs,
+            },
             "controls": {"cc_nms": self.cc, "cg_nms": self.cg},
             "sense": self.sense,
             "law": {"name": self.law_name, **describe(self.law)} if self.law is not None else None,
@@ -88,6 +94,7 @@ def request(
     law_name: str = "",
     parameters: Mapping[str, Any] | None = None,
     own_device: bool = False,
+    heading: float = 0.0,
 ) -> Request:
     """Check and gather what a report is asked for; for an `own_device` the law takes its numbers.
 
@@ -109,6 +116,8 @@ def request(
         Of the law, in their units.
     own_device : bool
         Whether the law is built for this device.
+    heading : float
+        Direction the wave travels to. [deg]
 
     Returns
     -------
@@ -141,7 +150,7 @@ def request(
         raise InputError("cg", cg, "without load there is no power and no headroom", give["cg"])
     if sense not in (1, -1):
         raise InputError("sense", sense, "must be 1 or -1", "Choose the sense of rotation of the ring")
-    wave = Regular(height, wp)
+    wave = Regular(height, wp, heading)
     check_wave(plant, wave)
     check_stiffness(plant, cc)
     within("cg", cg, 0.0, CG_MAX * growth("Nms", max(length, 1.0)), give["cg"])

@@ -253,7 +253,7 @@ def margins(
     name = law if isinstance(law, str) else type(law).__name__ if law is not None else ""
     scaled = plant.parameters.length_scale != 1.0
     named = name if isinstance(law, str) else ""
-    asked = request(plant, wave.height, wave.wp, cc, cg, sense, named, own_device=scaled)
+    asked = request(plant, wave.height, wave.wp, cc, cg, sense, named, own_device=scaled, heading=wave.heading)
     built = asked.law if law is None or isinstance(law, str) else law_of(law)
     asked = Request(plant, wave, cc, cg, sense, name, built)
     orbit, kept = find_orbit(asked), Kept({})
