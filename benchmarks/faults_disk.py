@@ -293,9 +293,6 @@ class SimulatedDisk:
         found = self.read(path).split(b"\n")[: len(most)]
         return [line[:length] for line, length in zip([*found, b"", b""], most, strict=False)]
 
-    def last(self, path: Path) -> bytes:
-        return self.read(path)[-1:]
-
     def make_folder(self, folder: Path) -> None:
         fault = self._begin()
         self._fails(fault, folder)
@@ -320,7 +317,7 @@ class SimulatedDisk:
         return path
 
     def write(self, path: Path, content: bytes) -> None:
-        self._written(path, b"", content)
+        self._written(path, content, appended=False)
 
     def append(self, path: Path, content: bytes) -> None:
         if path not in self.medium.files:
@@ -328,11 +325,12 @@ class SimulatedDisk:
             self._no_room(path)
             inode = self.medium.files[path] = Inode(born=self.medium.now, appended=True)
             self.medium.note("file", path, path, inode)
-        self._written(path, self._inode(path).data, content)
+        self._written(path, content, appended=True)
 
-    def _written(self, path: Path, before: bytes, content: bytes) -> None:
+    def _written(self, path: Path, content: bytes, appended: bool) -> None:
         fault = self._begin()
         inode = self._inode(path)
+        before = inode.data if appended else b""  # as it is now: the end is looked for and written to at once
         part = before + content[: int(self.medium.rng.random() * len(content))]
         inode.whole = before + content
         if fault.startswith("short") or self.process.full or fault == "error":

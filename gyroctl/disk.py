@@ -61,9 +61,6 @@ class Disk(Protocol):
     def lines(self, path: Path, *most: int) -> list[bytes]:
         """First lines of a file, each of so many bytes at most."""
 
-    def last(self, path: Path) -> bytes:
-        """Last byte of a file, none of an empty one."""
-
     def make_folder(self, folder: Path) -> None:
         """Make a folder in one that is there; another process may have done so."""
 
@@ -146,12 +143,6 @@ class LocalDisk:
         """With their ends, where these are within the limit."""
         with _opened(path) as stream:
             return [stream.readline(length) for length in most]
-
-    def last(self, path: Path) -> bytes:
-        """As it stands there now."""
-        with _opened(path) as stream:
-            stream.seek(max(0, stream.seek(0, os.SEEK_END) - 1))
-            return stream.read()
 
     def make_folder(self, folder: Path) -> None:
         """With the rights that folders of this process have."""

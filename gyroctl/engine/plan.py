@@ -18,7 +18,7 @@ from gyroctl.disk import DISK, Disk
 from gyroctl.errors import InputError
 from gyroctl.provenance import typed
 from gyroctl.reading import TEXT_MAX, read_json
-from gyroctl.writing import write_json
+from gyroctl.writing import settle, write_json
 
 SUFFIX = ".plan.json"
 
@@ -65,6 +65,7 @@ class Plan(AbstractContextManager["Plan"]):
         self.path = folder / f"{name}{SUFFIX}" if folder is not None else None
         self.disk = disk
         self.made: list[Path] = []  # folders that were not there before
+        self._settled = False  # whether the folder's own name is on the disk
         self.noted = Noted(case, tuple(items), {}, _now(), "", disk.owner().process, typed())
 
     def __enter__(self) -> Plan:
@@ -93,8 +94,12 @@ class Plan(AbstractContextManager["Plan"]):
         self.noted.failures[key] = why
 
     def _write(self) -> None:
-        if self.path is not None:
-            write_json(self.path, asdict(self.noted), self.disk)
+        if self.path is None:
+            return
+        write_json(self.path, asdict(self.noted), self.disk)
+        if not self._settled:  # a study that finds all of its results there tells them stored, and stores none
+            settle(self.path.parent, self.disk)
+            self._settled = True
 
 
 def plans(folder: Path) -> list[Noted]:

@@ -1,7 +1,8 @@
 """What a tuning has run, one line of JSON per step, so that a tuning that was stopped is gone through again from it.
 
 A line is written and synced when its step has ended, and carries the checksum of the step. A line that was cut short by
-a kill, damaged or edited is not believed, and its step run again.
+a kill, damaged or edited is not believed, and its step run again. It begins with an end of line of its own: of two
+processes that write to one file, what the one leaves torn costs the other nothing.
 """
 
 from __future__ import annotations
@@ -41,7 +42,6 @@ class TuningLog:
         self.steps: dict[str, Any] = {}
         self.made: dict[str, dict[str, Any]] = {}  # what made a step, as it is noted beside it
         self._settled = False  # whether the file's name is on the disk
-        self._sound = False  # whether the last line is on the disk; one that is read need not be, if its sync failed
         if path is None or not disk.has(path):
             return
         lines = [line for line in _lines(path, disk) if line]
@@ -64,14 +64,12 @@ class TuningLog:
             Where it cannot be written; what was kept before is whole.
         """
         if self.path is not None:
-            line = json.dumps({"key": key, "value": value, "sha256": _digest(key, value), "made": made_by()}) + "\n"
+            line = json.dumps({"key": key, "value": value, "sha256": _digest(key, value), "made": made_by()})
             make_folders(self.path.parent, self.disk)
-            there = self.disk.has(self.path)
-            torn = there and not (self._sound and self.disk.last(self.path) == b"\n")
-            self._sound = False
-            self.disk.append(self.path, ("\n" + line if torn else line).encode())
+            self.disk.append(
+                self.path, f"\n{line}\n".encode()
+            )  # what stands before it may be torn, or be at this moment
             self.disk.sync(self.path)
-            self._sound = True
             if not self._settled:
                 self.disk.sync_folder(self.path.parent)
                 settle(self.path.parent, self.disk)
