@@ -323,8 +323,9 @@ class SimulatedDisk:
         if path not in self.medium.files:
             self._begin()
             self._no_room(path)
-            inode = self.medium.files[path] = Inode(born=self.medium.now, appended=True)
-            self.medium.note("file", path, path, inode)
+            if path not in self.medium.files:  # another process may have made it meanwhile
+                inode = self.medium.files[path] = Inode(born=self.medium.now, appended=True)
+                self.medium.note("file", path, path, inode)
         self._written(path, content, appended=True)
 
     def _written(self, path: Path, content: bytes, appended: bool) -> None:
