@@ -39,6 +39,7 @@ class Inode:
     born: float = 0.0
     whole: bytes | None = None  # all that was to be in it
     appended: bool = False
+    errors: int = 0  # how often a sync failed
 
 
 @dataclass(eq=False)
@@ -326,7 +327,9 @@ class SimulatedDisk:
             if path not in self.medium.files:  # another process may have made it meanwhile
                 inode = self.medium.files[path] = Inode(born=self.medium.now, appended=True)
                 self.medium.note("file", path, path, inode)
+        seen = self._inode(path).errors
         self._written(path, content, appended=True)
+        self.sync(path, seen)
 
     def _written(self, path: Path, content: bytes, appended: bool) -> None:
         fault = self._begin()
@@ -342,13 +345,15 @@ class SimulatedDisk:
         inode.data = before + content
         self._end(fault)
 
-    def sync(self, path: Path) -> None:
+    def sync(self, path: Path, seen: int | None = None) -> None:
+        """As Linux does: an error is told once to each who has the file open, `seen` when it had told so many."""
         fault = self._begin()
         inode = self._inode(path)
         if fault == "error" and inode.data != inode.safe:
             start = len(inode.safe or b"") if inode.appended else 0
             inode.holes.append((start, len(inode.data)))
-        self._fails(fault, path)
+            inode.errors += 1
+        self._fails("error" if seen not in (None, inode.errors) else fault, path)
         safe = bytearray(inode.data)
         for start, end in inode.holes:
             safe[start:end] = bytes(len(safe[start:end]))

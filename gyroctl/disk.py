@@ -71,7 +71,7 @@ class Disk(Protocol):
         """Write a file of this process."""
 
     def append(self, path: Path, content: bytes) -> None:
-        """Write behind a file, or a new one."""
+        """Write behind a file, or a new one, and bring it to the disk."""
 
     def sync(self, path: Path) -> None:
         """Bring the content of a file to the disk."""
@@ -159,9 +159,15 @@ class LocalDisk:
         path.write_bytes(content)
 
     def append(self, path: Path, content: bytes) -> None:
-        """Where it fails a part of it may stand there."""
+        """Where it fails a part of it may stand there.
+
+        By one handle: where several write to a file, and the system could not bring it to the disk, it tells each who
+        has it open, once, and nobody who opens it behind that.
+        """
         with path.open("ab") as file:
             file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
 
     def sync(self, path: Path) -> None:
         """`fsync`."""

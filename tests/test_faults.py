@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import random
 import sys
 from collections import Counter
@@ -12,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from gyroctl.disk import DISK
 from gyroctl.engine.plan import Plan, Wanted
 from gyroctl.tuning.log import TuningLog
 
@@ -93,3 +95,42 @@ def test_a_line_behind_what_another_process_left_torn_meanwhile_is_whole(history
     disk.medium.cut()
     disk.process.dead = False
     assert TuningLog(history.LOG, disk).steps == {"step 0": [0.0], "step 1": [1.0], "step 2": [2.0]}
+
+
+def test_line_is_synced_by_the_handle_that_wrote_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A failure to write back is told to those who have the file open, and not to who opens it afterwards."""
+    synced, opened, there = os.fsync, Path.open, []
+
+    def noted(handle: int) -> None:
+        there.append(os.fstat(handle).st_size)
+        synced(handle)
+
+    def begun(path: Path, *words: Any, **more: Any) -> Any:
+        there.append(path.name)
+        return opened(path, *words, **more)
+
+    monkeypatch.setattr(os, "fsync", noted)
+    monkeypatch.setattr(Path, "open", begun)
+    DISK.append(tmp_path / "log", b"a line\n")
+    DISK.append(tmp_path / "log", b"another\n")
+    assert there == ["log", 7, "log", 15]
+
+
+def test_of_two_who_write_to_a_file_both_hear_that_it_could_not_be_written_back(history: ModuleType) -> None:
+    first, heard = disk_of(history), []
+    second = history.SimulatedDisk(first.medium, history.Process(2, "0"), first.pool, lambda: None)
+    log, beside = TuningLog(history.LOG, first), TuningLog(history.LOG, second)
+    log.add("step 0", [0.0])
+    written = second._written
+
+    def between(*words: Any, **more: Any) -> None:
+        written(*words, **more)
+        first.process.faults[first.process.count + 3] = "error"  # of its sync
+        with pytest.raises(OSError, match="Input/output"):
+            log.add("step 1", [1.0])
+        heard.append(first.medium.files[history.LOG].errors)
+
+    second._written = between
+    with pytest.raises(OSError, match="Input/output"):
+        beside.add("step 2", [2.0])
+    assert heard == [1]

@@ -66,10 +66,7 @@ class TuningLog:
         if self.path is not None:
             line = json.dumps({"key": key, "value": value, "sha256": _digest(key, value), "made": made_by()})
             make_folders(self.path.parent, self.disk)
-            self.disk.append(
-                self.path, f"\n{line}\n".encode()
-            )  # what stands before it may be torn, or be at this moment
-            self.disk.sync(self.path)
+            self.disk.append(self.path, f"\n{line}\n".encode())  # what stands before it may be torn
             if not self._settled:
                 self.disk.sync_folder(self.path.parent)
                 settle(self.path.parent, self.disk)
