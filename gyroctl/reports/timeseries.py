@@ -19,6 +19,7 @@ from gyroctl.reports.panel import Line, Mark, Panel, Scale, held
 from gyroctl.reports.theme import REFERENCE_GREY, law_styles
 from gyroctl.reports.verdict import judge
 from gyroctl.reports.wording import listed, number
+from gyroctl.statistics import finite_mean
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -81,7 +82,7 @@ def time_series(ds: xr.Dataset, evaluation: Evaluation, paper: Paper) -> Drawing
             y, drawn = _beyond_one(rows), [*drawn, Mark(1.0, REFERENCE_GREY, 1.0, level=True)]
         found.append(Panel(x, y, drawn, title))
     sheet = panels(paper, 92.0, found, Room(left=56.0, top=24.0, down=36.0))
-    powers = [f"{name} {number(float(np.nanmean(ds['example_power'].sel(law=name).values)))} W" for name in chosen]
+    powers = [f"{name} {number(finite_mean(ds['example_power'].sel(law=name).values))} W" for name in chosen]
     alt = (
         f"Wave elevation, power, ring speed, motion, coefficients and load share of {listed(chosen)} from "
         f"{begin:g} to {end:g} s. Mean electrical power over the whole run: {'; '.join(powers)}."
