@@ -151,7 +151,7 @@ RUNS = {
         "python -m gyroctl.studies.connection --seeds 1:65 --budget 2e6",
         "python -m gyroctl.studies.connection --seeds 1:9 --gammas 5 --heights 0.283 --duration 600 --budget 1e6",
         "connection.json",
-        "not measured",
+        "2 min",
     ),
     "forecast": Run(
         "python -m gyroctl.studies.forecast --seeds 4065:4081",
