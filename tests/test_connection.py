@@ -139,8 +139,10 @@ def test_figure_says_what_it_shows_with_units_and_the_same_scale_for_what_is_com
         "no point outside of the panel"
     )
     assert "[W]" in below[0].get_ylabel() and "[m]" in below[0].get_xlabel() and "Nms]" in above[0].get_xlabel()
-    shown = {text.get_text() for text in above[0].get_legend().get_texts()}
-    assert shown == {"with the coupling", "rigidly geared"}
+    (legend,) = figure.legends
+    assert {text.get_text() for text in legend.get_texts()} == {"with the coupling", "rigidly geared"}
+    figure.canvas.draw()
+    assert all(not legend.get_window_extent().overlaps(axes.get_window_extent()) for axes in figure.axes)
 
 
 def test_table_and_sentences_count_what_the_cases_say(answer: Answer) -> None:

@@ -40,7 +40,7 @@ def draw(answer: Answer) -> Figure:
         f"{runs}; intervals are 95 %"
     )
     columns = len(answer.gammas)
-    size = (4.0 * max(columns, 2), 6.8)
+    size = (4.0 * max(columns, 2) + 1.6, 6.8)
     figure, axes = sheet(2, columns, size, "Does the magnetic coupling help?", note, sharey="row")
     for column, gamma in enumerate(answer.gammas):
         above, below = axes[column], axes[columns + column]
@@ -50,10 +50,10 @@ def draw(answer: Answer) -> Figure:
         if column == 0:
             above.set_ylabel("runs that hold lock")
             below.set_ylabel("mean power [W]")
-            above.legend(loc="lower left")
+            figure.legend(*above.get_legend_handles_labels(), loc="outside right upper")
     lowest = min(one.power.low for case in answer.at_best for one in (case.magnetic, case.rigid))
     for panel in axes[columns:]:  # below nothing where a device drains its flywheel
-        panel.set_ylim(bottom=1.2 * min(lowest, 0.0) if lowest < 0.0 else 0.0)
+        panel.set_ylim(bottom=min(1.2 * lowest, -0.08 * panel.get_ylim()[1]) if lowest < 0.0 else 0.0)
         panel.axhline(0.0, color=INK, lw=0.9)
     return figure
 
