@@ -58,7 +58,7 @@ RUNS = {
         "gyroctl evaluate offdesign --seeds 1:64 --seeds nmpc=1:8",
         "gyroctl evaluate offdesign --laws coupling,load_angle --seeds 1:4 --duration 300 --budget 3e6",
         "offdesign.json",
-        "2 h",
+        "12 min",
     ),
     "robustness": Run(
         "gyroctl evaluate robustness --seeds 1:64 --seeds nmpc=1:8",
