@@ -100,7 +100,7 @@ RUNS = {
         "gyroctl evaluate price --seeds 1:8",
         "gyroctl evaluate price --seeds 100000:100001 --duration 260 --allow-tuning-seeds",
         "price.json",
-        "not measured",
+        "8 min",
     ),
     "gauge": Run(
         "gyroctl evaluate gauge --seeds 4785:4792",
