@@ -17,6 +17,8 @@ from gyroctl.controllers.gain_scheduled.table import law_of, read_table, table_f
 from gyroctl.errors import InputError
 from gyroctl.harness.seed_ledger import read_ledger
 from gyroctl.harness.tuned_sets import read_sets, seeds_of
+from gyroctl.hydrodynamics import nemoh
+from gyroctl.hydrodynamics.site import mode_number
 from gyroctl.reading import DEEPEST, TOML_MAX, read_json, read_text, read_toml
 from gyroctl.tuning.goal import WORST
 from gyroctl.tuning.log import TuningLog
@@ -361,3 +363,11 @@ def test_heading_that_hides_something_is_told_as_text(tmp_path: Path, read: Any,
         assert str(error).isprintable()
     else:
         assert notes and all(note.isprintable() for note in notes)
+
+
+@pytest.mark.parametrize("digits", ["1" * 5000, "0" * 5000 + "1"])
+def test_number_of_thousands_of_digits_is_none(digits: str) -> None:
+    """Python refuses to turn them into a number."""
+    zone = nemoh.Zone(f'Zone t="Motion of body {digits} in DoF {digits}"', [1], np.zeros((1, 3)))
+    assert nemoh._by_motion([zone]) == {1: zone}
+    refused(lambda: mode_number(digits), "no mode")

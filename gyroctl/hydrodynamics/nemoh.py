@@ -129,7 +129,7 @@ def _by_motion(zones: list[Zone]) -> dict[int, Zone]:
     """Zones by their degree of freedom, which their titles name; by order where they do not."""
     found: dict[int, Zone] = {}
     for order, zone in enumerate(zones, 1):
-        named = re.search(r"body\s+(\d+)\s+in\s+dof\s+(\d+)", zone.title, re.IGNORECASE)
+        named = re.search(r"body\s+(\d{1,9})\s+in\s+dof\s+(\d{1,9})\b", zone.title, re.IGNORECASE)
         if named and int(named.group(1)) > 1:
             raise InputError("RadiationCoefficients.tec", zone.title[:60], "is of another body", "Give one body alone")
         found.setdefault(int(named.group(2)) if named else order, zone)

@@ -135,6 +135,6 @@ def mode_number(mode: int | str) -> int:
     sign, name = (-1, text[1:]) if text.startswith("-") else (1, text.removeprefix("+"))
     if name in NAMES:
         return sign * (NAMES.index(name) + 1)
-    if not (name.isascii() and name.isdigit() and 1 <= int(name[:5]) <= 1000):
+    if not (name.isascii() and name.isdigit() and len(name) < 10 and 1 <= int(name) <= 1000):
         raise InputError("hydro.modes", mode, "is no mode", MODES)
     return sign * int(name)
