@@ -57,23 +57,28 @@ def framed(path: str, most: int) -> Iterator[bytes]:
     variables, left = {}, most
     with h5netcdf.File(path, "r", decode_vlen_strings=True) as file:
         for name, variable in file.variables.items():
-            text = variable.dtype is str
-            left -= math.prod(map(int, variable.shape)) * (8 if text else variable.dtype.itemsize)
+            dtype, shape = variable.dtype, list(map(int, variable.shape))  # the library looks each up in the file
+            left -= math.prod(shape) * (8 if dtype is str else dtype.itemsize)
             if left < 0:
                 raise ValueError(f"it holds more than {most >> 20} MB")
-            dimensions = [str(dimension) for dimension in variable.dimensions]
-            told = {"dtype": variable.dtype.newbyteorder("<").str} if _is_number(variable) else _texts(variable)
-            own = {"shape": list(map(int, variable.shape)), "dimensions": dimensions}
+            number = dtype is not str and dtype.kind in "biufc"
+            told = {"dtype": dtype.newbyteorder("<").str} if number else _texts(variable)
+            own = {"shape": shape, "dimensions": list(map(str, variable.dimensions))}
             variables[str(name)] = {**told, **own, "attributes": _attributes(variable.attrs)}
         yield json.dumps({"variables": variables, "attributes": _attributes(file.attrs)}).encode() + b"\n"
         for name, variable in file.variables.items():
-            kind = variables[str(name)].get("dtype")
-            for piece in pieces(tuple(map(int, variable.shape)), variable.dtype.itemsize) if kind else ():
-                yield variable[piece].astype(kind).tobytes()
+            one = variables[str(name)]
+            for piece in pieces(one["shape"], int(one["dtype"][2:])) if "dtype" in one else ():
+                yield _part(variable, one["shape"], piece).astype(one["dtype"]).tobytes()
 
 
-def _is_number(variable: Any) -> bool:
-    return variable.dtype is not str and variable.dtype.kind in "biufc"
+def _part(variable: Any, shape: list[int], piece: tuple[Any, ...]) -> Any:
+    """A piece of the numbers; all of them by the way that asks for no padding, where they fill the `shape` told."""
+    if piece == (Ellipsis,) and shape:
+        whole = variable.__array__()
+        if list(whole.shape) == shape:
+            return whole
+    return variable[piece]
 
 
 def pieces(shape: Sequence[int], size: int) -> Iterator[tuple[Any, ...]]:

@@ -108,6 +108,22 @@ def test_hdf5_of_other_kinds_is_refused(tmp_path: Path) -> None:
     refused(lambda: read_netcdf("file", path, MEND), "NetCDF 4")
 
 
+def test_variable_shorter_than_its_unlimited_dimension_is_filled(tmp_path: Path) -> None:
+    path = tmp_path / "growing.nc"
+    with h5netcdf.File(path, "w") as file:
+        file.dimensions["t"] = None
+        file.create_variable("long", ("t",), float, fillvalue=-7.0)
+        file.create_variable("short", ("t",), float, fillvalue=-7.0)
+        file.create_variable("scalar", (), float, data=2.0)
+        file.resize_dimension("t", 3)
+        file["long"][:] = [1.0, 2.0, 3.0]
+        file["short"]._h5ds.resize((2,))
+        file["short"]._h5ds[:] = [4.0, 5.0]
+    variables, _ = read_netcdf("file", path, MEND)
+    assert variables["long"].values.tolist() == [1.0, 2.0, 3.0] and variables["scalar"].values == 2.0
+    assert variables["short"].values.tolist() == [4.0, 5.0, -7.0]
+
+
 def test_damaged_hdf5_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "small.nc"
     small().to_netcdf(path, engine="h5netcdf")
