@@ -189,6 +189,8 @@ def read_hdf5(field: str, path: Path, mend: str) -> Contents:
         if os.environ.get(TRUSTED) == "1":
             return _own(path, most)
         return _handed_over(field, path, mend, most, seconds)
+    except InputError:
+        raise
     except (KeyError, MemoryError, TypeError, ValueError) as error:
         raise InputError(field, str(path), f"cannot be read as NetCDF 4 ({error})", mend) from error
 

@@ -122,4 +122,6 @@ def supervisor(wraps: Any = "load_angle", rules: Rules = Rules()) -> Supervisor:
             known = ", ".join(sorted(set(points) - {"supervisor"}))
             raise ValueError(f"wraps = {wraps!r} is no law to wrap: choose one of {known}, or give a law")
         wraps = points[wraps].load()()
+    if not hasattr(wraps, "period"):
+        raise ValueError(f"wraps = {wraps!r} is no law to wrap: give its name, or a law")
     return wrap(wraps, rules)

@@ -37,6 +37,10 @@ DEFAULT_SEA = "gamma5"
 """Name of the sea of `gyroctl.SeaState()` in the names of sets."""
 
 
+PLAIN = (int, float, list, tuple, Mapping)
+"""What a file can hold besides text."""
+
+
 def registered() -> dict[str, EntryPoint]:
     """Entry points of all registered laws by name, sorted."""
     return dict(_registered())
@@ -262,7 +266,13 @@ def _check_parameter(name: str, key: str, value: Any, known: Mapping[str, Any]) 
     field = f"laws.{name}.{key}"
     if key not in known:
         raise InputError(field, value, "unknown parameter", f"Choose one of: {', '.join(known) or 'none'}")
+    if hasattr(known[key], "_fields") and not hasattr(value, "_fields"):
+        raise InputError(field, value, "stands for several parameters", f"Give {', '.join(known[key]._fields)} instead")
     number = isinstance(value, int | float) and not isinstance(value, bool)
+    if key == "plant" and isinstance(value, PLAIN) and not isinstance(known[key], PLAIN):
+        raise InputError(field, value, "is no design model", 'Give a variant, for example plant = "realistic"')
+    if isinstance(known[key], str) and isinstance(value, PLAIN):
+        raise InputError(field, value, "must be a name", f'The default is "{known[key]}"')
     if number and not is_finite(value):
         raise InputError(field, value, "must be a finite number", f"Give {key} as a number")
     if isinstance(known[key], float) and not number:
