@@ -175,7 +175,7 @@ def listed_rows(axes: Axes, names: Sequence[str], paper: Paper) -> None:
     """Make the vertical axis a list of names, the first on top."""
     axes.set_yticks(range(len(names)), [paper.short(name) for name in names])
     axes.tick_params(axis="y", length=0)
-    axes.set_ylim(len(names) - 0.5, -0.5)
+    axes.set_ylim(max(len(names), 1) - 0.5, -0.5)
     axes.grid(axis="y", visible=False)
 
 
