@@ -191,6 +191,61 @@ def test_sets_of_a_device_beside_its_file_are_used_for_it_alone(tmp_path: Path) 
     assert other.laws["load_angle"].share != 0.123 and other.foreign == ["load_angle"]  # type: ignore[attr-defined]
 
 
+def with_sets(tmp_path: Path, law: str = "load_angle", knob: str = "share", **sets: float) -> Path:
+    """File of a device of its own, and sets of a law that were tuned on it."""
+    file = written(tmp_path, J14=0.18355)
+    found = {"device_sha256": identity(gy.device(file)), "seeds": {"first": 100200, "last": 100203}}
+    content = {name: {"parameters": {knob: value}, "found": found} for name, value in sets.items()}
+    (tmp_path / "mine.tuned").mkdir()
+    (tmp_path / "mine.tuned" / f"{law}.json").write_text(json.dumps({"law": law, "sets": content}))
+    return file
+
+
+def test_set_of_a_device_is_chosen_by_its_name(tmp_path: Path) -> None:
+    with_sets(tmp_path, gamma5=0.123, **{"real-gamma5": 0.234})
+    for tuning, share in (("gamma5", 0.123), ("real-gamma5", 0.234), ("real", 0.234)):
+        tables: dict[str, Any] = {"plant": {"device": "mine.toml"}, "laws": {"load_angle": {"tuning": tuning}}}
+        setup = build_experiment(tables, folder=tmp_path)
+        assert setup.laws["load_angle"].share == share and setup.foreign == []  # type: ignore[attr-defined]
+    tables["laws"] = {"mine": {"law": "load_angle", "tuning": "gamma7"}}
+    with pytest.raises(gy.InputError, match=r"laws\.mine\.tuning = 'gamma7'.*gamma5.*mine\.tuned.*all"):
+        build_experiment(tables, folder=tmp_path)
+
+
+def test_law_whose_own_sets_are_not_used_is_told_of_them(tmp_path: Path) -> None:
+    """Sets for a sea alone do not hide that the law runs with a set of another device."""
+    with_sets(tmp_path, gamma5=0.123)
+    tables: dict[str, Any] = {"plant": {"device": "mine.toml"}, "laws": {"load_angle": {}}}
+    setup = build_experiment(tables, folder=tmp_path)
+    assert setup.laws["load_angle"].share == gy.law("load_angle").share  # type: ignore[attr-defined]
+    assert setup.foreign == ["load_angle"]
+    assert "load_angle (for it: tuning = gamma5)" in setup.foreign_note and "mine.toml" in setup.foreign_note
+    tables["laws"] = {"load_angle": {"tuning": "real-gamma5"}}  # one that ships
+    assert build_experiment(tables, folder=tmp_path).foreign == ["load_angle"]
+
+
+def test_every_command_takes_the_sets_of_a_device(tmp_path: Path, run: Run) -> None:
+    """A set with a knob that the law does not have is refused, which tells that it was taken."""
+    file, named = str(with_sets(tmp_path, knob="shear", gamma5=1.0)), ("--set", "tuning=gamma5")
+    for command in (
+        ("simulate", "--law", "load_angle", *named),
+        ("margins", "--law", "load_angle", *named),
+        ("bound", "--law", "load_angle tuning=gamma5", "--seeds", "1"),
+    ):
+        code, _, said = run(*command, "--device", file, "--out", str(tmp_path / "out"))
+        assert code == 2 and "laws.load_angle.shear" in said and "another device" not in said, said
+
+
+def test_law_from_python_takes_the_sets_beside_the_file(tmp_path: Path) -> None:
+    file = with_sets(tmp_path, all=0.123, gamma5=0.2)
+    law = gy.law("load_angle", device=file)
+    assert law.share == 0.123 and law.J4 == 0.18355  # type: ignore[attr-defined]
+    assert gy.law("load_angle", "gamma5", device=str(file)).share == 0.2  # type: ignore[attr-defined]
+    assert gy.law("load_angle", device=file, share=0.3).share == 0.3  # type: ignore[attr-defined]
+    shipped = gy.law("load_angle", device=gy.device(file))  # a plant alone knows of no file
+    assert shipped.share == gy.law("load_angle").share  # type: ignore[attr-defined]
+
+
 def test_evaluation_refuses_a_device_that_it_cannot_serve(tmp_path: Path, run: Run) -> None:
     file = tmp_path / "long.toml"
     file.write_text("length_scale = 4\nhydrodynamics_length = 4\n", encoding="utf-8")

@@ -68,7 +68,7 @@ def bound(
     from gyroctl.waves import SeaState
 
     plant = plant_of(device, variant)
-    named = {text: _law(text, None if device is None else plant) for text in law or []}
+    named = {text: _law(text, None if device is None else plant, device) for text in law or []}
     hs, wp = own(hs, SeaState.hs, "m", plant), own(wp, SeaState.wp, "rad/s", plant)
     sea, windows, duration = SeaState(hs, wp, gamma), _seeds(seeds), own(duration, 100.0, "s", plant)
     effort = quick_effort(plant) if quick else Effort()
@@ -78,7 +78,7 @@ def bound(
     failures(content["failed"])
 
 
-def _law(text: str, device: Any = None) -> Any:
+def _law(text: str, device: Any = None, file: Path | None = None) -> Any:
     """Build the law of "name key=value ...", or of "file.py:Name key=value ...", perhaps for a device.
 
     For one of another length that of its model, which may be told the waves; a pair that is given is the device's own.
@@ -86,6 +86,7 @@ def _law(text: str, device: Any = None) -> Any:
     import gyroctl as gy
     from gyroctl.devices.scaling import at_model_size
     from gyroctl.froude import growth
+    from gyroctl.harness.device_sets import own_choice
     from gyroctl.harness.for_device import PAIR, holds_a_pair
     from gyroctl.harness.registry import build
 
@@ -93,6 +94,8 @@ def _law(text: str, device: Any = None) -> Any:
     if not words:
         raise gy.InputError("law", text, "is empty", "Give a name, see gyroctl laws")
     given = parse(words[1:])
+    if file is not None:
+        given = own_choice(file, words[0], device, given)
     if device is None or device.parameters.length_scale == 1.0:
         return build(words[0], given, device=device)
     built: Any = build(words[0], given, device=at_model_size(device))

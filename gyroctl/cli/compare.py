@@ -51,7 +51,7 @@ def compare(
     say, on = partial(typer.echo, err=True), workers or None
     strange = setup.foreign
     if strange:
-        say(f"Note: tuned for another device: {', '.join(strange)}. For this one: gyroctl tune all --device FILE")
+        say(setup.foreign_note)
     pair = find_yardstick(setup.plant, setup.sea, setup.settings, limit, workers=on, search=search, say=say)
     ds = run(
         setup.plant,

@@ -61,11 +61,14 @@ def margins(
     device: Device = None,
 ) -> None:
     """Measure how far a lock is from breaking; in a pipe the numbers come as JSON."""
+    from gyroctl.harness.device_sets import own_choice
     from gyroctl.studies.margins import margin_report, request
 
     plant = plant_of(device, variant, parse(choices or [], "--plant"))
     wave = _wave(plant, sea, height, wp)
     controls, parameters, heading = _pair(plant, cc, cg), parse(settings or []), wave.heading
+    if device is not None and law:
+        parameters = own_choice(device, law, plant, parameters)
     asked = request(plant, wave.height, wave.wp, *controls, sense, law, parameters, device is not None, heading)
     content = margin_report(asked, out, samples, maps, water=water, scheduler=scheduler or None)
     said = [f"{name.replace('_', ' ')}: {text}" for name, text in content["meaning"].items()]

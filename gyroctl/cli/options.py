@@ -79,14 +79,15 @@ def own(value: float | None, usual: float, unit: str, plant: Plant) -> float:
     return usual * growth(unit, plant.parameters.length_scale) if value is None else value
 
 
-def warn_foreign(names: Mapping[str, str], plant: Plant, device: Path | None) -> None:
-    """Say on stderr which laws have tuned sets of another device only."""
-    from gyroctl.harness.device_sets import foreign
+def warn_foreign(
+    names: Mapping[str, str], plant: Plant, device: Path | None, tunings: Mapping[str, str | None] | None = None
+) -> None:
+    """Say on stderr which laws run with a set of another device; `tunings` are the sets that were asked for."""
+    from gyroctl.harness.device_sets import foreign, foreign_note
 
-    strange = foreign(names, plant, device)
+    strange = foreign(names, plant, device, tunings)
     if strange:
-        ask = f"gyroctl tune {' '.join(strange)} --device {device.name}" if device else "gyroctl tune"
-        typer.echo(f"Note: tuned for another device: {', '.join(strange)}. For this one: {ask}", err=True)
+        typer.echo(foreign_note(strange, names, plant, device), err=True)
 
 
 def parse(pairs: list[str], option: str = "--set") -> dict[str, Any]:

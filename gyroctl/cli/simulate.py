@@ -61,7 +61,7 @@ def simulate(
     import numpy as np
 
     import gyroctl as gy
-    from gyroctl.harness.device_sets import own_parameters
+    from gyroctl.harness.device_sets import own_choice
     from gyroctl.harness.registry import build
     from gyroctl.harness.run import lead_in
     from gyroctl.provenance import command_line
@@ -79,8 +79,8 @@ def simulate(
     within("motor", motor, 0.0, most, "Give the size of the gain in Nms, for example 0.02")
     given = parse(settings or [])
     if device is not None:
-        given = {**own_parameters(device, law, plant), **given}
-        warn_foreign({law: law}, plant, device)
+        warn_foreign({law: law}, plant, device, {law: given.get("tuning")})
+        given = own_choice(device, law, plant, given)
     built = build(law, given, device=None if device is None else plant)
     check_file(out)
     if start == "locked" and not duration > blend:

@@ -79,7 +79,9 @@ def site(
         say=say,
     )
     if device is not None:
-        warn_foreign({entrant.label: entrant.name for entrant in parse(laws)}, plant, device)
+        entrants = parse(laws)
+        tunings = {entrant.label: entrant.tuning for entrant in entrants}
+        warn_foreign({entrant.label: entrant.name for entrant in entrants}, plant, device, tunings)
     say_first_time("plant and laws", 30)
     content = site_report(ask)
     lines = [*table(content), *sentences(content, ("kWh", 1.0)), *(f"! {remark}" for remark in remarks(content))]

@@ -16,7 +16,7 @@ from gyroctl.errors import InputError
 from gyroctl.froude import growth
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.code_files import Trust, asked_for, is_file
-from gyroctl.harness.device_sets import foreign, own_parameters, own_seeds
+from gyroctl.harness.device_sets import foreign, foreign_note, own_choice, own_seeds
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import build, registered
 from gyroctl.harness.run import Settings
@@ -122,9 +122,17 @@ class Experiment:
 
     @property
     def foreign(self) -> list[str]:
-        """Laws whose tuned sets all belong to another device, the yardstick aside."""
+        """Laws that run with a set of another device, the yardstick aside."""
         kinds = {name: kind for name, kind in self.kinds.items() if name != BASELINE}
-        return foreign(kinds, self.plant, self.device_file)
+        tables = self.source.get("laws", {})
+        tunings = {name: tables.get(name, {}).get("tuning") for name in kinds}
+        return foreign(kinds, self.plant, self.device_file, tunings)
+
+    @property
+    def foreign_note(self) -> str:
+        """Sentence on these laws; empty where there are none."""
+        strange = self.foreign
+        return foreign_note(strange, self.kinds, self.plant, self.device_file) if strange else ""
 
     @property
     def settings(self) -> Settings:
@@ -313,12 +321,12 @@ def _law(
     allow_code: Sequence[str | Path],
     own: OwnDevice | None = None,
 ) -> Law:
-    if own is not None and kind != BASELINE and "tuning" not in parameters:
-        parameters = {**own_parameters(own[1], kind, own[0]), **parameters}
     still = sea.sea if isinstance(sea, SpreadSea) else sea
     if kind == BASELINE and "gamma" not in parameters and isinstance(still, SeaState):
         parameters = {**parameters, "gamma": still.gamma}
     try:
+        if own is not None and kind != BASELINE:
+            parameters = own_choice(own[1], kind, own[0], parameters)
         plant = None if own is None else own[0]
         return build(kind, parameters, None, allow_code, plant)  # what data may run is not for data to say
     except InputError as error:

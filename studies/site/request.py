@@ -13,7 +13,7 @@ from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.arguments import check_plant, laws_by_name
 from gyroctl.harness.code_files import asked_for
-from gyroctl.harness.device_sets import own_parameters, own_seeds
+from gyroctl.harness.device_sets import own_choice, own_seeds
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import build
 from gyroctl.harness.run import Settings, ticks_of
@@ -217,8 +217,10 @@ def _laws(
     """Laws by the names that they get, built for the plant where a name says which; and these names."""
 
     def built_for(name: str, given: Mapping[str, Any], tuning: str | None = None) -> Law:
-        own = own_parameters(device, name, plant) if device is not None and tuning is None else {}
-        return build(name, {**own, **given}, tuning, allowed, plant)
+        parameters = {**given, **({} if tuning is None else {"tuning": tuning})}
+        if device is not None:
+            parameters = own_choice(device, name, plant, parameters)
+        return build(name, parameters, None, allowed, plant)
 
     if not isinstance(laws, str):
         built = laws_by_name(laws)
