@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from command_line import Run
 from small_task import SMALL
 
 import gyroctl as gy
+from gyroctl.cli.tune import circumstances
 from gyroctl.devices.file import new_device, write_device
 from gyroctl.devices.identity import identity
 from gyroctl.devices.scaling import scaled_plant
@@ -118,10 +120,46 @@ def test_design_model_in_real_water_is_that_of_the_device() -> None:
         design_in(half, "imaginary")
 
 
-def test_tuning_for_a_device_is_not_shipped_and_takes_no_experiment(tmp_path: Path, run: Run) -> None:
+def test_tuning_for_a_device_is_not_shipped(tmp_path: Path, run: Run) -> None:
     file = write_device(tmp_path / "mine.toml", new_device("mine", J14=0.18355))
-    code, _, said = run("tune", "load_angle", "--device", file, "--ship")
-    assert code == 2 and "--ship" in said and "mine.tuned" in said
-    code, _, said = run("tune", "load_angle", "--device", file, "--experiment", tmp_path / "study.toml")
-    assert code == 2 and "--experiment" in said
+    study = tmp_path / "study.toml"
+    study.write_text('[plant]\ndevice = "mine.toml"\n')
+    for given in (("--device", file), ("--experiment", study)):
+        code, _, said = run("tune", "load_angle", *given, "--ship")
+        assert code == 2 and "--ship" in said and "mine.tuned" in said
+    code, _, said = run("tune", "load_angle", "--device", file, "--experiment", study)
+    assert code == 2 and "--experiment" in said and "[plant]" in said
     assert not (tmp_path / "mine.tuned").exists()
+
+
+def test_experiment_beside_a_device_gives_its_actuators(tmp_path: Path) -> None:
+    file = write_device(tmp_path / "mine.toml", new_device("mine", J14=0.18355))
+    study = tmp_path / "study.toml"
+    study.write_text("[actuators]\ncg_max = 0.004\n[run]\nseeds = [100007]\n")
+    on, kept_at = circumstances(study, device=file)
+    assert kept_at == file and on.settings.actuators.cg_max == 0.004 and on.evaluation == {100007}
+    assert on.device is not None and on.device.parameters.J14 == 0.18355
+    study.write_text('[plant]\ndevice = "mine.toml"\n[actuators]\ncg_max = 0.004\n')
+    same, beside = circumstances(study)
+    assert beside == file and same.own and same.settings == on.settings
+    assert identity(same.plant) == identity(on.plant)
+    study.write_text("[actuators]\ncg_max = 0.004\n")
+    assert circumstances(study)[1] is None and not circumstances(study)[0].own
+
+
+def test_sets_go_beside_the_device_that_an_experiment_names(tmp_path: Path, run: Run) -> None:
+    """Also printed: the numbers that were found, and what of the goal they miss."""
+    write_device(tmp_path / "mine.toml", new_device("mine", J14=0.18355))
+    study, task = tmp_path / "study.toml", tmp_path / "task.toml"
+    study.write_text('[plant]\ndevice = "mine.toml"\n')
+    task.write_text(
+        'law = "load_angle"\n[knobs]\nshare = {start = 0.4, width = 0.1}\n[seas.mild]\nhs = 0.25\ngamma = 5.0\n'
+        "power = 2.0\nruns = 1\n[search]\npopulation = 4\nwindow = 160.0\nconfirm = 200.0\nruns = 1\n"
+        "[seeds]\nfirst = 100128\ncount = 2\n[goal]\nturns = 0.999\nmotion = 0.001\n"
+    )
+    out = ("--out", tmp_path / "out", "--budget", "3000", "--for", "mild")
+    code, said, error = run("tune", task, "--experiment", study, *out)
+    assert code == 0, error
+    assert "mine.tuned" in said and "share = " in said and "98 % motion of phi1" in said and "at most 0.001" in said
+    kept = json.loads((tmp_path / "mine.tuned" / "load_angle.json").read_text())["sets"]["mild"]
+    assert belongs(kept["found"], gy.device(tmp_path / "mine.toml"))

@@ -83,8 +83,13 @@ def test_one_loss_in_sixty_four_outweighs_a_fifth_of_the_power() -> None:
 def test_goal_is_met_within_its_limits_only() -> None:
     goal = Goal(locked=0.99, motion=0.34, power_cv=0.35)
     assert goal.met(means())
+    assert goal.missed(means()) == []
     for worse in ({"locked": 63 / 64}, {"phi1_p98": 0.35}, {"phi3_p98": 0.35}, {"power_cv": 0.36}):
         assert not goal.met(means(**worse))
+        (told,) = goal.missed(means(**worse))
+        assert f"{next(iter(worse.values())):.4g}" in told
+    nothing = Goal(turns=0.98, forward=0.9).missed(means(turns_kept=math.nan, reversed=0.5))
+    assert nothing == ["turns kept nan, at least 0.98", "runs without a reversal 0.5, at least 0.9"]
 
 
 def test_chosen_meets_the_goal_before_it_has_power() -> None:

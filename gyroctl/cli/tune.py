@@ -48,7 +48,7 @@ def tune(
     from gyroctl.errors import InputError
     from gyroctl.froude import growth
     from gyroctl.harness.code_files import is_file
-    from gyroctl.harness.device_sets import sets_folder
+    from gyroctl.harness.device_sets import sets_file, sets_folder
     from gyroctl.harness.registry import home, tuned_sets
     from gyroctl.harness.tuned_sets import tuned_file, write_sets
     from gyroctl.names import file_in
@@ -58,12 +58,10 @@ def tune(
     from gyroctl.tuning.tune import tune as run
     from gyroctl.writing import Kept
 
-    on, allowed = circumstances(experiment, water, allow_code or (), device), allow_code or ()
-    if device is not None and ship:
-        problem = "ships sets of the paper's device, and --device tunes for another one"
-        raise InputError(
-            "--ship", True, problem, f"Leave it out: they are kept in {sets_folder(device).name} beside it"
-        )
+    (on, file), allowed = circumstances(experiment, water, allow_code or (), device), allow_code or ()
+    if file is not None and ship:
+        problem = f"ships sets of the paper's device, and {file.name} is another one"
+        raise InputError("--ship", True, problem, f"Leave it out: they are kept in {sets_folder(file).name} beside it")
     length = on.plant.parameters.length_scale if on.own else 1.0
     budget = BUDGET * growth("s", length) if budget is None else budget
     wanted = [name.strip() for name in sets.split(",") if name.strip()]
@@ -80,8 +78,8 @@ def tune(
                 many = workers_wanted(workers)
                 found = run(task, which, on, budget, out, many, start=start, scheduler=scheduler or None)
                 write_sets(file_in(out, task.stem, ending=".json"), task.law, found.sets)
-                if device is not None:
-                    write_sets(file_in(sets_folder(device), task.stem, ending=".json"), task.law, found.sets)
+                if file is not None:
+                    write_sets(sets_file(file, task.law), task.law, found.sets)
                 if ship:
                     folder, stem = home(task.law)
                     write_sets(tuned_file(folder, stem), task.stem if is_file(task.law) else task.law, found.sets)
@@ -89,30 +87,36 @@ def tune(
                 _table(task, found)
     if len(kept.failed) == len(tasks) * len(wanted):
         raise kept.errors[0]
-    beside = " and beside the law" if ship else "" if device is None else f" and to {sets_folder(device)}"
+    beside = " and beside the law" if ship else "" if file is None else f" and to {sets_folder(file)}"
     typer.echo(f"Written to {out}{beside}")
     failures(kept.failed)
 
 
 def circumstances(
     experiment: Path | None, water: str = "linear", allow_code: Sequence[Path] = (), device: Path | None = None
-) -> Circumstances:
-    """Plant, sensors and actuators of an experiment, those of a water, or those of a device of one's own."""
-    from gyroctl.comparison.experiment import read_experiment
+) -> tuple[Circumstances, Path | None]:
+    """Plant, sensors and actuators of an experiment, those of a water, or those of a device of one's own; and its file.
+
+    An experiment beside a device gives sensors, actuators and the seeds to keep away.
+    """
+    from gyroctl.comparison.experiment import build_experiment
+    from gyroctl.devices import device as read_device
     from gyroctl.errors import InputError
+    from gyroctl.tables import read_tables
     from gyroctl.tuning.waters import Circumstances, circumstances_of, on_device
 
-    if device is not None:
-        from gyroctl.devices import device as read
-
-        if experiment is not None:
-            problem, mend = "says its own device", "Give one of the two"
-            raise InputError("--experiment", str(experiment), problem, mend)
-        return on_device(read(device), water)
     if experiment is None:
-        return circumstances_of(water)
-    setup = read_experiment(experiment, allow_code=allow_code)
-    return Circumstances(setup.plant, setup.settings, frozenset(setup.run.seeds))
+        return (circumstances_of(water), None) if device is None else (on_device(read_device(device), water), device)
+    tables = dict(read_tables(experiment, "experiment"))
+    if device is not None:
+        if tables.get("plant"):
+            problem = "has a table [plant] of its own beside --device"
+            raise InputError("--experiment", str(experiment), problem, "Leave one of the two out")
+        tables["plant"] = {"device": str(device.resolve())}
+    setup = build_experiment(tables, False, experiment.parent, allow_code)
+    own = setup.device_file is not None
+    plant = on_device(setup.plant, water).plant if own else setup.plant
+    return Circumstances(plant, setup.settings, frozenset(setup.run.seeds), own), device or setup.device_file
 
 
 def _start(sets: dict[str, Any], name: str) -> Start | None:
@@ -149,10 +153,12 @@ def _table(task: Task, found: Tuned) -> None:
     from rich.markup import escape
     from rich.table import Table
 
+    from gyroctl.tuning.goal import Goal
+
     first = next(iter(found.sets.values()))["found"]
     title = f"{escape(task.stem)}: {first['spent_s']:.3g} s of {first['budget_s']:.3g} s simulated"
-    caption = "power in W, 98 % motion of phi1 and phi3 in rad, cycle slips per 1000 waves"
-    head = ("set", "sea", "power", "CV", "locked", "95 %", "motion", "slips", "goal")
+    caption = "power in W, 98 % motion of phi1 and phi3 in rad, turns kept, cycle slips per 1000 waves"
+    head = ("set", "sea", "power", "CV", "locked", "95 %", "motion", "turns", "slips", "goal")
     left: dict[str, Any] = {"title_justify": "left", "caption_justify": "left"}
     table = Table(*head, title=title, caption=caption, box=SIMPLE_HEAD, padding=(0, 1, 0, 0), **left)
     for name, entry in found.sets.items():
@@ -166,7 +172,16 @@ def _table(task: Task, found: Tuned) -> None:
                 f"{round(result['locked'] * result['runs'])}/{result['runs']}",
                 f"{low:.2f}-{high:.2f}",
                 f"{result['phi1_p98']:.2f} {result['phi3_p98']:.2f}",
+                f"{result['turns_kept']:.3f}" if "turns_kept" in result else "-",
                 f"{result['cycle_slips']:.0f}" if "cycle_slips" in result else "-",
                 "met" if entry["met"][sea] else "missed",
             )
-    Console().print(table)
+    console = Console()
+    console.print(table)
+    for name, entry in found.sets.items():
+        for sea, result in entry["result"].items():
+            missed = ", ".join(Goal(**entry["goal"][sea]).missed(result))
+            if missed and not entry["met"][sea]:
+                console.print(f"{escape(name)} in {escape(sea)} misses: {escape(missed)}", highlight=False)
+        knobs = ", ".join(f"{key} = {value}" for key, value in entry["parameters"].items())
+        console.print(f"{escape(name)}: {escape(knobs)}", highlight=False)

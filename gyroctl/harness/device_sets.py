@@ -27,10 +27,14 @@ def sets_folder(device_file: Path) -> Path:
     return device_file.with_suffix(".tuned")
 
 
+def sets_file(device_file: Path, name: str) -> Path:
+    """File of the tuned sets of a law, a registered name or "file.py:Name", for a device."""
+    return file_in(sets_folder(device_file), parted(name)[1] if is_file(name) else name, ending=".json")
+
+
 def own_sets(device_file: Path, name: str, device: Plant) -> dict[str, Any]:
     """Tuned sets of a law that were found on a device, by name; those of another device in its folder do not count."""
-    stem = parted(name)[1] if is_file(name) else name
-    sets = read_sets(file_in(sets_folder(device_file), stem, ending=".json"))
+    sets = read_sets(sets_file(device_file, name))
     return {key: entry for key, entry in sets.items() if belongs(entry.get("found", {}), device)}
 
 

@@ -37,7 +37,7 @@ DEFAULT_SEA = "gamma5"
 """Name of the sea of `gyroctl.SeaState()` in the names of sets."""
 
 
-PLAIN = (int, float, list, tuple, Mapping)
+PLAIN = (int, float, list, Mapping)
 """What a file can hold besides text."""
 
 

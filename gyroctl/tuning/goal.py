@@ -45,12 +45,23 @@ class Goal:
 
     def met(self, means: Mapping[str, float]) -> bool:
         """Whether the limits are kept by means over realisations."""
-        within = max(means["phi1_p98"], means["phi3_p98"]) <= self.motion and means["power_cv"] <= self.power_cv
-        if self.turns > 0.0:
-            within = within and means["turns_kept"] >= self.turns
-        if self.forward > 0.0:
-            within = within and 1.0 - means["reversed"] >= self.forward
-        return within and means["locked"] >= self.locked
+        return not self.missed(means)
+
+    def missed(self, means: Mapping[str, float]) -> list[str]:
+        """Limits that means over realisations do not keep, each in words with what was found."""
+        found = []
+        for name, told in (("phi1_p98", "98 % motion of phi1"), ("phi3_p98", "98 % motion of phi3")):
+            if not means[name] <= self.motion:
+                found.append(f"{told} {means[name]:.4g} rad, at most {self.motion:.4g}")
+        if not means["power_cv"] <= self.power_cv:
+            found.append(f"power CV {means['power_cv']:.4g}, at most {self.power_cv:.4g}")
+        if self.turns > 0.0 and not means["turns_kept"] >= self.turns:
+            found.append(f"turns kept {means['turns_kept']:.4g}, at least {self.turns:.4g}")
+        if self.forward > 0.0 and not 1.0 - means["reversed"] >= self.forward:
+            found.append(f"runs without a reversal {1.0 - means['reversed']:.4g}, at least {self.forward:.4g}")
+        if not means["locked"] >= self.locked:
+            found.append(f"locked {means['locked']:.4g}, at least {self.locked:.4g}")
+        return found
 
     def score(self, means: Mapping[str, float], power: float) -> float:
         """Mean power over `power` [W], less penalties: smooth, so that a search finds back from outside the limits.
