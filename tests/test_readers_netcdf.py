@@ -187,6 +187,11 @@ def test_pipe_and_folder_are_no_netcdf(tmp_path: Path) -> None:
 # --- hydrodynamics -------------------------------------------------------------------------------------------------
 
 
+def twice(values: xr.DataArray, instead: str) -> tuple[list[str], np.ndarray]:
+    """Values whose dimension `instead` bears the name of another one of theirs."""
+    return ["influenced_dof" if name == instead else str(name) for name in values.dims], values.values
+
+
 def changed(change: Callable[[xr.Dataset], xr.Dataset], tmp_path: Path) -> Path:
     path = tmp_path / "float.nc"
     change(to_dataset(shipped())).to_netcdf(path, engine="scipy", format="NETCDF3_64BIT")
@@ -216,8 +221,11 @@ def changed(change: Callable[[xr.Dataset], xr.Dataset], tmp_path: Path) -> Path:
         (lambda ds: ds.assign(fit_accurate_q=ds.fit_accurate_q * np.nan), "fits"),
         (lambda ds: ds.isel(wave_direction=slice(0)), ""),
         (lambda ds: ds.isel(wetted_number=slice(3)), "wetted"),
+        (lambda ds: ds.assign(diffraction_force=twice(ds.diffraction_force, "complex")), "diffraction_force"),
+        (lambda ds: ds.assign(added_mass=twice(ds.added_mass, "radiating_dof")), "added_mass"),
     ],
 )
+@pytest.mark.filterwarnings("ignore:Duplicate dimension names")
 def test_hydrodynamics_of_no_float_are_refused(tmp_path: Path, change: Any, field: str) -> None:
     error = refused(lambda: load(changed(change, tmp_path)), "float.nc")
     assert field in error.field

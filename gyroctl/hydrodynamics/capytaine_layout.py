@@ -69,7 +69,7 @@ def from_capytaine(
                 problem = "has a dimension with several values"
                 raise InputError(f"{source}: {name}", d, problem, f"Select one value of {d} first")
         left = [d for d in own if d in dims]
-        if set(left) != set(dims):
+        if sorted(left) != sorted(dims):
             raise InputError(f"{source}: {name}", own, f"must have the dimensions {dims}", LAYOUT)
         kept = values.reshape([size for d, size in zip(own, values.shape, strict=True) if d in dims])
         return np.transpose(kept, [left.index(d) for d in dims])
