@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from typing import Annotated
 
 import typer
@@ -63,6 +64,7 @@ def main() -> None:
 
     from gyroctl.errors import InputError, went_wrong
 
+    warnings.filterwarnings("ignore", "every run of", UserWarning)  # commands say themselves what failed
     end_soon_at_interrupt()
     try:
         app()

@@ -6,6 +6,7 @@ import datetime
 import json
 import math
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
 from functools import partial
@@ -130,6 +131,7 @@ def compare(
         `lock.in_step`) and ``over_limit``, which need all runs; and the time series of the first realisation as
         ``example_...``.
         A run that failed has ``failed`` = 1, its reason in ``failure``, and no number elsewhere; it ends no other run.
+        A law of which every run failed is warned of.
 
     Raises
     ------
@@ -159,6 +161,7 @@ def compare(
         outcomes = execute(items, workers or os.cpu_count() or 1, results, quiet, case, run)
     rows = {name: [outcomes[name, seed] for seed in waves.seeds] for name in built}
     check_fair(rows)
+    _warn_of_failed(rows)
     return _judged(_dataset(built, waves, rows), motion_limit).assign_attrs(
         experiment=json.dumps(experiment or _default_experiment(plant, waves, settings)),
         **_attributes(provenance()),
@@ -178,6 +181,13 @@ def compare(
         hs=waves.sea.hs,
         capture_width_m=plant.parameters.d + plant.parameters.c,
     )
+
+
+def _warn_of_failed(rows: Rows) -> None:
+    """Warn of laws that have not a single number to show."""
+    for name, outcomes in rows.items():
+        if all(outcome.failure for outcome in outcomes):
+            warnings.warn(f"every run of {name} failed: {outcomes[0].failure}", stacklevel=3)
 
 
 def check_workers(workers: int | None) -> None:

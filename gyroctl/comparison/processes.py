@@ -7,12 +7,12 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
-from multiprocessing import get_context
 from typing import Any, NoReturn, TypeVar
 from weakref import WeakSet
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
+from gyroctl.engine.apart import CONTEXT
 from gyroctl.engine.parent import end_with_parent
 
 Result = TypeVar("Result")
@@ -36,7 +36,7 @@ class Processes:
         self.given: WeakSet[Future[Any]] = WeakSet()  # to this pool; somebody waits for them, or they do not matter
 
     def _begun(self) -> Any:
-        return ProcessPool(self.workers, context=get_context("spawn"), initializer=begin_process, initargs=(HELD,))
+        return ProcessPool(self.workers, context=CONTEXT, initializer=begin_process, initargs=(HELD,))
 
     def schedule(self, function: Callable[..., Any], args: Sequence[Any], timeout: float | None = None) -> Future[Any]:
         """Let one of them call a function, no longer than `timeout` [s]."""

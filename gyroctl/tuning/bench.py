@@ -10,7 +10,6 @@ from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, Th
 from contextlib import AbstractContextManager, closing
 from dataclasses import replace
 from functools import lru_cache
-from multiprocessing import get_context
 from types import TracebackType
 from typing import Any, NamedTuple
 
@@ -18,6 +17,7 @@ import cloudpickle
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.engine.apart import CONTEXT
 from gyroctl.engine.cluster import FEWEST, Lost, Task, hand_out, threads_of
 from gyroctl.engine.parent import end_with_parent
 from gyroctl.errors import InputError
@@ -158,7 +158,7 @@ class Bench(AbstractContextManager["Bench"]):
             self.pool = ThreadPoolExecutor(self.workers)
         elif self.workers > 1:
             self.pool = ProcessPoolExecutor(
-                self.workers, mp_context=get_context("spawn"), initializer=_equip, initargs=(plant, settings, device)
+                self.workers, mp_context=CONTEXT, initializer=_equip, initargs=(plant, settings, device)
             )
             self.call = _perform
 
