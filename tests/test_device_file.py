@@ -19,6 +19,7 @@ from gyroctl.devices.identity import changed, device_record, identity, is_shippe
 from gyroctl.froude import power
 from gyroctl.hydrodynamics import save, shipped
 from gyroctl.hydrodynamics.scaling import scaled
+from gyroctl.studies.device.assumed import doubts
 
 
 def written(folder: Path, **changes: Any) -> Path:
@@ -161,6 +162,18 @@ def test_new_check_and_scale_by_command(tmp_path: Path, run: Run) -> None:
 def test_check_finds_what_no_device_can_be(tmp_path: Path, run: Run, change: dict[str, float], line: str) -> None:
     code, said, _ = run("device", "check", written(tmp_path, **change))
     assert code == 1 and any(row.startswith("FAIL") and line in row for row in said.splitlines()), said
+
+
+def test_every_command_repeats_what_is_doubtful(tmp_path: Path, run: Run) -> None:
+    """Whoever never asked for the check is told all the same, the report of a comparison too."""
+    file = written(tmp_path, a=1.05)
+    short = ("--law", "constant", "--duration", "120", "--blend", "20", "--out", tmp_path / "run.nc")
+    for command in (("waves",), ("simulate", *short)):
+        code, _, said = run(*command, "--device", file)
+        assert code == 0 and "Doubtful device: lever: a + b = " in said and "device check mine.toml" in said, said
+    code, _, said = run("waves")
+    assert code == 0 and "Doubtful" not in said
+    assert doubts(gy.zhang2017()) == [] and len(doubts(gy.device(file))) == 1
 
 
 def test_experiment_names_a_device_relative_to_itself(tmp_path: Path) -> None:

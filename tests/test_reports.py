@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,7 +24,7 @@ from gyroctl.reports import evaluate, judge, open_results, print_table, summaris
 from gyroctl.reports.canvas import DESK, TELEPHONE, look
 from gyroctl.reports.labels import SIDES, Box, place
 from gyroctl.reports.panel import Panels
-from gyroctl.reports.report import DRAW
+from gyroctl.reports.report import DRAW, sea_line
 from gyroctl.reports.theme import law_styles
 from gyroctl.reports.wording import number, percent, seed_ranges, watts
 
@@ -363,3 +364,27 @@ def test_import_of_the_reports_stays_light():
     code = f"import sys, gyroctl.reports; print([m for m in {heavy!r} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("sea", "line"),
+    [
+        ({"kind": "jonswap", "hs": 0.283, "wp": 3.14, "gamma": 5.0}, "Hs 0.283 m, Tp 2 s, ωp 3.14 rad/s, γ 5"),
+        ({"kind": "spectrum", "file": "lab.csv"}, "spectrum of lab.csv, Hs 0.256 m, Tp 2.63 s, ωp 2.39 rad/s"),
+        ({"kind": "regular", "height": 0.2, "wp": 3.0}, "height 0.2 m, T 2.09 s, ωp 3 rad/s"),
+        ("no table", ""),
+    ],
+)
+def test_sea_stands_at_the_head_of_a_report(sea: object, line: str) -> None:
+    """Of a sea from a file its name, and the height and the peak that were measured."""
+    ds = synthetic().assign_attrs(experiment=json.dumps({"sea": sea}), hs=0.256125, wp=2.38761)
+    assert sea_line(ds) == line
+
+
+def test_report_tells_what_of_the_device_is_doubtful(tmp_path: Path) -> None:
+    ds = synthetic().assign_attrs(doubts='["lever: a + b = <1.126> m"]', foreign_laws='["tracking"]')
+    write_report(ds, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text()
+    assert "The check of the device doubts its lever: a + b = &lt;1.126&gt; m." in page
+    assert "Tuned for another device than this one: " in page
+    assert '"doubts_of_the_device": ["lever: a + b = <1.126> m"]' in json.dumps(summarise(ds, evaluate(ds)))

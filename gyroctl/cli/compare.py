@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyroctl.cli.first_time import say_first_time
-from gyroctl.cli.options import AllowCode, Scheduler, Workers, say_notes
+from gyroctl.cli.options import AllowCode, Scheduler, Workers, say_notes, warn_doubtful
 
 if TYPE_CHECKING:
     import xarray
@@ -49,6 +49,7 @@ def compare(
     say_notes(setup.sea, setup.plant)
     say_first_time("plant and laws", 30)
     say, on = partial(typer.echo, err=True), workers or None
+    doubtful = warn_doubtful(setup.plant, setup.device_file)
     strange = setup.foreign
     if strange:
         say(setup.foreign_note)
@@ -68,7 +69,7 @@ def compare(
         full_series=full_series,
         scheduler=scheduler or None,
     )
-    write(ds.assign_attrs(command=command_line(), foreign_laws=json.dumps(strange)), out)
+    write(ds.assign_attrs(command=command_line(), foreign_laws=json.dumps(strange), doubts=json.dumps(doubtful)), out)
     for name in ds.law.values:
         reasons = [str(reason) for reason in ds.failure.sel(law=name).values if reason]
         if reasons:

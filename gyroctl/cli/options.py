@@ -69,7 +69,21 @@ def plant_of(device: Path | None, variant: str, choices: Mapping[str, Any] | Non
     if variant != "corrected":
         raise InputError("--variant", variant, "is said by the device file", f"Write it into {device.name}")
     plant = read(device)
-    return plant.replace(**choices) if choices else plant
+    plant = plant.replace(**choices) if choices else plant
+    warn_doubtful(plant, device)
+    return plant
+
+
+def warn_doubtful(plant: Plant, device: Path | None) -> list[str]:
+    """Say on stderr what the check of a device doubts, and return it."""
+    from gyroctl.studies.device.assumed import doubts
+
+    found = doubts(plant)
+    for doubt in found:
+        typer.echo(f"Doubtful device: {doubt}", err=True)
+    if found:
+        typer.echo(f"What to do: gyroctl device check {device.name if device else 'FILE'}", err=True)
+    return found
 
 
 def own(value: float | None, usual: float, unit: str, plant: Plant) -> float:

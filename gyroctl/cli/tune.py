@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from gyroctl.cli.options import AllowCode, Device, Scheduler, Workers, failures
+from gyroctl.cli.options import AllowCode, Device, Scheduler, Workers, failures, plant_of, warn_doubtful
 
 if TYPE_CHECKING:
     from gyroctl.tuning.task import Task
@@ -100,13 +100,14 @@ def circumstances(
     An experiment beside a device gives sensors, actuators and the seeds to keep away.
     """
     from gyroctl.comparison.experiment import build_experiment
-    from gyroctl.devices import device as read_device
     from gyroctl.errors import InputError
     from gyroctl.tables import read_tables
     from gyroctl.tuning.waters import Circumstances, circumstances_of, on_device
 
+    if experiment is None and device is None:
+        return circumstances_of(water), None
     if experiment is None:
-        return (circumstances_of(water), None) if device is None else (on_device(read_device(device), water), device)
+        return on_device(plant_of(device, "corrected"), water), device
     tables = dict(read_tables(experiment, "experiment"))
     if device is not None:
         if tables.get("plant"):
@@ -116,6 +117,7 @@ def circumstances(
     setup = build_experiment(tables, False, experiment.parent, allow_code)
     own = setup.device_file is not None
     plant = on_device(setup.plant, water).plant if own else setup.plant
+    warn_doubtful(setup.plant, device or setup.device_file)
     return Circumstances(plant, setup.settings, frozenset(setup.run.seeds), own), device or setup.device_file
 
 

@@ -6,6 +6,7 @@ import base64
 import gc
 import gzip
 import json
+import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -197,22 +198,32 @@ def _few_runs(ds: xr.Dataset, found: Evaluation) -> tuple[xr.Dataset, Evaluation
 
 
 def sea_line(ds: xr.Dataset) -> str:
-    """Describe the sea in one line, as far as the experiment says: ``Hs 0.283 m, ωp 3.14 rad/s, γ 5, heading 0°``."""
-    sea = layout.experiment(ds).get("sea")
-    if not isinstance(sea, dict):
+    """Describe the sea in one line, as far as the file says: ``Hs 0.283 m, Tp 2 s, ωp 3.14 rad/s, γ 5``.
+
+    Of a sea from a file also that; its height and peak are those that the comparison measured.
+    """
+    told = layout.experiment(ds).get("sea")
+    if not isinstance(told, dict):
         return ""
+    measured = {key: float(f"{ds.attrs[key]:.3g}") for key in ("hs", "wp") if key in ds.attrs and "height" not in told}
+    sea = {**measured, **told}
+    source = [f"{sea.get('kind', 'sea')} of {sea['file']}"] if isinstance(sea.get("file"), str) else []
+    if isinstance(sea.get("wp"), int | float) and sea["wp"] > 0.0:
+        sea["tp"] = float(f"{2.0 * math.pi / sea['wp']:.3g}")
     known = (
         ("hs", "Hs", " m"),
         ("height", "height", " m"),
+        ("tp", "T" if "height" in told else "Tp", " s"),
         ("wp", "ωp", " rad/s"),
         ("gamma", "γ", ""),
         ("heading", "heading", "°"),
     )
-    return ", ".join(
+    numbers = [
         f"{name} {wording.plain(float(sea[key]))}{unit}"
         for key, name, unit in known
         if isinstance(sea.get(key), int | float)
-    )
+    ]
+    return ", ".join([*source, *numbers])
 
 
 def _emphasised(sentence: str, names: list[str]) -> Markup:
@@ -247,12 +258,11 @@ def _provenance(ds: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def _foreign(ds: xr.Dataset) -> list[str]:
-    """Sentence on the laws whose parameters were tuned for another device, where there are any."""
-    names = layout.read_json(ds, "foreign_laws", [])
-    if not isinstance(names, list) or not names:
-        return []
-    listed = ", ".join(str(name) for name in names)
-    return [f"Tuned for another device than this one: {listed}."]
+    """Sentences on the laws whose parameters were tuned for another device, and on what of the device to doubt."""
+    names, doubts = (layout.read_json(ds, name, []) for name in ("foreign_laws", "doubts"))
+    listed = ", ".join(str(name) for name in names) if isinstance(names, list) else ""
+    told = [f"The check of the device doubts its {doubt}." for doubt in doubts] if isinstance(doubts, list) else []
+    return [*([f"Tuned for another device than this one: {listed}."] if listed else []), *told]
 
 
 def _changed(ds: xr.Dataset) -> str | None:

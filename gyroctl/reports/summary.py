@@ -58,6 +58,7 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
             "plant": found.plant,
             "device": layout.read_json(ds, "device", None),
             "tuned_for_another_device": layout.read_json(ds, "foreign_laws", []),
+            "doubts_of_the_device": layout.read_json(ds, "doubts", []),
             "created": str(ds.attrs["created"]),
             "gyroctl_version": str(ds.attrs["gyroctl_version"]),
         }

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from gyroctl.devices.file import device
-from gyroctl.devices.identity import changes_in_words, device_record, table_1
+from gyroctl.devices.identity import changes_in_words, device_record
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
 from gyroctl.provenance import made
+from gyroctl.studies.device.assumed import assumed
 from gyroctl.studies.device.bodies import Finding, bodies
 from gyroctl.studies.device.draw import draw
 from gyroctl.studies.device.motion import Lock, Oscillation, Slip, lock, oscillations, slip
@@ -18,12 +19,6 @@ from gyroctl.studies.style import save, styled
 from gyroctl.waves.checks import positive
 from gyroctl.waves.excitation import band
 from gyroctl.writing import write_json
-
-ALIKE = 0.02
-"""Relative difference between the device's lever and that of its hydrodynamics that counts as none."""
-
-SIZE = 1.5
-"""Factor by which the lever may differ from that of the length that the file names."""
 
 
 class DeviceReport(NamedTuple):
@@ -69,7 +64,7 @@ def device_report(
             mend = f"Give a frequency from {low:g} to {high:g} rad/s"
             raise InputError("wp", wp, "the excitation is not known at this frequency", mend)
     moves, held, slips = oscillations(plant), lock(plant, height, wp), slip(plant)
-    findings = [*bodies(plant), *_motions(plant, moves, held, slips), *_assumed(plant)]
+    findings = [*bodies(plant), *_motions(plant, moves, held, slips), *assumed(plant)]
     lines = [f"Device: {plant.name}", *_changed(plant)]
     for finding in findings:
         mark = "ok  " if finding.passed else "FAIL"
@@ -107,29 +102,6 @@ def _motions(plant: Plant, moves: dict[str, Oscillation | None], held: Lock | No
         found.append(Finding("lock capacity", f"{words}{held.wp:.3g} rad/s, by harmonic balance{sense}"))
     words = f"{slips.rate:.3g}/s at cc = {slips.coupling:.3g} Nms; steps of {plant.step:.3g} s allow cc up to "
     found.append(Finding("slip rate", f"{words}{slips.largest:.3g} Nms"))
-    return found
-
-
-def _assumed(plant: Plant) -> list[Finding]:
-    """What the numbers take for granted: depth, lever, size, k3 and added inertia."""
-    p, geometry = plant.parameters, plant.geometry
-    depth = f"{plant.depth:.4g} m" if math.isfinite(plant.depth) else "infinite"
-    found = [Finding("depth of the water", f"{depth}, that of the hydrodynamics")]
-    lever = p.a + p.b
-    if geometry is not None:
-        hull: Any = geometry.hull
-        own = hull.reach / math.cos(math.radians(hull.inclination))
-        alike = abs(own / lever - 1.0) <= ALIKE
-        words = f"a + b = {lever:.4g} m; the hydrodynamics are those of a float {own:.4g} m from its hinge"
-        mend = f"Make a + b {own:.4g} m, or scale the hydrodynamics: hydrodynamics_length times {lever / own:.4g}"
-        found.append(Finding("lever", f"{words}, {hull.inclination:g} deg below the horizontal", alike, mend))
-    else:
-        found.append(Finding("lever", f"a + b = {lever:.4g} m; the hydrodynamics hold no geometry to compare it with"))
-    first = table_1(p.length_scale)
-    ratio = lever / (first.a + first.b)
-    words = f"length_scale = {p.length_scale:g}, of which Table 1 has a lever of {first.a + first.b:.4g} m"
-    mend = f"Give length_scale = {p.length_scale * ratio:.3g}: steps, wave grids and laws go by it"
-    found.append(Finding("size", words, 1.0 / SIZE <= ratio <= SIZE, mend))
     return found
 
 
