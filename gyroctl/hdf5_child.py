@@ -56,14 +56,16 @@ def framed(path: str, most: int) -> Iterator[bytes]:
 
     variables, left = {}, most
     with h5netcdf.File(path, "r", decode_vlen_strings=True) as file:
-        for name, variable in file.variables.items():
-            dtype, shape = variable.dtype, list(map(int, variable.shape))  # the library looks each up in the file
+        sizes = {name: int(dimension.size) for name, dimension in file.dimensions.items()}
+        for name, variable in file.variables.items():  # the library looks up in the file whatever it is asked for
+            dtype, dimensions = variable.dtype, variable.dimensions
+            shape = [sizes[dimension] for dimension in dimensions]
             left -= math.prod(shape) * (8 if dtype is str else dtype.itemsize)
             if left < 0:
                 raise ValueError(f"it holds more than {most >> 20} MB")
             number = dtype is not str and dtype.kind in "biufc"
             told = {"dtype": dtype.newbyteorder("<").str} if number else _texts(variable)
-            own = {"shape": shape, "dimensions": list(map(str, variable.dimensions))}
+            own = {"shape": shape, "dimensions": list(map(str, dimensions))}
             variables[str(name)] = {**told, **own, "attributes": _attributes(variable.attrs)}
         yield json.dumps({"variables": variables, "attributes": _attributes(file.attrs)}).encode() + b"\n"
         for name, variable in file.variables.items():
