@@ -15,6 +15,7 @@ from gyroctl.controllers.gain_scheduled.cell import Filters, frozen
 from gyroctl.controllers.gain_scheduled.margins import CHANNELS, cell_loop
 from gyroctl.controllers.gain_scheduled.scheduled import POINT, ROW, SIGNALS, Scheduled, ScheduledState, _locate, _mix
 from gyroctl.controllers.gain_scheduled.table import law_of, read_table, row_of, table_file
+from gyroctl.harness.for_device import InModelScale
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.law_fingerprint import law_fingerprint
 from gyroctl.harness.protocol import Measurement
@@ -22,6 +23,7 @@ from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.loop_margins.closed_loop_orbit import close_loop
 from gyroctl.plant.measurement import read
 from gyroctl.plant.readings import unread
+from gyroctl.robustness.regime import settle
 
 NAMES = ("scheduled_lqr", "scheduled_lmi")
 
@@ -251,6 +253,17 @@ def test_live_schedule_is_stable_as_the_frozen_one(device: gy.Plant, law: Schedu
         loop = close_loop(device, gy.Regular(one["wave_height"], one["frequency"]), law._replace(counting=0.0))
         assert loop.status == "stable"
         assert abs(loop.multipliers[0]) < 0.995
+
+
+def test_count_of_samples_outside_leaves_the_loop_its_margins(device: gy.Plant, law: Scheduled) -> None:
+    """A regular wave has no bandwidth, so that every sample is outside the table: the law runs on the same orbit."""
+    wave = gy.Regular(0.2, 3.14)
+    counted, wrapped = (close_loop(device, wave, one) for one in (law, InModelScale(law, law.init(), 1.0, 1.0, 0.1)))
+    assert counted.status == wrapped.status == "stable"
+    without = close_loop(device, wave, law._replace(counting=0.0))
+    np.testing.assert_array_equal(counted.multipliers, without.multipliers)
+    regime = settle(gy.lock_orbit(device, wave, 0.052, 3.5e-4), wave, law)
+    assert counted.power == pytest.approx(regime.power, rel=1e-3), "where the law goes by itself"
 
 
 def test_margins_of_the_table_are_those_of_the_loop(device: gy.Plant, content: dict[str, Any]) -> None:

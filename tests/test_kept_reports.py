@@ -27,6 +27,7 @@ from gyroctl.writing import Kept
 WAVE = gy.Regular(0.2, 3.14)
 
 LAWS = """
+import math
 from typing import NamedTuple
 
 
@@ -66,6 +67,12 @@ class Counter(Tupled):
 
     def step(self, t, y, state):
         return (self.cc, min(max(self.cg + 2e-4 * (y.psi_rate - 3.14), 0.0), 0.02)), One(state.value + 1.0)
+
+
+class Rounded(Counter):
+    def step(self, t, y, state):
+        command, counted = Counter.step(self, t, y, state)
+        return command, One(math.floor(counted.value + 0.5))
 
 
 class Dead(Tupled):
@@ -113,8 +120,9 @@ def test_bare_number_as_state_has_the_margins_of_the_same_law_with_a_tuple(devic
     assert all(one[name].disk == pytest.approx(two[name].disk, rel=1e-9) for name in two)
 
 
-def test_counter_in_the_state_gives_a_status_with_advice(device: gy.Plant, laws: Path) -> None:
-    loop = close_loop(device, WAVE, gy.law(f"{laws}:Counter"), gy.lock_orbit(device, WAVE, 0.052, 3.5e-4))
+@pytest.mark.parametrize("name", ["Counter", "Rounded"])
+def test_counter_in_the_state_gives_a_status_with_advice(device: gy.Plant, laws: Path, name: str) -> None:
+    loop = close_loop(device, WAVE, gy.law(f"{laws}:{name}"), gy.lock_orbit(device, WAVE, 0.052, 3.5e-4))
     assert loop.status == "not periodic" and "multiplier of 1" in loop.advice and "counter" in loop.advice
 
 

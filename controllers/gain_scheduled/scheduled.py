@@ -125,6 +125,10 @@ class Scheduled(NamedTuple):
         """Counts of a run from its last state."""
         return {"clamped": self.clamped(state)}
 
+    def uncounted(self) -> Scheduled:
+        """Return the same law without its count: what only counts does not come back after a wave."""
+        return self._replace(counting=0.0)
+
     def step(self, t: float, y: Any, state: ScheduledState) -> tuple[tuple[float, float], ScheduledState]:
         """Filter, look up, feed back."""
         y, seen = believed(self.period, self.N, y, state.seen)

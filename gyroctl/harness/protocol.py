@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, Protocol, runtime_checkable
 
 from gyroctl.plant.measurement import Measurement as Measurement
@@ -72,7 +72,11 @@ class Sensing(Protocol):
 
 @runtime_checkable
 class Counting(Protocol):
-    """A law that counts while it runs: deadline_misses, fallbacks, clamped, or counts of its own."""
+    """A law that counts while it runs: deadline_misses, fallbacks, clamped, or counts of its own.
+
+    Counts in its state never come back to themselves after a wave: for its linear margins a method `uncounted` returns
+    the law without them.
+    """
 
     def counters(self, state: Any) -> dict[str, Any]:
         """Return the counts of a run from its last state."""

@@ -33,6 +33,9 @@ SINGULAR = 1e14
 """Condition number beyond which a map has a multiplier of 1 to rounding."""
 
 ITERATIONS = 25
+CLOSED = 1e-8
+"""What is left of a fixed-point equation that is solved. [rad], [rad/s]"""
+
 RESTLESS = (
     "The loop does not settle on one solution per wave, so that it has no multipliers: "
     "judge it by simulation, or try another wave"
@@ -40,7 +43,8 @@ RESTLESS = (
 
 COUNTS = (
     "The law's state does not come back to itself after a wave, as a counter or a clock in it does not, so that the "
-    "loop has a multiplier of 1: keep out of the state what only counts, or let what is added up leak"
+    "loop has a multiplier of 1: keep out of the state what only counts, let what is added up leak, or let a method "
+    "`uncounted` return the law without it"
 )
 """Where the loop's own map has a fixed direction, which no step of Newton's method can close."""
 
@@ -61,7 +65,8 @@ class LoopOrbit:
     flow : HeldFlow
         The plant from sample to sample.
     law : object
-        The law, with its period set to a whole part of the wave's where it has such a field.
+        The law, with its period set to a whole part of the wave's where it has such a field, and without its counts
+        where it has a method `uncounted`.
     states : (N + 1, rows) array
         Plant at the samples.
     law_states : tuple of N tuples
@@ -135,7 +140,7 @@ def close_loop(
     if not 0.0 < law.period <= period:
         raise InputError("law.period", law.period, "must be positive and at most the wave period", "Give it in s")
     samples = samples_per_wave(period, law.period)
-    law = _with_period(law, period / samples)
+    law = _uncounted(_with_period(law, period / samples))
     unit = growth("Nms", plant.parameters.length_scale)
     flow = HeldFlow(plant, Forcing.of(plant, wave), samples, unit * CC_MAX, plant.step if dt is None else dt)
     begin = start if start is not None else _reference(plant, wave)
@@ -241,9 +246,20 @@ def _reference(plant: Plant, wave: RegularWave) -> Orbit:
         if orbit.status == "stable":
             break
     return orbit
+    if np.max(np.abs(difference[:n])) < CLOSED < np.max(np.abs(difference[n:]), initial=0.0):
+        raise np.linalg.LinAlgError("the plant comes back after a wave, and the law's state does not")
 
 
 def _failed(status: LoopStatus, advice: str, flow: HeldFlow, law: Any, sense: int) -> LoopOrbit:
     none = np.zeros((0, 0, 0))
     course = (np.zeros((1, 0)), (), np.zeros((0, 2)))
     return LoopOrbit(status, advice, flow, law, sense, *course, none, none, none, none, np.zeros(0, complex))
+def _uncounted(law: Any) -> Any:
+    """Return the law without the counts in its state, where it can do without: they never come back after a wave."""
+    if hasattr(law, "uncounted"):
+        return law.uncounted()
+    if isinstance(law, tuple) and "law" in getattr(law, "_fields", ()):
+        return law._replace(law=_uncounted(law.law))  # type: ignore[attr-defined]
+    return law
+
+
