@@ -35,6 +35,8 @@ def test_lock_map_of_a_sea_is_that_of_the_wave_that_stands_for_it(tmp_path: Path
     for name, words in waves.items():
         assert run("lockmap", *words, "--out", tmp_path / name).exit_code == 0
         found[name] = json.loads((tmp_path / name / "lockmap.json").read_text())
+    told = run("waves", "--sea", tmp_path / "sea.toml").output.strip()
+    assert found["sea"]["sea"]["words"] == told and found["sea"]["sea"]["hs_m"] == HS and "sea" not in found["wave"]
     asked = found["sea"]["request"]["wave"]
     assert asked["equal_energy_hs_m"] == pytest.approx(HS, rel=1e-12) and asked["wp_rad_s"] == WP
     assert found["sea"]["map"] == found["wave"]["map"] and found["sea"]["request"] == found["wave"]["request"]

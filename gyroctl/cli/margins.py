@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -23,7 +24,7 @@ from gyroctl.cli.options import (
 
 if TYPE_CHECKING:
     from gyroctl.plant import Plant
-    from gyroctl.waves import Regular
+    from gyroctl.waves import Regular, Sea
 
 AT = "at the size of Table 1"
 CC = typer.Option(help="Magnetic coupling [Nms]; a law starts from it.", show_default=f"0.052 {AT}")
@@ -65,14 +66,14 @@ def margins(
     from gyroctl.studies.margins import margin_report, request
 
     plant = plant_of(device, variant, parse(choices or [], "--plant"))
-    wave = _wave(plant, sea, height, wp)
+    wave, told = _wave(plant, sea, height, wp)
     controls, parameters, heading = _pair(plant, cc, cg), parse(settings or []), wave.heading
     if device is not None and law:
         parameters = own_choice(device, law, plant, parameters)
     asked = request(plant, wave.height, wave.wp, *controls, sense, law, parameters, device is not None, heading)
-    content = margin_report(asked, out, samples, maps, water=water, scheduler=scheduler or None)
+    content = margin_report(asked, out, samples, maps, water=water, scheduler=scheduler or None, sea=told)
     said = [f"{name.replace('_', ' ')}: {text}" for name, text in content["meaning"].items()]
-    answer(content, [f"In a {asked.sea}:", *said, f"Numbers and figures: {out}"])
+    answer(content, [*_of_sea(content), f"In a {asked.sea}:", *said, f"Numbers and figures: {out}"])
     failures(content["failed"])
 
 
@@ -97,25 +98,32 @@ def lockmap(
     if len(names) != 2:
         raise InputError("axes", axes, "must be two names with a comma between", "Give cc,cg or wp,height")
     plant = plant_of(device, variant, parse(choices or [], "--plant"))
-    wave = _wave(plant, sea, height, wp)
+    wave, told = _wave(plant, sea, height, wp)
     asked = request(plant, wave.height, wave.wp, *_pair(plant, cc, cg), sense, heading=wave.heading)
-    content = lock_map_report(asked, (names[0], names[1]), out)
+    content = lock_map_report(asked, (names[0], names[1]), out, sea=told)
     border = [value for value in content["map"]["border"] if value is not None]
     said = f"fold at {names[1]} = {min(border):.4g} to {max(border):.4g}" if border else "no fold within the map"
-    answer(content, [said, f"Numbers and figures: {out}"])
+    answer(content, [*_of_sea(content), said, f"Numbers and figures: {out}"])
 
 
-def _wave(plant: Plant, sea: Path | None, height: float | None, wp: float | None) -> Regular:
-    """Regular wave that stands for a sea, or of these numbers: what is left out is of the device's length."""
+def _wave(plant: Plant, sea: Path | None, height: float | None, wp: float | None) -> tuple[Regular, Sea | None]:
+    """Regular wave of these numbers, or that of a sea with the sea: what is left out is of the device's length."""
     from gyroctl.errors import InputError
     from gyroctl.harness.start import equivalent
     from gyroctl.waves import Regular, SeaState
 
     if sea is None:
-        return Regular(own(height, 0.2, "m", plant), own(wp, 3.14, "rad/s", plant))
+        return Regular(own(height, 0.2, "m", plant), own(wp, 3.14, "rad/s", plant)), None
     if height is not None or wp is not None:
         raise InputError("sea", str(sea), "stands beside --height or --wp", "Give the file, or the numbers")
-    return equivalent(sea_of(sea, None, None, SeaState.gamma, plant))
+    told = sea_of(sea, None, None, SeaState.gamma, plant)
+    return equivalent(told), told
+
+
+def _of_sea(content: Mapping[str, Any]) -> list[str]:
+    """Lines on the sea that the wave stands for, where one was given."""
+    sea = content.get("sea")
+    return [f"Sea: {sea['words']}.", f"Its wave is {sea['wave']}."] if sea else []
 
 
 def _pair(plant: Plant, cc: float | None, cg: float | None) -> tuple[float, float]:

@@ -41,12 +41,11 @@ def waves(
     device: Device = None,
 ) -> None:
     """Tell a sea; with OUT, write elevation and moments of one realisation."""
-    import math
-
     import gyroctl as gy
-    from gyroctl.waves import SpreadSea, TabulatedSpectrum
+    from gyroctl.waves import SpreadSea
     from gyroctl.waves.directional import DirectionalSpectrum
     from gyroctl.waves.export import form_of, write_waves
+    from gyroctl.waves.telling import in_a_line
 
     form = None
     if out is not None:
@@ -56,13 +55,7 @@ def waves(
     duration, dt = own(duration, 2000.0, "s", plant), own(dt, 0.05, "s", plant)
     chosen = sea_of(sea, hs, wp, gamma, plant)
     say_notes(chosen, plant)
-    more = ""
-    if isinstance(chosen, TabulatedSpectrum | DirectionalSpectrum):
-        more = f", Te {chosen.te:.4g} s, m0 {chosen.moment(0):.4g} m^2"
-    if isinstance(chosen, DirectionalSpectrum):
-        more += f", spread {chosen.spread:.3g} deg"
-    period = 2.0 * math.pi / chosen.wp
-    typer.echo(f"Hs {chosen.hs:.4g} m, Tp {period:.4g} s ({chosen.wp:.4g} rad/s), heading {chosen.heading:g} deg{more}")
+    typer.echo(in_a_line(chosen))
     if out is None:
         return
     made = gy.realise(plant, chosen, seed, duration, dt)

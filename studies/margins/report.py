@@ -47,11 +47,17 @@ from gyroctl.studies.margins.request import Request, find_orbit
 from gyroctl.studies.margins.words import meanings
 from gyroctl.studies.style import save, styled
 from gyroctl.writing import Kept, plain, write_json
+from gyroctl.waves.telling import in_a_line
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINEAR = "gain, phase, delay and disk margins"
+    from gyroctl.waves import Sea
+
+STANDS_FOR = "the regular wave of its energy: of height Hs/sqrt 2, at the frequency of its peak, in its heading"
+"""What the wave of a report is of a sea."""
+
 
 MODULES = (__name__, "gyroctl.studies.margins.measures")
 """What computes a report."""
@@ -72,6 +78,7 @@ def margin_report(
     water: bool = False,
     scheduler: Any = None,
 ) -> dict[str, Any]:
+    sea: Sea | None = None,
     """Make the report.
 
     Parameters
@@ -91,6 +98,8 @@ def margin_report(
     scheduler : str or dask.distributed.Client, optional
         Address of a Dask scheduler whose workers do the steps that are kept; the same bits.
 
+    sea : Sea, optional
+        The sea that the wave stands for, which is told with it.
     Returns
     -------
     dict
@@ -114,6 +123,7 @@ def margin_report(
     stages += WATER_STAGES if water else 0
     content: dict[str, Any] = {**made(), "request": asked.record(), "orbit": measures.orbit_record(orbit)}
     kept = Kept(content, out / "margins.json")
+    content |= sea_record(sea)
     drawn: list[str] = []
     step = steps_kept(asked, out)
 
@@ -166,7 +176,9 @@ def margin_report(
     return found
 
 
-def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: bool = False) -> dict[str, Any]:
+def lock_map_report(
+    asked: Request, axes: tuple[str, str], out: Path, quiet: bool = False, sea: Sea | None = None
+) -> dict[str, Any]:
     """Map where lock exists over (cc, cg) or (wp, height); writes lockmap.json and lockmap.png into `out`.
 
     Parameters
@@ -185,6 +197,8 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
     dict
         What lockmap.json holds.
 
+    sea : Sea, optional
+        The sea that the wave stands for.
     Raises
     ------
     InputError
@@ -212,6 +226,7 @@ def lock_map_report(asked: Request, axes: tuple[str, str], out: Path, quiet: boo
         "figures": ["lockmap.png"],
     }
     write_json(out / "lockmap.json", content)
+        **sea_record(sea),
     return dict(plain(content))
 
 
@@ -219,6 +234,14 @@ def check_folder(out: Path) -> None:
     """Refuse a path that is a file, before anything is computed."""
     if out.exists() and not out.is_dir():
         raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
+
+
+def sea_record(sea: Sea | None) -> dict[str, Any]:
+    """What is told of the sea that a wave stands for; nothing where there is none."""
+    if sea is None:
+        return {}
+    numbers = {"hs_m": sea.hs, "wp_rad_s": sea.wp, "heading_deg": sea.heading}
+    return {"sea": {"words": in_a_line(sea), "wave": STANDS_FOR, **numbers}}
 
 
 def steps_kept(asked: Request, out: Path) -> Steps:
