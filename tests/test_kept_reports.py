@@ -200,7 +200,11 @@ def test_margins_in_python(device: gy.Plant) -> None:
     orbit = gy.lock_orbit(device, WAVE, 0.052, 3.5e-4)
     loop = loop_margins(close_loop(device, WAVE, gy.law("load_angle"), orbit)).channels
     assert found.status == "stable" and found.failed == {}
-    assert (found.load_angle, found.lock_reserve) == (orbit.load_angle, orbit.lock_reserve)
+    own = close_loop(device, WAVE, gy.law("load_angle"), orbit)
+    assert (found.load_angle, found.lock_reserve) == (own.load_angle, own.lock_reserve)
+    assert found.loop_status == "stable" and found.lock_share > 3.0 * orbit.lock_share, "the law loads the ring more"
+    assert found.orbit.lock_reserve == orbit.lock_reserve, "that of the constant controls stands with their orbit"
+    assert f"lock reserve {own.lock_reserve:.4g}" in " ".join(repr(found).split())
     single = [each for each in loop.values() if len(each.channels) == 1]
     assert found.disk == pytest.approx(min(each.disk for each in single), rel=1e-9)
     assert found.delay == min(each.delay for each in single)
@@ -227,6 +231,9 @@ def test_margins_of_constant_controls_and_of_a_law_object(device: gy.Plant) -> N
     same = gy.law("constant", cc=0.052, cg=3.5e-4)
     law = gy.margins(device, WAVE, 0.052, 3.5e-4, same, samples=4, quiet=True)
     assert law.power == pytest.approx(orbit.power, rel=1e-3)
+    assert law.lock_share == pytest.approx(orbit.lock_share, rel=1e-6), "one definition of the share for both"
+    assert law.load_angle == pytest.approx(orbit.load_angle, rel=1e-6)
+    assert law.decay_time == pytest.approx(orbit.modes[0].decay_time, rel=1e-3)
 
 
 def test_evaluation_without_a_case_that_runs_says_why(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

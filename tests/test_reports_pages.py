@@ -32,6 +32,16 @@ from gyroctl.studies.evaluation.page import in_html
 PIXEL = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
 )
+SIGNAL = {"gain": [0.0, 7.25], "phase_deg": 61.5, "delay_s": None, "disk_alpha": 0.93}
+CELL = {
+    "envelope_rad_s": 0.15,
+    "frequency_rad_s": 3.15,
+    "bandwidth": 0.5,
+    "wave_height_m": 0.125,
+    "lock_share": 0.85,
+    "least": {"gain": {"value": 7.25, "channel": "cg"}, "delay": {"value": None, "channel": "cg"}},
+    "margins": {"cg": SIGNAL},
+}
 MARGINS = {
     "gyroctl_version": "0.1.0",
     "date": "2026-03-02",
@@ -46,9 +56,12 @@ MARGINS = {
     "meaning": {"stability": "The locked orbit is <stable>.", "cg_headroom": "cg may be raised by 8.5 dB."},
     "not_available": [],
     "figures": ["nyquist.png"],
+    "sea": {"words": "Hs 0.283 m, Tp 2 s", "wave": "of height Hs/sqrt 2"},
+    "constant_controls": {"headroom": {"cg": {"value": 3.5e-4, "limit": 5.19e-3, "decibel": 23.4, "ending": "fold"}}},
     "law": {
         "headroom": {"cg": {"value": 1.0, "limit": 2.66, "decibel": 8.5, "ending": "fold"}},
         "linear": {"channels": {"cg": {"gain": [0.0, 3.2], "phase_deg": 41.5, "delay_s": 0.12, "disk": 0.61}}},
+        "cells": {"design_plant": "a plant", "method": "LQR", "differs": {}, "nearest": 0, "cells": [CELL]},
     },
 }
 
@@ -336,8 +349,17 @@ def test_margins_page_has_the_numbers_of_its_file(family):
         "0.610",
         "The locked orbit is &lt;stable&gt;.",
         "data:image/png;base64",
+        "sea Hs 0.283 m, Tp 2 s",
+        "times its own cg",
+        "Nms",
+        "Definitions",
+        "re-locking does not undo it",
+        "Of the law load_angle. Harmonic Nyquist plot",
+        "61.5",
+        "nearest",
     ):
         assert part in page
+    assert page.count("7.25") == 2 and "85.0" in page and page.count("∞") >= 2
 
 
 def test_table_of_an_evaluation_is_markup_of_ours_alone():

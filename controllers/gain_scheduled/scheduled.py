@@ -129,6 +129,12 @@ class Scheduled(NamedTuple):
         """Return the same law without its count: what only counts does not come back after a wave."""
         return self._replace(counting=0.0)
 
+    def designed(self) -> dict[str, Any] | None:
+        """Cells of the law's table with their margins; None where no table of these numbers is known."""
+        from gyroctl.controllers.gain_scheduled.table import designed  # which makes laws of this class
+
+        return designed(self)
+
     def step(self, t: float, y: Any, state: ScheduledState) -> tuple[tuple[float, float], ScheduledState]:
         """Filter, look up, feed back."""
         y, seen = believed(self.period, self.N, y, state.seen)

@@ -107,15 +107,30 @@ def map_face(found: Any) -> Face:
 
 def margins_face(found: Any) -> Face:
     """Tell the margins of a lock; pictured by its headroom."""
-    of = f"law {found.request.law_name}" if found.request.law is not None else "constant controls"
-    facts = [("status of the orbit", found.status), ("wave", found.request.sea), ("controls", found.request.controls)]
-    facts += [("power", number(found.power, "W")), ("lock reserve", number(found.lock_reserve))]
+    alone = found.request.law is None
+    of = "constant controls" if alone else f"law {found.request.law_name}"
+    status = found.status if alone else found.loop_status or "not known"
+    facts = [("controls", found.request.controls)] if alone else []
+    facts += [("in a", found.request.sea), ("own orbit", status), ("power", number(found.power, "W"))]
+    if math.isfinite(found.lock_reserve):
+        facts += [("load share", number(found.lock_share)), ("lock reserve", number(found.lock_reserve))]
+        facts += [("load angle", number(found.load_angle, "rad", 3))]
     rooms = {name: room.decibel for name, room in found.headroom.items()}
     facts += [(f"headroom of {name.replace('_', ' ')}", number(value, "dB", 3)) for name, value in rooms.items()]
     if found.channels:
         facts += [("gain", f"{found.gain[0]:.3g} to {found.gain[1]:.3g}"), ("phase", number(found.phase, "deg", 3))]
         facts += [("delay", number(found.delay, "s", 3)), ("disk", number(found.disk, "", 3))]
+    if found.cells is not None:
+        worst = ((kind, found.cells.worst(kind).value) for kind in ("gain", "phase", "delay", "disk"))
+        least = ", ".join(f"{kind} {value:.3g}" for kind, value in worst)
+        facts += [("least of its table's cells, schedule held", least)]
     facts += [(f"not measured, {name}", why) for name, why in found.failed.items()]
+    if not alone:
+        pair = found.orbit
+        beside = f"{found.request.controls}: orbit {pair.status}, power {number(pair.power, 'W')}"
+        if pair.status == "stable":
+            beside += f", lock reserve {number(pair.lock_reserve)}"
+        facts += [("beside it constant controls", beside)]
     sizes = {name.replace("_", " "): abs(value) for name, value in rooms.items() if math.isfinite(value)}
     return Face(f"Margins of {of}", facts, lambda: bars(sizes, "headroom [dB]", [LAW]) if sizes else "")
 

@@ -127,6 +127,19 @@ class Machined(Protocol):
 
 
 @runtime_checkable
+class Designed(Protocol):
+    """A law that brings the margins which its design found at its operating points."""
+
+    def designed(self) -> Mapping[str, Any] | None:
+        """Return plant, method, what `differs` from the design, and `cells` with margins; None where nothing is known.
+
+        A cell has ``envelope`` [rad/s], ``frequency`` [rad/s], ``bandwidth``, ``wave_height`` [m], ``share`` and
+        ``margins``: gain (low, high), phase [deg], delay [s] and disk by the name of the signal.
+        """
+        ...
+
+
+@runtime_checkable
 class Wrapping(Protocol):
     """A law around a law."""
 

@@ -19,7 +19,7 @@ from gyroctl.orbits.nearest_orbit import find_orbit
 from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
-from gyroctl.plant.equations import OMEGA, OMEGA_RATE, PSI
+from gyroctl.plant.equations import OMEGA, OMEGA_RATE, PHI1_RATE, PHI3_RATE, PSI
 from gyroctl.plant.measurement import ROWS, read
 
 CONTROLS = ("cc", "cg")
@@ -104,6 +104,38 @@ class LoopOrbit:
     def power(self) -> float:
         """Mean electrical power, from the samples. [W]"""
         return float(np.mean(self.controls[:, 1] * self.states[:-1, OMEGA_RATE] ** 2))
+
+    @property
+    def mean_controls(self) -> tuple[float, float]:
+        """Mean of cc and of cg over the orbit. [Nms]"""
+        cc, cg = np.mean(self.controls, axis=0)
+        return float(cc), float(cg)
+
+    @property
+    def load_angle(self) -> float:
+        """Angle of the mean of exp(i psi)(phi1' + i phi3') over the samples, as of an `Orbit`. [rad]"""
+        return float(np.angle(self._pull()))
+
+    @property
+    def lock_share(self) -> float:
+        """Used share of the lock capacity, N cg/(J4 V) with the mean cg and V the modulus of that mean. [-]"""
+        p = self.flow.plant.parameters
+        return p.N * self.mean_controls[1] / (p.J4 * abs(self._pull()))
+
+    @property
+    def lock_reserve(self) -> float:
+        """Part of the lock capacity that is not used, 1 - `lock_share`."""
+        return 1.0 - self.lock_share
+
+    @property
+    def decay_time(self) -> float:
+        """Time in which the slowest mode of the loop falls by e; negative where it grows. [s]"""
+        return -self.flow.samples * self.flow.period / float(np.log(np.abs(self.multipliers[0])))
+
+    def _pull(self) -> complex:
+        """Mean of the co-rotating rate of the float. [rad/s]"""
+        x = self.states[:-1]
+        return complex(np.mean(np.exp(1j * x[:, PSI]) * (x[:, PHI1_RATE] + 1j * x[:, PHI3_RATE])))
 
 
 def close_loop(
@@ -214,6 +246,8 @@ def _newton(flow: HeldFlow, law: Any, x: NDArray[np.float64], state: Any, sense:
         shrink = min(1.0, 0.3 / max(abs(float(step[list(flow.free).index(PSI)])), 1e-300))
         x = x + shrink * flow.embedding @ step[:n]
         state = like(law_states[0], (np.array(leaves(law_states[0]), float) + shrink * step[n:]).tolist())
+    if np.max(np.abs(difference[:n])) < CLOSED < np.max(np.abs(difference[n:]), initial=0.0):
+        raise np.linalg.LinAlgError("the plant comes back after a wave, and the law's state does not")
     return None
 
 
@@ -233,6 +267,15 @@ def _with_period(law: Any, period: float) -> Any:
     return law
 
 
+def _uncounted(law: Any) -> Any:
+    """Return the law without the counts in its state, where it can do without: they never come back after a wave."""
+    if hasattr(law, "uncounted"):
+        return law.uncounted()
+    if isinstance(law, tuple) and "law" in getattr(law, "_fields", ()):
+        return law._replace(law=_uncounted(law.law))  # type: ignore[attr-defined]
+    return law
+
+
 def _inner(law: Any, period: float) -> float:
     """Period of the law within a wrapper: the same, or in another unit of time."""
     own = getattr(law.law, "period", law.period)
@@ -246,20 +289,9 @@ def _reference(plant: Plant, wave: RegularWave) -> Orbit:
         if orbit.status == "stable":
             break
     return orbit
-    if np.max(np.abs(difference[:n])) < CLOSED < np.max(np.abs(difference[n:]), initial=0.0):
-        raise np.linalg.LinAlgError("the plant comes back after a wave, and the law's state does not")
 
 
 def _failed(status: LoopStatus, advice: str, flow: HeldFlow, law: Any, sense: int) -> LoopOrbit:
     none = np.zeros((0, 0, 0))
     course = (np.zeros((1, 0)), (), np.zeros((0, 2)))
     return LoopOrbit(status, advice, flow, law, sense, *course, none, none, none, none, np.zeros(0, complex))
-def _uncounted(law: Any) -> Any:
-    """Return the law without the counts in its state, where it can do without: they never come back after a wave."""
-    if hasattr(law, "uncounted"):
-        return law.uncounted()
-    if isinstance(law, tuple) and "law" in getattr(law, "_fields", ()):
-        return law._replace(law=_uncounted(law.law))  # type: ignore[attr-defined]
-    return law
-
-

@@ -108,8 +108,11 @@ def _margins(file: str, content: Mapping[str, Any]) -> tuple[str, MarginsFound] 
         return None
     wave, controls = request.get("wave"), request.get("controls")
     told = [*_told(wave, {"height_m": "wave of {} m", "wp_rad_s": "{} rad/s"})]
-    told += [*_told(controls, {"cc_nms": "cc {} Nms", "cg_nms": "cg {} Nms"})]
-    point = f"In a regular {', '.join(told)}." if told else ""
+    pair = ", ".join(_told(controls, {"cc_nms": "cc {} Nms", "cg_nms": "cg {} Nms"}))
+    sea = content.get("sea")
+    of_sea = f", which stands for the sea {sea['words']}" if isinstance(sea, dict) and "words" in sea else ""
+    point = f"In a regular {', '.join(told)}{of_sea}." if told else ""
+    point += f" The constant controls beside it: {pair}." if pair else ""
     return law["name"], MarginsFound(file, point, {str(name): words for name, words in meaning.items()})
 
 

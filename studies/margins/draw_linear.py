@@ -24,7 +24,8 @@ def linear_error(orbit: PeriodicOrbit, point: str) -> tuple[Figure, dict[str, li
     A wrong linearisation would level off; a right one falls in proportion to the disturbance down to rounding.
     """
     errors = nonlinear_error(orbit.linearise(), SIZES)
-    figure, axes = sheet(1, 1, (6.4, 4.6), "How far the linear model holds", point)
+    note = f"{point}; the model is that about the orbit of these constant controls"
+    figure, axes = sheet(1, 1, (6.4, 4.6), "How far the linear model holds", note)
     panel = axes[0]
     panel.loglog(SIZES, errors, "o-", color=PAPER_COLOUR, ms=5, label="lifted model against the nonlinear plant")
     panel.loglog(SIZES, errors[0] / SIZES[0] * SIZES, "--", color=MUTED, lw=1.0, label="in proportion")

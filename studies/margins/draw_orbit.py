@@ -23,14 +23,24 @@ PANELS = 3
 
 
 def multipliers(orbit: PeriodicOrbit, loop: LoopOrbit | None, name: str, point: str) -> Figure:
-    """Draw the multipliers of orbit and loop in the unit circle, and how long each mode takes to decay."""
-    note = f"{point}; the orbit is {orbit.status}; multipliers over one wave period of {orbit.period:.3f} s"
-    figure, axes = sheet(1, 2, (10.5, 5.0), "Floquet multipliers of the locked orbit", note, width_ratios=(1.15, 1.0))
+    """Draw the multipliers of orbit and loop in the unit circle, and how long each mode of the orbit takes to decay.
+
+    Dots are those of the constant controls, crosses those of the loop with the law of that `name`, "law NAME", about
+    its own orbit; the note says where it has none. Without a law the name is empty.
+    """
+    drawn = loop is not None and bool(loop.multipliers.size)
+    note = f"{point}; dots: the orbit of the constant controls, {orbit.status}; "
+    if name:
+        own = f"crosses: the loop with the {name} about its own orbit, {loop.status}" if drawn and loop else ""
+        note += f"{own or f'none of the loop with the {name}, of which no orbit of one cycle per wave is known'}; "
+    note += f"multipliers over one wave period of {orbit.period:.3f} s"
+    title = "Floquet multipliers: constant controls" + (f" and {name}" if drawn else "")
+    figure, axes = sheet(1, 2, (10.5, 5.0), title, note, width_ratios=(1.15, 1.0))
     circle = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, 361))
     axes[0].plot(circle.real, circle.imag, color=INK, lw=1.0)
     for radius in (0.25, 0.5, 0.75):
         axes[0].plot(radius * circle.real, radius * circle.imag, color=MUTED, lw=0.5, ls=":")
-    if loop is not None and loop.multipliers.size:
+    if drawn and loop is not None:
         look: dict[str, Any] = {"color": colour_of(name), "ms": 7, "mew": 1.6, "label": f"with the {name}"}
         axes[0].plot(loop.multipliers.real, loop.multipliers.imag, "x", **look)
     names = [mode.name for mode in orbit.modes]
@@ -40,7 +50,8 @@ def multipliers(orbit: PeriodicOrbit, loop: LoopOrbit | None, name: str, point: 
         axes[0].plot(pair.real, pair.imag, "o", color=COLOURS[mode.name], ms=7, mec="white", label=words)
     label(axes[0], "Inside the circle: decays", "real part", "imaginary part")
     axes[0].set_aspect("equal")
-    reach = 1.08 * max(1.0, float(np.max(np.abs(orbit.multipliers))))
+    every = np.concatenate([orbit.multipliers, loop.multipliers if loop is not None else []])
+    reach = 1.08 * max(1.0, float(np.max(np.abs(every))))
     axes[0].set_xlim(-reach, reach)
     axes[0].set_ylim(-reach, reach)
     axes[0].legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
@@ -101,4 +112,4 @@ def _decays(panel: Any, orbit: PeriodicOrbit) -> None:
         grows = "grows, " if mode.rate > 0.0 else ""
         cycle = f", period {mode.period:.3g} s" if math.isfinite(mode.period) else ""
         panel.text(1.1 * time, row, f"{grows}{time:.3g} s{cycle}", va="center", fontsize=8.5, color=MUTED)
-    label(panel, "Time to fall by e", "time [s]", "")
+    label(panel, "Constant controls: time to fall by e", "time [s]", "")

@@ -31,6 +31,11 @@ DIRECTIONS: tuple[tuple[str, Quantity, bool], ...] = (
 REACH = {"cg": 10.0, "height": 0.05, "frequency_down": 0.5, "frequency_up": 1.6}
 """How far a ramp goes for a law in the loop, as a factor."""
 
+HAVE_AN_ORBIT = ("stable", "unstable")
+"""Statuses of a loop with an orbit of its own."""
+
+NOTHING_FED_BACK = "the law feeds nothing back: no gain or delay of it can break the lock"
+
 Tick = Callable[[], None]
 
 
@@ -98,11 +103,12 @@ def law_margins(regime: Regime, samples: int, tick: Tick) -> Margins:
 
 @dataclass(frozen=True)
 class LoopAnswer:
-    """Linear margins of the law in the loop, or why there are none."""
+    """The law's own orbit in the loop and its linear margins, or why there are none."""
 
     loop: LoopOrbit | None
     margins: LoopMargins | None
     unavailable: str
+    status: str  # of the loop, see `LoopOrbit`
 
     def weakest(self) -> list[tuple[str, ChannelMargins]]:
         """Single channels by name, the one with the smallest disk first."""
@@ -111,11 +117,27 @@ class LoopAnswer:
 
     def record(self) -> dict[str, Any]:
         """Numbers for JSON."""
-        if self.loop is None or self.margins is None:
-            return {"status": "not available", "reason": self.unavailable, "channels": {}}
-        channels = {name: _channel_record(found) for name, found in self.margins.channels.items()}
-        head = {"status": self.margins.status, "reason": self.unavailable}
-        return {**head, "multipliers": list(self.loop.multipliers), "channels": channels}
+        found = {} if self.margins is None else self.margins.channels
+        status = "not available" if self.margins is None else self.margins.status
+        head: dict[str, Any] = {"status": status, "reason": self.unavailable, "loop": self._loop_record()}
+        if self.loop is not None:
+            head["multipliers"] = list(self.loop.multipliers)
+        return {**head, "channels": {name: _channel_record(each) for name, each in found.items()}}
+
+    def _loop_record(self) -> dict[str, Any]:
+        """Orbit of the loop, as far as there is one."""
+        if self.loop is None:
+            return {"status": self.status}
+        cc, cg = self.loop.mean_controls
+        return {
+            "status": self.status,
+            "power_w": self.loop.power,
+            "load_angle_rad": self.loop.load_angle,
+            "lock_share": self.loop.lock_share,
+            "lock_reserve": self.loop.lock_reserve if self.status == "stable" else None,
+            "decay_time_s": self.loop.decay_time,
+            "mean_controls": {"cc_nms": cc, "cg_nms": cg},
+        }
 
 
 def _channel_record(found: ChannelMargins) -> dict[str, Any]:
@@ -132,18 +154,21 @@ def _channel_record(found: ChannelMargins) -> dict[str, Any]:
 
 def linear_margins(orbit: PeriodicOrbit, asked: Request) -> LoopAnswer:
     """Gain, phase, delay and disk margins of the law in the loop; a status other than stable has none."""
-    if asked.law is not None and asked.law.information == "none":
-        return LoopAnswer(None, None, "the law feeds nothing back: no gain or delay of it can break the lock")
+    blind = asked.law is not None and asked.law.information == "none"
+    if blind and not 0.0 < asked.law.period <= orbit.period:  # type: ignore[union-attr]
+        return LoopAnswer(None, None, NOTHING_FED_BACK, "not periodic")
     loop = close_loop(asked.plant, asked.wave, asked.law, orbit)
+    if blind:
+        return LoopAnswer(loop if loop.status in HAVE_AN_ORBIT else None, None, NOTHING_FED_BACK, loop.status)
     if loop.status == "stable":
-        return LoopAnswer(loop, loop_margins(loop), "")
-    if loop.status != "unstable":
-        return LoopAnswer(None, None, f"{loop.status}: {loop.advice}")
+        return LoopAnswer(loop, loop_margins(loop), "", loop.status)
+    if loop.status not in HAVE_AN_ORBIT:
+        return LoopAnswer(None, None, f"{loop.status}: {loop.advice}", loop.status)
     missing = (
         f"the loop's solution of one cycle per wave is unstable, largest multiplier {abs(loop.multipliers[0]):.3g}: "
         "in this wave the law keeps the lock while it swings about that solution, which has no linear margins"
     )
-    return LoopAnswer(loop, None, missing)
+    return LoopAnswer(loop, None, missing, loop.status)
 
 
 def orbit_record(orbit: PeriodicOrbit) -> dict[str, Any]:

@@ -27,6 +27,7 @@ from gyroctl.studies.margins import draw_linear, draw_maps, draw_orbit, draw_rob
 from gyroctl.studies.margins.ahead import measure_ahead
 from gyroctl.studies.margins.beside import beside
 from gyroctl.studies.margins.borders import Border, control_borders
+from gyroctl.studies.margins.cells import DesignMargins, design_margins
 from gyroctl.studies.margins.mapped import (
     BASIN_COLUMNS,
     BORDER_STAGES,
@@ -44,20 +45,20 @@ from gyroctl.studies.margins.measuring import check_samples, measured, of_a_law,
 from gyroctl.studies.margins.page import write_page
 from gyroctl.studies.margins.real_water import WATER_STAGES, real_water
 from gyroctl.studies.margins.request import Request, find_orbit
-from gyroctl.studies.margins.words import meanings
+from gyroctl.studies.margins.words import INSTEAD, meanings
 from gyroctl.studies.style import save, styled
-from gyroctl.writing import Kept, plain, write_json
 from gyroctl.waves.telling import in_a_line
+from gyroctl.writing import Kept, plain, write_json
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LINEAR = "gain, phase, delay and disk margins"
     from gyroctl.waves import Sea
 
 STANDS_FOR = "the regular wave of its energy: of height Hs/sqrt 2, at the frequency of its peak, in its heading"
 """What the wave of a report is of a sea."""
 
+LINEAR = "gain, phase, delay and disk margins"
 
 MODULES = (__name__, "gyroctl.studies.margins.measures")
 """What computes a report."""
@@ -77,8 +78,8 @@ def margin_report(
     quiet: bool = False,
     water: bool = False,
     scheduler: Any = None,
-) -> dict[str, Any]:
     sea: Sea | None = None,
+) -> dict[str, Any]:
     """Make the report.
 
     Parameters
@@ -97,9 +98,9 @@ def margin_report(
         Also what each choice beyond the linear model moves, see `real_water`.
     scheduler : str or dask.distributed.Client, optional
         Address of a Dask scheduler whose workers do the steps that are kept; the same bits.
-
     sea : Sea, optional
         The sea that the wave stands for, which is told with it.
+
     Returns
     -------
     dict
@@ -122,8 +123,8 @@ def margin_report(
     stages += (MAP_COLUMNS + 1) + (TONGUE_COLUMNS + 1) + BASIN_COLUMNS + BORDER_STAGES if maps else 0
     stages += WATER_STAGES if water else 0
     content: dict[str, Any] = {**made(), "request": asked.record(), "orbit": measures.orbit_record(orbit)}
-    kept = Kept(content, out / "margins.json")
     content |= sea_record(sea)
+    kept = Kept(content, out / "margins.json")
     drawn: list[str] = []
     step = steps_kept(asked, out)
 
@@ -144,7 +145,8 @@ def margin_report(
         alone_done = mapped.begin if maps else lambda: None
         constant, of_law, answer = measured(asked, orbit, samples, kept, progress.advance, alone_done, step)
         with kept.stage("multipliers"):
-            draw("multipliers", draw_orbit.multipliers(orbit, answer.loop if answer else None, law, point))
+            named_law = law if asked.law is not None else ""
+            draw("multipliers", draw_orbit.multipliers(orbit, answer.loop if answer else None, named_law, point))
         with kept.stage("linear_model_error"):
             figure, content["linear_model_error"] = draw_linear.linear_error(orbit, point)
             draw("linear_error", figure)
@@ -163,11 +165,15 @@ def margin_report(
         if water:
             with kept.stage("water"):
                 draw("water", real_water(asked, point, kept, progress.advance))
+    cells: DesignMargins | None = None
+    with kept.stage("law.cells"):
+        if (cells := design_margins(asked)) is not None:
+            content["law"] = {**content.get("law", {}), "cells": cells.record()}
     with kept.stage("meaning"):
-        content["meaning"] = meanings(asked, orbit, of_law or constant, answer)
+        content["meaning"] = meanings(asked, orbit, constant if asked.law is None else of_law, answer, cells)
         if words := content.get("water", {}).get("words"):
             content["meaning"]["real_water"] = words
-    content["not_available"] = _missing(asked, orbit, answer, kept.failed)
+    content["not_available"] = _missing(asked, orbit, answer, cells, kept.failed)
     content["figures"] = drawn
     content["seconds"] = round(time.monotonic() - begin, 1)
     kept.write()
@@ -191,14 +197,14 @@ def lock_map_report(
         Folder, made where it is missing.
     quiet : bool
         No progress.
+    sea : Sea, optional
+        The sea that the wave stands for.
 
     Returns
     -------
     dict
         What lockmap.json holds.
 
-    sea : Sea, optional
-        The sea that the wave stands for.
     Raises
     ------
     InputError
@@ -220,20 +226,14 @@ def lock_map_report(
     content = {
         **made(),
         "request": asked.record(),
+        **sea_record(sea),
         "map": found.record(),
         "borders": borders,
         "codes": {"0": "no orbit", "1": "an oscillation grows", "2": "stable"},
         "figures": ["lockmap.png"],
     }
     write_json(out / "lockmap.json", content)
-        **sea_record(sea),
     return dict(plain(content))
-
-
-def check_folder(out: Path) -> None:
-    """Refuse a path that is a file, before anything is computed."""
-    if out.exists() and not out.is_dir():
-        raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
 
 
 def sea_record(sea: Sea | None) -> dict[str, Any]:
@@ -242,6 +242,12 @@ def sea_record(sea: Sea | None) -> dict[str, Any]:
         return {}
     numbers = {"hs_m": sea.hs, "wp_rad_s": sea.wp, "heading_deg": sea.heading}
     return {"sea": {"words": in_a_line(sea), "wave": STANDS_FOR, **numbers}}
+
+
+def check_folder(out: Path) -> None:
+    """Refuse a path that is a file, before anything is computed."""
+    if out.exists() and not out.is_dir():
+        raise InputError("out", str(out), "is not a folder", "Give the name of a folder")
 
 
 def steps_kept(asked: Request, out: Path) -> Steps:
@@ -282,7 +288,11 @@ def _drawn(
 
 
 def _missing(
-    asked: Request, orbit: PeriodicOrbit, answer: LoopAnswer | None, failed: Mapping[str, str]
+    asked: Request,
+    orbit: PeriodicOrbit,
+    answer: LoopAnswer | None,
+    cells: DesignMargins | None,
+    failed: Mapping[str, str],
 ) -> list[dict[str, str]]:
     missing = dict(failed)
     if orbit.status == "unstable":
@@ -292,7 +302,7 @@ def _missing(
     elif answer is None:
         missing[LINEAR] = "they failed"
     elif answer.margins is None:
-        missing[LINEAR] = answer.unavailable
+        missing[LINEAR] = answer.unavailable if cells is None else f"{answer.unavailable}. {INSTEAD}"
     return [{"margin": name, "reason": reason} for name, reason in missing.items()]
 
 

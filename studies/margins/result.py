@@ -14,12 +14,14 @@ from gyroctl.harness.arguments import check_plant, law_of
 from gyroctl.harness.protocol import Law
 from gyroctl.linearisation import PeriodicOrbit
 from gyroctl.linearisation.locked_orbit import REGULAR
+from gyroctl.loop_margins.closed_loop_orbit import LoopOrbit
 from gyroctl.loop_margins.margins import ChannelMargins
 from gyroctl.plant import Plant
 from gyroctl.robustness.headroom import Headroom
 from gyroctl.robustness.shocks import Shock
 from gyroctl.simulation.progress import Progress
 from gyroctl.statistics import Share
+from gyroctl.studies.margins.cells import DesignMargins, design_margins
 from gyroctl.studies.margins.measures import LoopAnswer, Margins, orbit_record
 from gyroctl.studies.margins.measuring import check_samples, measured, steps_of
 from gyroctl.studies.margins.request import Request, find_orbit, request
@@ -78,19 +80,35 @@ class MarginResult:
         return self.margins.power if self.margins is not None else math.nan
 
     @property
+    def loop_status(self) -> str:
+        """Status of the law's own orbit in the loop, as of a `LoopOrbit`; empty without a law, or where that failed."""
+        return self.linear.status if self.linear is not None else ""
+
+    @property
     def load_angle(self) -> float:
-        """Load angle on the orbit of the constant controls. [rad]"""
-        return self.orbit.load_angle
+        """Load angle on the law's own orbit, NaN where it has none; without a law on that of the controls. [rad]"""
+        own = self._own_orbit()
+        return own.load_angle if own is not None else math.nan
+
+    @property
+    def lock_share(self) -> float:
+        """Part of what the wave can pull that the load takes, N cg/(J4 V); of a law with its mean cg, likewise. [1]"""
+        own = self._own_orbit()
+        return own.lock_share if own is not None else math.nan
 
     @property
     def lock_reserve(self) -> float:
-        """Part of what the wave can pull that the load leaves, NaN where the orbit is unstable. [1]"""
-        return self.orbit.lock_reserve if self.orbit.status == "stable" else math.nan
+        """Part of what the wave can pull that the load leaves, likewise; NaN where the orbit is unstable. [1]"""
+        own = self._own_orbit()
+        return own.lock_reserve if own is not None and own.status == "stable" else math.nan
 
     @property
     def decay_time(self) -> float:
-        """Time in which the slowest mode of the orbit falls by e; negative where it grows. [s]"""
-        return self.orbit.modes[0].decay_time
+        """Time in which the slowest mode falls by e, of the law's loop where there is one; negative: it grows. [s]"""
+        if self.request.law is None:
+            return self.orbit.modes[0].decay_time
+        loop = self.linear.loop if self.linear is not None else None
+        return loop.decay_time if loop is not None else math.nan
 
     @property
     def headroom(self) -> dict[str, Headroom]:
@@ -148,7 +166,12 @@ class MarginResult:
     @property
     def meaning(self) -> dict[str, str]:
         """What each number means, one paragraph each."""
-        return meanings(self.request, self.orbit, self.margins or self.constant, self.linear)
+        return meanings(self.request, self.orbit, self.margins, self.linear, self.cells)
+
+    @property
+    def cells(self) -> DesignMargins | None:
+        """Margins that the law's design found at its operating points, with the schedule held; None of most laws."""
+        return design_margins(self.request)
 
     def record(self) -> dict[str, Any]:
         """All numbers as in margins.json."""
@@ -158,6 +181,8 @@ class MarginResult:
         if self.request.law is not None:
             nonlinear = self.of_law.record() if self.of_law is not None else {}
             content["law"] = {**nonlinear, **({"linear": self.linear.record()} if self.linear is not None else {})}
+            if (cells := self.cells) is not None:
+                content["law"]["cells"] = cells.record()
         return dict(plain({**content, "meaning": self.meaning, "failed": dict(self.failed)}))
 
     def plot(self, picture: str = "robustness") -> Figure:
@@ -182,6 +207,7 @@ class MarginResult:
         from gyroctl.studies.style import styled
 
         law, point = f"law {self.request.law_name}", f"{self.request.sea}; {self.request.controls}"
+        law = law if self.request.law is not None else ""
         if picture not in PICTURES:
             raise InputError("picture", picture, "there is no such picture", f"Choose one of {', '.join(PICTURES)}")
         named = {"constant controls": self.constant, law: self.of_law}
@@ -202,6 +228,12 @@ class MarginResult:
             why = "; ".join(f"{name}: {reason}" for name, reason in self.failed.items()) or "nothing stable, or no law"
             raise InputError("picture", picture, f"has no numbers to show ({why})", "See .status, .failed and .meaning")
         return found
+
+    def _own_orbit(self) -> PeriodicOrbit | LoopOrbit | None:
+        """Orbit of the law in the loop; of the constant controls where there is no law."""
+        if self.request.law is None:
+            return self.orbit
+        return self.linear.loop if self.linear is not None else None
 
     def _single(self) -> list[ChannelMargins]:
         return [found for _, found in self.linear.weakest()] if self.linear is not None else []
