@@ -6,16 +6,14 @@ such a class has no section of parameters, one is made of these comments, for th
 
 from __future__ import annotations
 
-import ast
 import inspect
-import io
-import textwrap
-import tokenize
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, get_type_hints
 
 from numpydoc.docscrape import NumpyDocString
+
+from gyroctl.faces.fields import fields_of
 
 
 @dataclass(frozen=True)
@@ -61,39 +59,8 @@ def parameters(thing: Any) -> list[Entry]:
 
 def field_comments(thing: Any) -> list[Entry]:
     """Fields of a class with the comment beside each, or the text below it; those without are left out."""
-    if not inspect.isclass(thing):
-        return []
-    try:
-        source = textwrap.dedent(inspect.getsource(thing))
-    except (OSError, TypeError):
-        return []
-    beside = {
-        token.start[0]: token.string.lstrip("#: ").strip()
-        for token in tokenize.generate_tokens(io.StringIO(source).readline)
-        if token.type == tokenize.COMMENT
-    }
-    rows = source.splitlines()
-    found, body = [], ast.parse(source).body[0].body  # type: ignore[attr-defined]
-    for node, after in zip(body, [*body[1:], None], strict=True):
-        if not (isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name)):
-            continue
-        below = after.value.value if isinstance(after, ast.Expr) and isinstance(after.value, ast.Constant) else ""
-        lines = range(node.lineno, (node.end_lineno or node.lineno) + 1)
-        above = _above(rows, node.lineno) if not any(line in beside for line in lines) else ""
-        about = " ".join([str(below), *(beside[line] for line in lines if line in beside), above]).strip()
-        about = about or _of_class(_annotated(thing, node.target.id))
-        if about:
-            found.append(Entry(node.target.id, ast.unparse(node.annotation), about))
-    return found
-
-
-def _above(rows: list[str], line: int) -> str:
-    """The comment that stands alone right above a line."""
-    found: list[str] = []
-    while line >= 2 and rows[line - 2].strip().startswith("#"):
-        line -= 1
-        found.insert(0, rows[line - 1].strip().lstrip("# "))
-    return " ".join(found)
+    said = [(field, field.about or _of_class(_annotated(thing, field.name))) for field in fields_of(thing)]
+    return [Entry(field.name, field.annotation, about) for field, about in said if about]
 
 
 def _annotated(thing: Any, name: str) -> Any:

@@ -12,6 +12,8 @@ import pytest
 from command_line import SHORT, Run
 
 import gyroctl as gy
+from gyroctl.harness.law_parameters import GIVEN
+from gyroctl.harness.registry import factory_of, registered, taken_by
 
 LAW_KEYS = {
     "information",
@@ -172,11 +174,31 @@ def test_simulate_takes_a_law_from_a_users_file(tmp_path: Path, run: Run) -> Non
 
 
 def test_laws_are_listed_with_what_they_look_at(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setenv("COLUMNS", "80")
     code, out, _ = run("laws")
     assert code == 0
-    for word in ("constant", "best_constant", "load_angle", "coupling", "sensors", "none", "0.052"):
+    for word in ("constant", "best_constant", "load_angle", "coupling", "sensors", "none", "gyroctl laws show"):
         assert word in out
+    lines = out.splitlines()
+    assert len(lines) == len(registered()) + 3 and max(map(len, lines)) <= 80, "a law is one row"
+
+
+def test_law_is_shown_with_values_units_and_sets(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    assert "0.052" in run("laws", "show", "constant")[1]
+    code, out, _ = run("laws", "show", "coupling")
+    assert code == 0 and "phi3_rate" in out and "Tuned sets: all, gamma1" in out
+    rows = {line.split()[0]: line for line in out.splitlines() if line.strip()}
+    assert {"through1", "bandwidth", "wp", "floor", "cc_max"} <= set(rows), "fields of groups by their own names"
+    assert "0.12" in rows["cc_max"] and "[Nms]" in rows["cc_max"]
+    assert run("laws", "show", "coupling", "--tuning", "gamma1")[1] != out
+    assert "[rad/s]" in run("laws", "show", "scheduled_lqr")[1], "docstring of a function"
+    for name in registered():
+        code, out, why = run("laws", "show", name)
+        shown = {line.split()[0] for line in out.splitlines() if line[:1].strip()}
+        taken = {key for key, usual in taken_by(factory_of(name)).items() if not hasattr(usual, "_fields")} - {*GIVEN}
+        assert code == 0 and taken <= shown, (name, why)
+    assert run("laws", "show", "nosuch")[0] == 2
 
 
 def test_hydro_check_of_the_shipped_database_holds(run: Run) -> None:

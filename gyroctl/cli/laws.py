@@ -1,7 +1,9 @@
-"""`gyroctl laws`: what is registered; `gyroctl laws check`: whether a law keeps the protocol."""
+"""`gyroctl laws`: what is registered, parameters of a law, whether it keeps the protocol."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,40 +13,61 @@ from gyroctl.cli.options import MARKUP, Device, plant_of
 
 if TYPE_CHECKING:
     from gyroctl.harness.law_trials import Check
+    from gyroctl.harness.protocol import Law
     from gyroctl.plant import Plant
+
+BLANK = "\n\n"
+"""Between the summary of a docstring and what follows."""
 
 LONGEST = 1800.0
 """What the check of one law may take. [s]"""
 
-app = typer.Typer(help="List the registered laws; check a law.", invoke_without_command=True, rich_markup_mode=MARKUP)
+app = typer.Typer(
+    help="List the registered laws; show or check a law.", invoke_without_command=True, rich_markup_mode=MARKUP
+)
 
 
 @app.callback()
 def laws(context: typer.Context, device: Device = None) -> None:
-    """List the registered laws with their shipped tuning."""
+    """List the registered laws; their parameters: `gyroctl laws show NAME`."""
     if context.invoked_subcommand is not None:
         return
-    from rich.console import Console
-    from rich.table import Table
-
     from gyroctl.harness.device_sets import foreign
-    from gyroctl.harness.protocol import Sensing
-    from gyroctl.harness.registry import describe, law, registered
+    from gyroctl.harness.registry import law, registered
 
-    table = Table("law", "looks at", "reads", "period [s]", "parameters (shipped tuning)", "what it does")
+    rows = []
     for name in registered():
         built = law(name)
-        parameters = ", ".join(f"{key} {_short(value)}" for key, value in describe(built).items() if key != "period")
-        summary = (type(built).__doc__ or "").strip().splitlines()[0]
-        reads = ", ".join(built.sensors) if isinstance(built, Sensing) else ""
-        table.add_row(name, built.information, reads, f"{built.period:g}", parameters, summary)
-    Console().print(table)
+        rows.append((name, built.information, _clause(built)))
+    _table(("law", "looks at", "what it does"), rows)
+    typer.echo("Parameters with their units, sensors and tuned sets: gyroctl laws show NAME")
     if device is not None:
         strange = foreign({name: name for name in registered()}, plant_of(device, "corrected"), device)
         for name in strange:
             typer.echo(f"{name}: its tuned sets belong to another device than {device.name}")
         if strange:
             typer.echo(f"Sets for this one: gyroctl tune all --device {device.name}")
+
+
+@app.command("show")
+def show(
+    name: Annotated[str, typer.Argument(help="A registered name, or FILE.py:NAME.")],
+    tuning: Annotated[
+        str | None,
+        typer.Option(help="Values of this tuned set; else those that ship for all seas.", show_default=False),
+    ] = None,
+) -> None:
+    """Tell a law: what it looks at and reads, its tuned sets, its parameters with values and units."""
+    from gyroctl.harness.law_parameters import parameters_of
+    from gyroctl.harness.protocol import Sensing
+    from gyroctl.harness.registry import law, tuned_sets
+
+    built = law(name, tuning)
+    typer.echo(f"{name}: {' '.join((type(built).__doc__ or '').strip().partition(BLANK)[0].split())}")
+    reads = "" if built.information == "none" or not isinstance(built, Sensing) else f": {', '.join(built.sensors)}"
+    typer.echo(f"Looks at {built.information}{reads}; every {built.period:g} s")
+    typer.echo(f"Tuned sets: {', '.join(tuned_sets(name)) or 'none'}")
+    _table(("parameter", "value", "meaning [unit]"), parameters_of(name, built), shortened=False)
 
 
 @app.command("check")
@@ -110,5 +133,23 @@ def _check_shown(name: str, plant: Plant, runs: int) -> list[Check]:
         return check_law(name, plant, runs, progress.advance)
 
 
-def _short(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
+def _clause(built: Law) -> str:
+    """First clause of what a law says of itself."""
+    return re.split(r"[.;:](?:\s|$)", (type(built).__doc__ or "").strip(), maxsplit=1)[0]
+
+
+def _table(head: tuple[str, ...], rows: Sequence[tuple[str, ...]], shortened: bool = True) -> None:
+    """Print rows; of a last text too long for the window the end is left out, or goes on below."""
+    from shutil import get_terminal_size
+    from textwrap import shorten, wrap
+
+    from gyroctl.errors import visible
+
+    widths = [max(map(len, column)) for column in list(zip(head, *rows, strict=True))[:-1]]
+    left = sum(widths) + 2 * len(widths)
+    room = max(get_terminal_size().columns - left, 24)
+    for row in (head, tuple("-" * width for width in (*widths, len(head[-1]))), *rows):
+        last = [shorten(row[-1], room, placeholder="...")] if shortened else wrap(row[-1], room) or [""]
+        first = "".join(f"{text:<{width}}  " for text, width in zip(row, widths, strict=False))
+        for line in (first + last[0], *(" " * left + more for more in last[1:])):
+            typer.echo(visible(line.rstrip()))

@@ -164,11 +164,11 @@ def build(
     if isinstance(given.get("plant"), str | Mapping):
         parameters["plant"] = design_in(device, given["plant"])
     plain = _build(name, given, tuning, allow_code)
-    taken = _names(_factory(name))
+    taken = taken_by(factory_of(name))
     wraps = given.get("wraps", taken.get("wraps"))
     if isinstance(plain, Wrapping) and isinstance(wraps, str | Mapping):  # the law within is given them too
         table = {"law": wraps} if isinstance(wraps, str) else dict(wraps)
-        inner, names = _wrapped(name, table, allow_code), _names(_factory(str(table["law"])))
+        inner, names = _wrapped(name, table, allow_code), taken_by(factory_of(str(table["law"])))
         parameters["wraps"] = {k: v for k, v in numbers_of(inner, device).items() if k in names} | table
     known = numbers_of(plain, device)
     own = {key: value for key, value in known.items() if key in taken and key not in given}
@@ -202,8 +202,8 @@ def _build(
     if tuning is None and isinstance(design, Plant) and design.coefficients.beyond is not None:
         known_set = real_set(name, allow_code)
         parameters = {**(_tuned_parameters(name, known_set, allow_code) if known_set else {}), **parameters}
-    factory = _factory(name)
-    own_names, known = _defaults(factory), _names(factory)
+    factory = factory_of(name)
+    own_names, known = defaults_of(factory), taken_by(factory)
     groups = {key: default for key, default in own_names.items() if hasattr(default, "_fields")}
     for key, value in parameters.items():
         _check_parameter(name, key, value, known)
@@ -231,12 +231,12 @@ def _build(
 
 
 @lru_cache(maxsize=64)
-def _defaults(factory: Callable[..., Any]) -> Mapping[str, Any]:
+def defaults_of(factory: Callable[..., Any]) -> Mapping[str, Any]:
     """Parameters of a law with their defaults; a search builds a law thousands of times."""
     return {key: parameter.default for key, parameter in inspect.signature(factory).parameters.items()}
 
 
-def _factory(name: str) -> Callable[..., Any]:
+def factory_of(name: str) -> Callable[..., Any]:
     """What builds a law of that name."""
     factory = _from_file(name) if is_file(name) else _from_name(name)
     if not callable(factory):
@@ -244,9 +244,9 @@ def _factory(name: str) -> Callable[..., Any]:
     return factory
 
 
-def _names(factory: Callable[..., Any]) -> dict[str, Any]:
+def taken_by(factory: Callable[..., Any]) -> dict[str, Any]:
     """Parameters that a law takes, those of its groups among them, with their defaults."""
-    own = dict(_defaults(factory))
+    own = dict(defaults_of(factory))
     groups = [default for default in own.values() if hasattr(default, "_fields")]
     return own | {key: value for group in groups for key, value in nested.named(group).items()}
 
