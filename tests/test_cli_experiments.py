@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from command_line import LAWS_OF_USERS, SHORT
+from command_line import LAWS_OF_USERS, SHORT, Run
 
 import gyroctl as gy
 from gyroctl.comparison.experiment import build_experiment, read_experiment
+from gyroctl.waves import DriftingSea, TwoPeaks
 
 
 def test_default_experiment_is_that_of_the_design() -> None:
@@ -51,10 +53,39 @@ def test_record_of_an_experiment_makes_the_same_experiment_again(tmp_path: Path)
         ({"kind": "regular", "height": 0.2, "wp": 3.0}, gy.Regular(0.2, 3.0)),
         ({"kind": "bichromatic", "heights": [0.1, 0.2], "frequencies": [3, 3.3]}, gy.Bichromatic((0.1, 0.2), (3, 3.3))),
         ({"hs": 1, "wp": 3, "gamma": 1, "heading": 30}, gy.SeaState(1.0, 3.0, 1.0, 30.0)),
+        ({"hs": 0.2, "tp": 2.2}, gy.SeaState(0.2, 2.0 * np.pi / 2.2)),
+        ({"kind": "regular", "height": 0.2, "tp": 2}, gy.Regular(0.2, np.pi)),
+        ({"kind": "two peaks", "tp_second": 4.0}, TwoPeaks(wp_second=np.pi / 2.0)),
+        ({"kind": "drifting", "tp": 2.0, "tp_end": 1.9}, DriftingSea(wp=np.pi, wp_end=2.0 * np.pi / 1.9)),
     ],
 )
 def test_kinds_of_seas(table: dict[str, Any], expected: Any) -> None:
     assert build_experiment({"sea": table, "run": {"seeds": [1]}}).sea == expected
+
+
+@pytest.mark.parametrize(
+    ("sea", "words"),
+    [
+        ({"tp": 2.2, "wp": 3.0}, "sea.tp = 2.2: stands beside wp"),
+        ({"tp": "2 s"}, "sea.tp"),
+        ({"tp": 0.0}, "sea.tp"),
+        ({"kind": "drifting", "tp_end": 1.9, "wp_end": 3.0}, "sea.tp_end"),
+        ({"hight": 1.0}, "hs, wp, tp, gamma, heading"),
+        ({"kind": "bichromatic", "heights": [0.1, 0.1], "frequencies": [3.0, 3.3], "tp": 2.0}, "sea.tp = 2.0: unknown"),
+    ],
+)
+def test_peak_period_is_refused_by_its_name(sea: dict[str, Any], words: str) -> None:
+    with pytest.raises(gy.InputError, match=re.escape(words)):
+        build_experiment({"sea": sea})
+
+
+def test_peak_period_on_the_command_line(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "sea.toml").write_text("[sea]\nhs = 0.2\ntp = 2.2\n")
+    told = run("waves", "--sea", tmp_path / "sea.toml")[1]
+    assert "Tp 2.2 s" in told and run("waves", "--hs", 0.2, "--tp", 2.2)[1] == told
+    for wrong in (("--tp", 2.2, "--wp", 3.0), ("--tp", -1.0), ("--tp", 2.2, "--sea", tmp_path / "sea.toml")):
+        code, _, why = run("waves", *wrong)
+        assert code == 2 and "tp" in why, why
 
 
 def test_files_are_found_beside_the_experiment(tmp_path: Path) -> None:

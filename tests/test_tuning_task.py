@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -41,6 +42,7 @@ from gyroctl.tuning.waters import circumstances_of
         ({"goals": {"smooth": 0.2}}, "goals.smooth"),
         ({"seas": {"all": {}}}, "seas.all"),
         ({"seas": {"mild": {"depth": 1.0}}}, "seas.mild.depth"),
+        ({"seas": {"mild": {"tp": 2.0, "wp": 3.0}}}, "seas.mild.tp"),
         ({"seas": {"mild": {"weight": 0.0}}}, "seas.mild.weight"),
         ({"search": {"population": 2}}, "search.population"),
         ({"search": {"seed": 2**32}}, "search.seed"),
@@ -55,6 +57,11 @@ def test_bad_task_is_refused_by_field(changes: dict[str, Any], field: str) -> No
         build_task({**SMALL, **changes})
     assert error.value.field == field
     assert error.value.mend
+
+
+def test_sea_of_a_task_may_have_a_peak_period() -> None:
+    task = build_task({**SMALL, "seas": {"mild": {"hs": 0.2, "tp": 2.0}}})
+    assert task.seas["mild"].sea == gy.SeaState(0.2, np.pi)
 
 
 def test_turns_and_reversals_that_a_water_asks_for_may_be_waived() -> None:

@@ -13,12 +13,14 @@ from gyroctl.cli.options import (
     Gamma,
     OwnHs,
     OwnPeak,
+    OwnPeriod,
     Scheduler,
     Variant,
     answer,
     failures,
     own,
     parse,
+    peak_of,
     plant_of,
 )
 
@@ -30,6 +32,7 @@ def bound(
     gamma: Gamma = 5.0,
     hs: OwnHs = None,
     wp: OwnPeak = None,
+    tp: OwnPeriod = None,
     seeds: Annotated[str, typer.Option(help="Realisations, one window each: 1,2,3 or 1-4.")] = "1",
     duration: Annotated[
         float | None,
@@ -69,7 +72,7 @@ def bound(
 
     plant = plant_of(device, variant)
     named = {text: _law(text, None if device is None else plant, device) for text in law or []}
-    hs, wp = own(hs, SeaState.hs, "m", plant), own(wp, SeaState.wp, "rad/s", plant)
+    hs, wp = own(hs, SeaState.hs, "m", plant), own(peak_of(wp, tp), SeaState.wp, "rad/s", plant)
     sea, windows, duration = SeaState(hs, wp, gamma), _seeds(seeds), own(duration, 100.0, "s", plant)
     effort = quick_effort(plant) if quick else Effort()
     how: dict[str, Any] = {"lag": lag, "motion": motion, "scheduler": scheduler or None}

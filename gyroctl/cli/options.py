@@ -50,6 +50,7 @@ OwnHs = Annotated[
 OwnPeak = Annotated[
     float | None, typer.Option("--wp", help="Peak frequency [rad/s].", show_default="3.14 at the size of Table 1")
 ]
+OwnPeriod = Annotated[float | None, typer.Option("--tp", help="Peak period [s], in place of --wp.", show_default=False)]
 
 
 def plant_of(device: Path | None, variant: str, choices: Mapping[str, Any] | None = None) -> Plant:
@@ -152,18 +153,35 @@ def say_notes(sea: object, plant: Any = None) -> None:
         typer.echo(visible(f"sea: {note}"), err=True)
 
 
-def sea_of(path: Path | None, hs: float | None, wp: float | None, gamma: float, plant: Plant) -> Sea:
+def peak_of(wp: float | None, tp: float | None) -> float | None:
+    """Return the peak frequency of --wp or --tp [rad/s]; None where neither is given.
+
+    Raises
+    ------
+    InputError
+        For both, or no period.
+    """
+    from gyroctl.waves.peak_periods import in_frequencies
+
+    given = {key: value for key, value in (("wp", wp), ("tp", tp)) if value is not None}
+    return in_frequencies("sea", given).get("wp")
+
+
+def sea_of(
+    path: Path | None, hs: float | None, wp: float | None, gamma: float, plant: Plant, tp: float | None = None
+) -> Sea:
     """Sea of a TOML file with a table [sea], or by its numbers; those that are not given are of the plant's length."""
     from gyroctl.waves import SeaState
 
     if path is None:
+        wp = peak_of(wp, tp)
         return SeaState(own(hs, SeaState.hs, "m", plant), own(wp, SeaState.wp, "rad/s", plant), gamma)
     from gyroctl.comparison.sea_table import build_sea
     from gyroctl.errors import InputError
     from gyroctl.tables import read_tables, table_of
 
-    if hs is not None or wp is not None or gamma != SeaState.gamma:
-        raise InputError("sea", str(path), "stands beside --hs, --wp or --gamma", "Give the file, or the numbers")
+    if any(given is not None for given in (hs, wp, tp)) or gamma != SeaState.gamma:
+        raise InputError("sea", str(path), "stands beside --hs, --wp, --tp or --gamma", "Give the file, or the numbers")
     tables = read_tables(path, "sea")
     if "sea" not in tables:
         raise InputError("sea", str(path), "has no table [sea]", "Write [sea] and its entries, as in an experiment")

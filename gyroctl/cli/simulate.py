@@ -17,6 +17,7 @@ from gyroctl.cli.options import (
     Gamma,
     OwnHs,
     OwnPeak,
+    OwnPeriod,
     Parameters,
     SeaFile,
     Variant,
@@ -40,6 +41,7 @@ def simulate(
     gamma: Gamma = 5.0,
     hs: OwnHs = None,
     wp: OwnPeak = None,
+    tp: OwnPeriod = None,
     sea: SeaFile = None,
     seed: Annotated[int, typer.Option(help="Seed of the realisation.")] = 1,
     duration: Annotated[
@@ -88,7 +90,7 @@ def simulate(
         raise gy.InputError("duration", duration, problem, mend)
     usual = gy.Settings(start=start).at(plant.parameters.length_scale)
     setup = replace(usual, dt=dt, blend=blend, actuators=replace(usual.actuators, cg_min=-motor))
-    chosen = sea_of(sea, hs, wp, gamma, plant)
+    chosen = sea_of(sea, hs, wp, gamma, plant, tp)
     say_notes(chosen, plant)
     waves, peak = gy.realise(plant, chosen, seed, duration), chosen.wp
     acting = lead_in(waves, setup)

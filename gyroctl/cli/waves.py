@@ -12,6 +12,7 @@ from gyroctl.cli.options import (
     Gamma,
     OwnHs,
     OwnPeak,
+    OwnPeriod,
     SeaFile,
     Variant,
     check_file,
@@ -31,6 +32,7 @@ def waves(
     gamma: Gamma = 5.0,
     hs: OwnHs = None,
     wp: OwnPeak = None,
+    tp: OwnPeriod = None,
     seed: Annotated[int, typer.Option(help="Seed of the realisation.")] = 1,
     duration: Annotated[
         float | None, typer.Option(help="Length [s].", show_default="2000 at the size of Table 1")
@@ -53,7 +55,7 @@ def waves(
         check_file(out)
     plant = plant_of(device, variant)
     duration, dt = own(duration, 2000.0, "s", plant), own(dt, 0.05, "s", plant)
-    chosen = sea_of(sea, hs, wp, gamma, plant)
+    chosen = sea_of(sea, hs, wp, gamma, plant, tp)
     say_notes(chosen, plant)
     typer.echo(in_a_line(chosen))
     if out is None:

@@ -23,6 +23,7 @@ from gyroctl.waves import (
     read_record,
     read_spectrum,
 )
+from gyroctl.waves.peak_periods import in_frequencies, with_periods
 
 SEAS: dict[str, Callable[..., Sea]] = {
     "jonswap": SeaState,
@@ -68,7 +69,8 @@ def _spread(sea: Any, spreading: Any = None, width: Any = None) -> Sea:
 
 def _of_numbers(kind: str, table: dict[str, Any], length: float) -> Sea:
     parameters = inspect.signature(SEAS[kind]).parameters
-    check_known("sea", table, parameters)
+    check_known("sea", table, with_periods(parameters))
+    table = in_frequencies("sea", table)
     if length != 1.0 and SEAS[kind] is SeaState:
         table = {"hs": SeaState.hs * length, "wp": SeaState.wp * growth("rad/s", length), **table}
     for name, value in table.items():

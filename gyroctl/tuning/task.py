@@ -24,6 +24,7 @@ from gyroctl.tuning.knob import Knob, knob_of
 from gyroctl.tuning.waters import LINEAR, in_water
 from gyroctl.waves import SeaState
 from gyroctl.waves.checks import DURATION_MAX, SEED_MAX, whole, within
+from gyroctl.waves.peak_periods import in_frequencies
 
 TABLES = ("law", "method", "fixed", "knobs", "seas", "goal", "goals", "search", "seeds")
 """Of a task; what is to be different in a water stands below its name, as [real.goal]."""
@@ -310,7 +311,8 @@ def _seas(table: Mapping[str, Any]) -> dict[str, TuningSea]:
         path = f"seas.{part_of_path('seas', name)}"
         if name == EVERY_SEA or not isinstance(entry, Mapping):
             raise InputError(path, entry, "must be a table with a name of its own", f"Write [seas.rough], not {path}")
-        check_known(path, entry, ("hs", "wp", "gamma", "weight", "power", "runs"))
+        check_known(path, entry, ("hs", "wp", "tp", "gamma", "weight", "power", "runs"))
+        entry = in_frequencies(path, entry)
         values = {key: number(f"{path}.{key}", value) for key, value in entry.items()}
         sea = SeaState(**{key: values.pop(key) for key in ("hs", "wp", "gamma") if key in values})
         for key, value in values.items():
