@@ -271,7 +271,7 @@ def test_without_the_library_the_extra_is_named(tmp_path: Path, monkeypatch: pyt
         return real(name, *args, **kwargs)  # type: ignore[arg-type]
 
     monkeypatch.setattr(builtins, "__import__", without)
-    refused("sea.format", lambda: read_spectrum(datawell(tmp_path), format="datawell"), "gyroctl[seas]")
+    refused("sea.format", lambda: read_spectrum(datawell(tmp_path), format="datawell"), "gyroctl[seas]", "'datawell'")
 
 
 DAMAGED = {

@@ -1,5 +1,6 @@
 """Waves out again: tables and WEC-Sim's elevation, read back as the same numbers; the command that tells a sea."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +64,29 @@ def test_the_command_tells_a_sea_and_writes_its_waves(tmp_path: Path, run: Run) 
     assert code == 0, err
     assert "Hs 0.4 m, Tp 2 s (3.142 rad/s)" in out and "WEC-Sim" in out
     assert "converted from Hz, m2/Hz" in err and (tmp_path / "w.mat").is_file()
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("hs = 6.7\nwp = 0.6\n", "cannot follow"),
+        ("hs = 0.001\nwp = 30.0\n", "sea.wp"),
+        ('kind = "spectrum"\nfile = "s.txt"\n', "scale"),
+        ('kind = "record"\nfile = "r.csv"\n', "sea.eta"),
+    ],
+)
+def test_a_sea_that_no_run_takes_is_told_with_a_remark(tmp_path: Path, run: Run, content: str, words: str) -> None:
+    """The text of s.txt is as WAFO writes a spectrum."""
+    (tmp_path / "s.txt").write_text("w;S\n0.2;0.1\n0.5;3\n0.6;8\n0.8;4\n1.5;0.5\n2.5;0\n")
+    time = np.arange(0.0, 300.0, 0.5)
+    rows = "".join(f"{t:.1f},{3.0 * math.cos(0.8 * t):.4f}\n" for t in time.tolist())
+    (tmp_path / "r.csv").write_text("time [s],eta [m]\n" + rows)
+    (tmp_path / "sea.toml").write_text("[sea]\n" + content)
+    code, out, err = run("waves", "--sea", tmp_path / "sea.toml")
+    assert code == 0 and out.startswith("Hs ")
+    assert "a run of this device refuses it" in err and words in err
+    (tmp_path / "sea.toml").write_text("[sea]\nhs = 0.2\n")
+    assert "refuses" not in run("waves", "--sea", tmp_path / "sea.toml")[2]
 
 
 @pytest.mark.parametrize(

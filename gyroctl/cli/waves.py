@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -21,6 +21,10 @@ from gyroctl.cli.options import (
     say_notes,
     sea_of,
 )
+
+if TYPE_CHECKING:
+    from gyroctl.plant import Plant
+    from gyroctl.waves import Sea
 
 
 def waves(
@@ -59,6 +63,7 @@ def waves(
     say_notes(chosen, plant)
     typer.echo(in_a_line(chosen))
     if out is None:
+        _say_refused(plant, chosen, duration, dt)
         return
     made = gy.realise(plant, chosen, seed, duration, dt)
     if blend:
@@ -67,3 +72,19 @@ def waves(
         typer.echo("sea: WEC-Sim takes an elevation as waves of one direction: the spreading is lost", err=True)
     write_waves(out, made)
     typer.echo(f"Waves: {out} ({form}), realisation {made.sha256[:12]}")
+
+
+def _say_refused(plant: Plant, sea: Sea, duration: float, dt: float) -> None:
+    """Say on stderr where no run of this device takes the sea, and why."""
+    import math
+
+    from gyroctl.errors import InputError
+    from gyroctl.waves import ElevationRecord
+    from gyroctl.waves.synthesis import prepare
+
+    if isinstance(sea, ElevationRecord):
+        duration = min(duration, math.floor(sea.duration / dt) * dt)
+    try:
+        prepare(plant, sea, duration, dt)
+    except InputError as error:
+        typer.echo(f"sea: a run of this device refuses it as it stands: {error}", err=True)

@@ -75,7 +75,7 @@ def read_one(
     """
     if form not in FORMATS:
         raise InputError("sea.format", form, "unknown format", f"Choose one of csv, {', '.join(FORMATS)}")
-    _library()
+    _library(form)
     with tempfile.TemporaryDirectory() as folder:
         copy, text = _copied(path, form, Path(folder))
         ds, notes = _opened(copy, form, str(path), directional)
@@ -92,13 +92,13 @@ def read_one(
     return _measured(one, str(path), directional, notes)
 
 
-def _library() -> Any:
+def _library(form: str) -> Any:
     try:
         import wavespectra
     except ImportError:
         mend = "Install the extra seas: pip install gyroctl[seas]"
         raise InputError(
-            "sea.format", "wavespectra", "the library that reads such files is not installed", mend
+            "sea.format", form, "the library that reads such files, wavespectra, is not installed", mend
         ) from None
     return wavespectra
 
