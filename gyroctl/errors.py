@@ -16,7 +16,7 @@ class InputError(ValueError):
     field : str
         Name of the field as the user typed or should have typed it, e.g. ``"sea.hs"``.
     value : object
-        The value that was given.
+        The value that was given; None where there was none.
     problem : str
         What is wrong with it, one clause without a full stop.
     mend : str
@@ -25,7 +25,8 @@ class InputError(ValueError):
 
     def __init__(self, field: str, value: object, problem: str, mend: str) -> None:
         self.field, self.value, self.problem, self.mend = field, value, problem, mend
-        super().__init__(f"{_line(field)} = {_shown(value)}: {_line(problem)}. {_line(mend)}.")
+        given = "is not given" if value is None else f"= {_shown(value)}"
+        super().__init__(f"{_line(field)} {given}: {_line(problem)}. {_line(mend)}.")
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str]]:
         """Keep the four parts when the error crosses a process boundary."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import html
 import re
 import unicodedata
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +30,9 @@ TAG = re.compile(r"<(?=[A-Za-z/!?])")
 
 FORMULA = re.compile(r"[\t\r\n]|\s*[=+\-@＝＋－＠]")
 """What a spreadsheet may take for the beginning of a formula; some leave out blanks, and know the wide signs too."""
+
+NEAR, ALIKE = 3, 0.6
+"""Most names that are offered for an unknown one, and how alike they must be, from 0 to 1."""
 
 PLAIN = "Give a name of letters, digits, spaces, -, _ and single dots"
 
@@ -108,6 +112,27 @@ def in_cell(value: Any) -> Any:
 def in_table(text: str) -> str:
     """Text as a cell of a table in markdown, where it is neither a border nor HTML."""
     return TAG.sub("&lt;", text.replace("|", "\\|"))
+
+
+def choice_of(name: str, known: Iterable[str]) -> str:
+    """Tell what there is to choose from in place of a name that is unknown, the nearest ones before the rest."""
+    among = list(known)
+    near = nearest(name, among)
+    meant = f"Perhaps {' or '.join(near)} is meant. " if near else ""
+    return f"{meant}Choose one of {', '.join(among) or 'none'}"
+
+
+def nearest(name: str, known: Iterable[str]) -> list[str]:
+    """Names that are nearest to one that is unknown: of the same letters, or else the most alike; few, or none."""
+    from difflib import SequenceMatcher
+
+    folded = {each: each.lower() for each in known}
+    turned = [each for each, small in folded.items() if sorted(small) == sorted(name.lower())]
+    if turned:
+        return turned[:NEAR]
+    alike = {each: SequenceMatcher(None, name.lower(), small).ratio() for each, small in folded.items()}
+    best = max(alike.values(), default=0.0)
+    return [each for each, ratio in alike.items() if ratio == best >= ALIKE][:NEAR]
 
 
 def _is_number(text: str) -> bool:

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gyroctl.errors import InputError
+from gyroctl.names import choice_of
 from gyroctl.reading import is_finite, read_toml
 
 
@@ -33,7 +34,7 @@ def check_known(path: str, entries: Mapping[str, Any], names: Collection[str]) -
     for key, value in entries.items():
         if key not in names:
             problem = "unknown table" if isinstance(value, Mapping) else "unknown key"
-            raise InputError(f"{path}.{key}" if path else key, value, problem, f"Choose one of {', '.join(names)}")
+            raise InputError(f"{path}.{key}" if path else key, value, problem, choice_of(key, names))
 
 
 def number(path: str, value: Any) -> float:

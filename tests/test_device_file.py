@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from gyroctl.devices.identity import changed, device_record, identity, is_shippe
 from gyroctl.froude import power
 from gyroctl.hydrodynamics import save, shipped
 from gyroctl.hydrodynamics.scaling import scaled
+from gyroctl.orbits import critical_damping, lock_map, tongue
 from gyroctl.studies.device.assumed import doubts
 
 
@@ -279,3 +281,32 @@ def test_new_device_at_a_length_is_that_of_a_file_which_says_no_more_than_the_le
     first = gy.zhang2017(variant).parameters
     assert whole.parameters.d1 == pytest.approx(first.d1 * 2**4.5)
     assert whole.parameters.bearing == pytest.approx(first.bearing * 2**4)
+
+
+# --- the path of a device in place of a device ---------------------------------------------------------------------
+
+WAVE = gy.Regular(0.2, 3.14)
+WAVES = gy.realise(gy.zhang2017(), gy.SeaState(), 1, 60.0)
+
+PATHS: list[tuple[str, Callable[[Any], Any]]] = [
+    ("device", lambda path: gy.law("coupling", device=path)),
+    ("plant", lambda path: gy.check_law("coupling", path)),
+    ("plant", lambda path: gy.find_yardstick(path, gy.SeaState())),
+    ("plant", lambda path: gy.realise(path, gy.SeaState(), 1)),
+    ("plant", lambda path: gy.simulate(path, "constant", WAVES)),
+    ("plant", lambda path: gy.compare(path, {"a": "constant"}, [WAVES])),
+    ("plant", lambda path: gy.scan(path, gy.SeaState(), [(0.052, 3.5e-4)], [1])),
+    ("plant", lambda path: gy.margins(path, WAVE, 0.052, 3.5e-4)),
+    ("plant", lambda path: gy.lock_orbit(path, WAVE, 0.052, 3.5e-4)),
+    ("plant", lambda path: lock_map(path, WAVE)),
+    ("plant", lambda path: tongue(path, WAVE, 0.052, 3.5e-4)),
+    ("plant", lambda path: critical_damping(path, WAVE, 3.5e-4)),
+]
+
+
+@pytest.mark.parametrize("path", ["fly.toml", Path("fly.toml")])
+@pytest.mark.parametrize(("field", "call"), PATHS, ids=[f"{i}-{field}" for i, (field, _) in enumerate(PATHS)])
+def test_path_of_a_device_is_refused_with_how_it_is_read(field: str, call: Callable[[Any], Any], path: Any) -> None:
+    with pytest.raises(gy.InputError, match=r'gyroctl\.device\("fly\.toml"\)') as caught:
+        call(path)
+    assert caught.value.field == field

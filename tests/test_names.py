@@ -18,7 +18,7 @@ from test_reports_synthetic import save, synthetic
 
 import gyroctl as gy
 from gyroctl.errors import visible
-from gyroctl.names import file_in, in_cell, in_markup, in_table, name_of, part_of_path, text_of
+from gyroctl.names import choice_of, file_in, in_cell, in_markup, in_table, name_of, nearest, part_of_path, text_of
 from gyroctl.reports import open_results, print_table, write_picture, write_report
 from gyroctl.studies.evaluation import request
 from gyroctl.studies.evaluation.writing import markdown_table
@@ -215,3 +215,26 @@ def test_cells_of_markdown_hold_names() -> None:
         assert in_table(text) == text
     assert in_markup("a%{x}<") == "a%&#123;x}&lt;"
     assert text_of("laws", "a/b") == "a/b"
+
+
+@pytest.mark.parametrize(
+    ("name", "known", "near"),
+    [
+        ("J41", ("J11", "J13", "J14", "Jh1", "d1"), ["J14"]),
+        ("shre", ("share", "margin"), ["share"]),
+        ("Share", ("share", "margin"), ["share"]),
+        ("cx", ("cc", "cg", "gain"), []),
+        ("gain", ("gain1", "gain3", "slow"), ["gain1", "gain3"]),
+        ("nothing", (), []),
+    ],
+)
+def test_nearest_names_are_offered(name: str, known: tuple[str, ...], near: list[str]) -> None:
+    assert nearest(name, known) == near
+    assert choice_of(name, known).startswith(f"Perhaps {' or '.join(near)} is meant. " if near else "Choose one of ")
+    assert all(each in choice_of(name, known) for each in known)
+
+
+def test_what_was_not_given_is_no_none() -> None:
+    assert str(gy.InputError("sea.time", None, "a.csv holds 3 spectra", "Give one")) == (
+        "sea.time is not given: a.csv holds 3 spectra. Give one."
+    )

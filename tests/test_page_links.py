@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import re
 from collections.abc import Iterator
@@ -188,3 +189,18 @@ def test_name_that_the_reference_does_not_show_whole_is_found() -> None:
 def test_sources_lead_back_to_the_place_that_is_there(link: str, mended: str) -> None:
     build_site = pytest.importorskip("build_site")
     assert build_site.LINK_BACK.sub(build_site._back, link) == mended
+
+
+def test_messages_name_pages_by_their_titles() -> None:
+    """A reader of the site has no file of that name."""
+    titles = {page.read_text(encoding="utf-8").partition("\n")[0].removeprefix("# ") for page in pages()}
+    named = set()
+    for folder in ("gyroctl", "studies", "controllers"):
+        for file in sorted((ROOT / folder).rglob("*.py")):
+            tree = ast.parse(file.read_text(encoding="utf-8"))
+            told = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}  # docstrings
+            for node in ast.walk(tree):
+                if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in told:
+                    assert not re.search(r"docs/\w+\.md", node.value), (file, node.value)
+                    named |= set(re.findall(r'the page "([^"]+)"', node.value))
+    assert named and named <= titles

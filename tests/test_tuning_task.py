@@ -59,6 +59,19 @@ def test_bad_task_is_refused_by_field(changes: dict[str, Any], field: str) -> No
     assert error.value.mend
 
 
+def test_unknown_parameter_of_a_task_is_named_as_it_stands_there(tmp_path: Path) -> None:
+    """Also of a law in a file, whose name is a path."""
+    (tmp_path / "mine.py").write_text(EXAMPLE.read_text(encoding="utf-8"))
+    law = {"law": "mine.py:MyLaw"}
+    for field, tables in {
+        "knobs.gian": {"knobs": {"gian": {"start": 0.2, "width": 0.1}}},
+        "fixed.gian": {"knobs": {"cg": {"start": 0.2, "width": 0.1}}, "fixed": {"gian": 1.0}},
+    }.items():
+        with pytest.raises(gy.InputError, match="Perhaps gain is meant") as error:
+            build_task({**SMALL, "fixed": {}, **law, **tables}, folder=tmp_path).first()
+        assert error.value.field == field
+
+
 def test_sea_of_a_task_may_have_a_peak_period() -> None:
     task = build_task({**SMALL, "seas": {"mild": {"hs": 0.2, "tp": 2.0}}})
     assert task.seas["mild"].sea == gy.SeaState(0.2, np.pi)

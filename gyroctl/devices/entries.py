@@ -67,7 +67,7 @@ GROUPS: dict[str, dict[str, Entry]] = {
     },
     "Size": {
         "length_scale": Entry(
-            "-", "length over that of Table 1: steps, wave grids and laws go by it, see docs/device.md"
+            "-", 'length over that of Table 1: steps, wave grids and laws go by it, see the page "A device of your own"'
         )
     },
 }

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -15,7 +14,7 @@ from gyroctl.devices.zhang import VARIANTS, zhang2017
 from gyroctl.errors import InputError, check_kind
 from gyroctl.hydrodynamics import Hydrodynamics, load, shipped
 from gyroctl.hydrodynamics.scaling import scaled
-from gyroctl.names import name_of, text_of
+from gyroctl.names import choice_of, name_of, text_of
 from gyroctl.plant import Parameters, Plant
 from gyroctl.plant.parameters import POSITIVE, SCALES
 from gyroctl.tables import read_tables
@@ -85,12 +84,8 @@ def _check_known(tables: Mapping[str, Any], file: str) -> None:
     for key, value in tables.items():
         if key in KNOWN:
             continue
-        folded = {name.lower(): name for name in KNOWN}
-        near = difflib.get_close_matches(key.lower(), folded, 1, 0.5)
-        mend = f"Did you mean {folded[near[0]]}?" if near else f"Choose one of {', '.join(KNOWN)}"
-        raise InputError(
-            f"{file}: {key}", value, "unknown table" if isinstance(value, Mapping) else "unknown key", mend
-        )
+        problem = "unknown table" if isinstance(value, Mapping) else "unknown key"
+        raise InputError(f"{file}: {key}", value, problem, choice_of(key, KNOWN))
 
 
 def _built(given: dict[str, Any], folder: Path, stem: str) -> Plant:

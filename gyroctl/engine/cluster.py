@@ -38,7 +38,7 @@ AHEAD = 2
 TALKING = ("distributed", "tornado", "asyncio")
 """Those who log what happens to a connection."""
 
-SAME = "Install the same versions everywhere; for processors that differ see docs/cluster.md"
+SAME = 'Install the same versions everywhere; for processors that differ see the page "On other machines"'
 
 
 class Lost(Enum):

@@ -8,14 +8,14 @@ from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import law as registered_law
 from gyroctl.names import text_of
-from gyroctl.plant import Plant
+from gyroctl.plant import Plant, given
 
 LAW = 'Give a law, for example gyroctl.law("load_angle"), or its registered name'
 
 
 def check_plant(plant: Plant) -> None:
     """Refuse what is no plant."""
-    check_kind("plant", plant, Plant, "a plant", "Give one as the first argument, for example gyroctl.zhang2017()")
+    given.check_plant(plant)
     text_of("plant.name", plant.name)
 
 

@@ -47,6 +47,7 @@ from gyroctl.harness.sensing import measure
 from gyroctl.harness.sight import informed, sight
 from gyroctl.nested import leaves
 from gyroctl.plant import Plant
+from gyroctl.plant.given import check_plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.simulation.metrics import Record
 
@@ -79,6 +80,7 @@ def check_law(name: str | Law, plant: Plant, runs: int = RUNS, tick: Callable[[]
     InputError
         For a file or law that does not exist.
     """
+    check_plant(plant)
     if not isinstance(name, str):
         return _checked(law_of(name), type(name).__name__, plant, runs, tick)
     if is_file(name) and not Path(parted(name)[0]).is_file():

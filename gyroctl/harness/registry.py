@@ -25,7 +25,9 @@ from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
 from gyroctl.harness.for_device import design_in, in_model_scale, numbers_of
 from gyroctl.harness.protocol import INFORMATION, Law, Wrapping
 from gyroctl.harness.tuned_sets import read_sets, seeds_of, tuned_file
+from gyroctl.names import choice_of
 from gyroctl.plant import Plant
+from gyroctl.plant.given import check_plant
 from gyroctl.reading import is_finite
 
 GROUP = "gyroctl.controllers"
@@ -158,6 +160,8 @@ def build(
     InputError
         As `law`.
     """
+    if device is not None:
+        check_plant(device, "device")
     if device is None or is_shipped(device):
         return _build(name, given, tuning, allow_code)
     parameters = dict(given)
@@ -271,7 +275,7 @@ def _check_parameter(name: str, key: str, value: Any, known: Mapping[str, Any]) 
     """Refuse a parameter that the law does not know, or a value that none of its kind can be."""
     field = f"laws.{name}.{key}"
     if key not in known:
-        raise InputError(field, value, "unknown parameter", f"Choose one of: {', '.join(known) or 'none'}")
+        raise InputError(field, value, "unknown parameter", choice_of(key, known))
     if hasattr(known[key], "_fields") and not hasattr(value, "_fields"):
         raise InputError(field, value, "stands for several parameters", f"Give {', '.join(known[key]._fields)} instead")
     number = isinstance(value, int | float) and not isinstance(value, bool)
@@ -322,7 +326,7 @@ def _tuned_parameters(name: str, tuning: str, allow_code: Sequence[str | Path]) 
 def _point(name: str) -> EntryPoint:
     points = registered()
     if name not in points:
-        raise InputError("law", name, "unknown law", f'Choose one of {", ".join(points)}, or give "file.py:Name"')
+        raise InputError("law", name, "unknown law", f'{choice_of(name, points)}, or give "file.py:Name"')
     return points[name]
 
 

@@ -21,6 +21,7 @@ from gyroctl.orbits.orbit import Orbit
 from gyroctl.orbits.search import search_orbit
 from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
+from gyroctl.plant.given import check_plant
 from gyroctl.waves.checks import finite
 from gyroctl.waves.physical import check_wave
 
@@ -128,7 +129,7 @@ def lock_orbit(
         If an argument is not what it should be, height, frequency or a control is out of range, the wave breaks, or
         the excitation is not known at the frequency.
     """
-    check_kind("plant", plant, Plant, "a plant", "Give one as the first argument, for example gyroctl.zhang2017()")
+    check_plant(plant)
     check_kind("wave", wave, RegularWave, "a regular wave", REGULAR)
     for name, value in (("cc", cc), ("cg", cg)):
         finite(name, value, f"Give {name} in Nms")

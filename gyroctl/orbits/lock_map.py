@@ -20,6 +20,7 @@ from gyroctl.orbits.pseudo_arclength import Palc
 from gyroctl.orbits.search import search_orbit
 from gyroctl.orbits.wave import RegularWave
 from gyroctl.plant import Plant
+from gyroctl.plant.given import check_plant
 
 OPTIONS = Palc(longest=0.3)
 CC_RANGE, WP_RANGE = (0.01, 0.3), (2.0, 4.5)
@@ -120,6 +121,7 @@ def lock_map(
     InputError
         If the range is not increasing and positive, or no orbit is found in it.
     """
+    check_plant(plant)
     usual = at_length(CC_RANGE, "Nms", plant.parameters.length_scale)
     low, high = cc = usual if cc is None else cc
     if not (np.isfinite(high) and 0.0 < low < high):
@@ -190,6 +192,7 @@ def tongue(
     InputError
         If there is no orbit to start from, or no fold below it.
     """
+    check_plant(plant)
     length = plant.parameters.length_scale
     wp = at_length(WP_RANGE, "rad/s", length) if wp is None else wp
     highest = HIGHEST * length if highest is None else highest
@@ -229,6 +232,7 @@ def critical_damping(
     InputError
         If there is no orbit, or none that becomes unstable with small damping.
     """
+    check_plant(plant)
     length = plant.parameters.length_scale
     cc = at_length(CC_RANGE, "Nms", length) if cc is None else cc
     least, most = at_length(DAMPING, "Nms/rad", length)

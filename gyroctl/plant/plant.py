@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from gyroctl.errors import InputError
 from gyroctl.faces.device import plant_face
 from gyroctl.faces.show import shown
+from gyroctl.names import choice_of
 from gyroctl.plant import equations
 from gyroctl.plant.beyond import BEYOND, HALF, Beyond
 from gyroctl.plant.differences import differences
@@ -155,7 +156,7 @@ class Plant:
         inner = {f.name for f in dataclasses.fields(self.parameters)}
         for name in changes:
             if name not in own | inner:
-                mend = f"Choose one of {', '.join(sorted(own | inner))}"
+                mend = choice_of(name, sorted(own | inner))
                 raise InputError(f"plant.{name}", changes[name], "unknown parameter", mend)
         parameters = changes.get("parameters", self.parameters)
         parameters = dataclasses.replace(parameters, **{n: v for n, v in changes.items() if n in inner})

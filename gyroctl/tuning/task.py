@@ -14,10 +14,12 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.froude import growth
 from gyroctl.harness.code_files import PARAMETER, Trust, asked_for, is_file, parted
-from gyroctl.harness.registry import home, registered
+from gyroctl.harness.protocol import Law
+from gyroctl.harness.registry import build, home, registered
 from gyroctl.harness.run_size import DT
 from gyroctl.harness.tuned_sets import SEEDS_MAX, task_file
 from gyroctl.names import name_of, part_of_path
+from gyroctl.plant import Plant
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
 from gyroctl.tuning.goal import Goal
 from gyroctl.tuning.knob import Knob, knob_of
@@ -175,6 +177,23 @@ class Task:
         found = {knob.name: knob.value(float(value)) for knob, value in zip(self.knobs, x, strict=True)}
         return {**self.fixed, **found}
 
+    def first(self, device: Plant | None = None) -> Law:
+        """Law at the middle of the search, for a device of one's own where there is one.
+
+        Raises
+        ------
+        InputError
+            As `gyroctl.harness.registry.law`; field ``knobs.NAME`` or ``fixed.NAME`` for a parameter of the task.
+        """
+        try:
+            return build(self.law, self.at(np.zeros(len(self.knobs))), device=device)
+        except InputError as error:
+            name = error.field.removeprefix(f"laws.{self.law}.")
+            tables = {**dict.fromkeys(self.fixed, "fixed"), **{knob.name: "knobs" for knob in self.knobs}}
+            if name == error.field or name not in tables:
+                raise
+            raise InputError(f"{tables[name]}.{name}", error.value, error.problem, error.mend) from None
+
     def at_length(self, length: float) -> Task:
         """Return the task for a device that is `length` times as long: seas, lengths of runs, steps by Froude's law.
 
@@ -239,7 +258,7 @@ def read_task(name: str, water: str = LINEAR, allow_code: Sequence[str | Path] =
         path = task_file(folder, stem)
         if not path.is_file():
             problem = f"ships no task for its tuning: there is no {path.name} in {path.parent}"
-            raise InputError("law", name, problem, "Write one, see docs/tuning.md, and give its path")
+            raise InputError("law", name, problem, 'Write one, see the page "Tuning", and give its path')
     return build_task(read_tables(path, "task"), stem, path.parent, water, allow_code)
 
 

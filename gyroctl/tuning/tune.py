@@ -22,7 +22,7 @@ from gyroctl.engine.cluster import connected
 from gyroctl.errors import InputError
 from gyroctl.fingerprint import code_of
 from gyroctl.harness.law_fingerprint import law_source, value_fingerprint
-from gyroctl.harness.registry import build, describe
+from gyroctl.harness.registry import describe
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.names import file_in
 from gyroctl.simulation.progress import Progress
@@ -121,7 +121,7 @@ def tune(
     seas = task.served(which)
     if start:
         task = starting(task, start.parameters)
-    example = build(task.law, task.at(np.zeros(len(task.knobs))), device=on.device)
+    example = task.first(on.device)
     plan = planned(task, seas, budget)
     parts = (task.stem, which, _key(task, which, on))
     log = TuningLog(file_in(folder, *parts, ending=".jsonl") if folder is not None else None)
@@ -215,7 +215,7 @@ def _pairs(task: Task, which: str, on: Circumstances, budget: float, workers: in
 
 def _key(task: Task, which: str, on: Circumstances) -> str:
     """Hash of all that can change a bit of the search but its length: by it a tuning finds itself again."""
-    built = build(task.law, task.at(np.zeros(len(task.knobs))), device=on.device)
+    built = task.first(on.device)
     surroundings = [plant_hash(on.plant), on.plant.excitation.sha256, asdict(on.settings), code_of(__name__)]
     # a law is built from its name and numbers alone, so that its source tells it even where it hides a state; of files
     # their last names and contents count, so that a tuning may move

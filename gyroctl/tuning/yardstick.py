@@ -24,6 +24,7 @@ from gyroctl.harness.start import locked_start
 from gyroctl.harness.yardstick import PAIR, Yardstick, shipped_pairs
 from gyroctl.plant import Plant, beyond, equations, friction, reduced, wetted
 from gyroctl.plant.compiled import source_stamp
+from gyroctl.plant.given import check_plant
 from gyroctl.plant.parameters import CHOICES
 from gyroctl.reading import is_finite
 from gyroctl.tuning.best_pair import Lengths, best_pair
@@ -146,6 +147,7 @@ def find_yardstick(
     InputError
         For a budget that is too small.
     """
+    check_plant(plant)
     if isinstance(sea, ElevationRecord):
         return unsearched(sea, "an elevation record is one realisation, on which a pair must not be tuned", plant)
     length, pace = plant.parameters.length_scale, plant.parameters.time_scale

@@ -188,6 +188,8 @@ def _chosen(ds: xarray.Dataset, path: str, time: str | None, site: int | None) -
     if len(among) != 1:
         listed = f"{stamps[0]} to {stamps[-1]}" if len(stamps) > 1 else stamps[0]
         problem = f"fits {len(among) or 'none'} of the {len(stamps)} spectra of {Path(path).name}, and has to fit one"
+        if time is None:
+            problem = f"{Path(path).name} holds {len(stamps)} spectra"
         raise InputError("sea.time", time, problem, f"Give one of its time stamps, {listed}")
     one = ds.isel(time=among[0]) if "time" in ds.dims else ds
     places = [str(name) for name in one["efth"].dims if name not in ("freq", "dir")]

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError, check_kind
+from gyroctl.plant.given import check_plant
 from gyroctl.waves.blending import blend_signals, check_blend
 from gyroctl.waves.channels import Response, response
 from gyroctl.waves.components import Components, Sea, components
@@ -193,7 +194,7 @@ def prepare(plant: Excited, sea: Sea, duration: float = 2000.0, dt: float | None
     InputError
         Fields ``sea``, ``sea.wp``, ``run.duration``, ``run.dt``.
     """
-    check_kind("plant", plant, Excited, "a device", "Give a plant, for example gyroctl.zhang2017()")
+    check_plant(plant, kind=Excited)
     check_kind("sea", sea, get_args(Sea), "a sea", f"Give one of {', '.join(kind.__name__ for kind in get_args(Sea))}")
     if isinstance(sea, ElevationRecord):
         sea.check()

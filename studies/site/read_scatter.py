@@ -23,7 +23,7 @@ from gyroctl.studies.site.periods import PERIODS
 from gyroctl.studies.site.scatter import TOLD, Bin, Scatter, shares
 
 FIELD = "scatter"
-MEND = "Give a CSV of heights by periods, or of lines hs, tp, occurrence; see docs/site.md"
+MEND = 'Give a CSV of heights by periods, or of lines hs, tp, occurrence; see the page "A year at a site"'
 LARGEST = 4 << 20
 """Largest file. [bytes]"""
 
