@@ -234,3 +234,13 @@ def test_command_line_imports_nothing_heavy() -> None:
     code = f"import sys, gyroctl, gyroctl.cli; print([m for m in {heavy!r} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_form_of_an_answer_is_asked_for(run: Run, compared: Path) -> None:
+    """A pipe gets JSON unless words are asked for, of every command that answers in both."""
+    folder = compared / "out"
+    plain, words = run("status", folder)[1], run("status", folder, "--words")[1]
+    assert json.loads(plain)["lines"] and run("status", folder, "--json")[1] == plain
+    assert "all is done" in words and not words.startswith("{")
+    for command in ("margins", "lockmap", "bound", "site", "export", "status", "verify", "clean"):
+        assert "--words" in run(command, "--help")[1], command

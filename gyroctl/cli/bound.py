@@ -10,6 +10,7 @@ import typer
 
 from gyroctl.cli.options import (
     Device,
+    Form,
     Gamma,
     OwnHs,
     OwnPeak,
@@ -64,6 +65,7 @@ def bound(
     ] = None,
     scheduler: Scheduler = "",
     device: Device = None,
+    words: Form = None,
 ) -> None:
     """Search for the best that perfect foresight could do; in a pipe the numbers come as JSON."""
     from gyroctl.studies.bound import Effort, bound_report, table
@@ -77,7 +79,7 @@ def bound(
     effort = quick_effort(plant) if quick else Effort()
     how: dict[str, Any] = {"lag": lag, "motion": motion, "scheduler": scheduler or None}
     content = bound_report(plant, sea, windows, duration, named, out, free, effort, **how)
-    answer(content, [*table(content), f"Numbers and figure: {out}"])
+    answer(content, [*table(content), f"Numbers and figure: {out}"], words)
     failures(content["failed"])
 
 

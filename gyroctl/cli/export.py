@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import answer
+from gyroctl.cli.options import Form, answer
 
 
 def export(
@@ -17,6 +17,7 @@ def export(
     bom: Annotated[
         bool, typer.Option("--bom", help="Begin with a mark of byte order, as some spreadsheets ask.")
     ] = False,
+    words: Form = None,
 ) -> None:
     """Write results as CSV: units in the headings, numbers to the last bit, no formulas."""
     from gyroctl.errors import InputError
@@ -25,4 +26,4 @@ def export(
     if form != "csv":
         raise InputError("--format", form, "is not written", "Give csv")
     written = write(folder, out, bom)
-    answer({"files": [str(path) for path in written]}, [str(path) for path in written])
+    answer({"files": [str(path) for path in written]}, [str(path) for path in written], words)

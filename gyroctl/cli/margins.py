@@ -10,6 +10,7 @@ import typer
 
 from gyroctl.cli.options import (
     Device,
+    Form,
     Parameters,
     Scheduler,
     SeaFile,
@@ -60,6 +61,7 @@ def margins(
     variant: Variant = "corrected",
     scheduler: Scheduler = "",
     device: Device = None,
+    words: Form = None,
 ) -> None:
     """Measure how far a lock is from breaking; in a pipe the numbers come as JSON."""
     from gyroctl.harness.device_sets import own_choice
@@ -73,7 +75,7 @@ def margins(
     asked = request(plant, wave.height, wave.wp, *controls, sense, law, parameters, device is not None, heading)
     content = margin_report(asked, out, samples, maps, water=water, scheduler=scheduler or None, sea=told)
     said = [f"{name.replace('_', ' ')}: {text}" for name, text in content["meaning"].items()]
-    answer(content, [*_of_sea(content), f"In a {asked.sea}:", *said, f"Numbers and figures: {out}"])
+    answer(content, [*_of_sea(content), f"In a {asked.sea}:", *said, f"Numbers and figures: {out}"], words)
     failures(content["failed"])
 
 
@@ -89,6 +91,7 @@ def lockmap(
     sense: Annotated[int, SENSE] = 1,
     variant: Variant = "corrected",
     device: Device = None,
+    words: Form = None,
 ) -> None:
     """Map where lock exists and is stable; in a pipe the numbers come as JSON."""
     from gyroctl.errors import InputError
@@ -103,7 +106,7 @@ def lockmap(
     content = lock_map_report(asked, (names[0], names[1]), out, sea=told)
     border = [value for value in content["map"]["border"] if value is not None]
     said = f"fold at {names[1]} = {min(border):.4g} to {max(border):.4g}" if border else "no fold within the map"
-    answer(content, [*_of_sea(content), said, f"Numbers and figures: {out}"])
+    answer(content, [*_of_sea(content), said, f"Numbers and figures: {out}"], words)
 
 
 def _wave(plant: Plant, sea: Path | None, height: float | None, wp: float | None) -> tuple[Regular, Sea | None]:

@@ -131,12 +131,20 @@ def check_file(out: Path) -> None:
         raise InputError("out", str(out), "is a folder", "Give the name of a file, for example run.nc")
 
 
-def answer(content: Mapping[str, Any], lines: Iterable[str]) -> None:
-    """Print words on a terminal, JSON in a pipe."""
+Form = Annotated[
+    bool | None,
+    typer.Option(
+        "--words/--json", help="Answer in words, or as JSON.", show_default="words on a terminal, JSON in a pipe"
+    ),
+]
+
+
+def answer(content: Mapping[str, Any], lines: Iterable[str], words: bool | None = None) -> None:
+    """Print words or JSON as `Form` asks for it; unasked, words on a terminal and JSON in a pipe."""
     from gyroctl.errors import visible
 
-    words = lines if sys.stdout.isatty() else [json.dumps(content, allow_nan=False)]
-    for line in words:
+    told = sys.stdout.isatty() if words is None else words
+    for line in lines if told else [json.dumps(content, allow_nan=False)]:
         typer.echo(visible(line))
 
 

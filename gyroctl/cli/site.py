@@ -8,7 +8,18 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import AllowCode, Device, Scheduler, Variant, Workers, answer, failures, plant_of, warn_foreign
+from gyroctl.cli.options import (
+    AllowCode,
+    Device,
+    Form,
+    Scheduler,
+    Variant,
+    Workers,
+    answer,
+    failures,
+    plant_of,
+    warn_foreign,
+)
 
 
 def site(
@@ -47,6 +58,7 @@ def site(
     ] = False,
     allow_code: AllowCode = None,
     device: Device = None,
+    words: Form = None,
 ) -> None:
     """Run laws in every sea state of a site: power and lock matrices, annual energy; in a pipe JSON."""
     from gyroctl.cli.first_time import say_first_time
@@ -85,5 +97,5 @@ def site(
     say_first_time("plant and laws", 30)
     content = site_report(ask)
     lines = [*table(content), *sentences(content, ("kWh", 1.0)), *(f"! {remark}" for remark in remarks(content))]
-    answer(content, [*lines, f"Page: {out / 'site.html'}"])
+    answer(content, [*lines, f"Page: {out / 'site.html'}"], words)
     failures(content["failed"])

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gyroctl.cli.options import AllowCode, Workers, answer
+from gyroctl.cli.options import AllowCode, Form, Workers, answer
 from gyroctl.cli.verification import judged, made, made_by_command, noted_comparison, verify_command
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder that --out named, or its runs folder.")]
@@ -16,7 +16,7 @@ Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder that --out n
 OTHER = "other_versions"
 
 
-def status(folder: Folder) -> None:
+def status(folder: Folder, words: Form = None) -> None:
     """Tell what is done, failed and left, by law and case, and the time that is left."""
     from gyroctl.engine.state import results_folders, state
     from gyroctl.tuning.steps_kept import done
@@ -38,7 +38,7 @@ def status(folder: Folder) -> None:
         "made_elsewhere": apart,
     }
     lines += [f"{number} stored results were made with {what}: kept apart, not used" for what, number in apart.items()]
-    answer(content, [*lines, f"{doing}; {left} left, {failed} failed"])
+    answer(content, [*lines, f"{doing}; {left} left, {failed} failed"], words)
 
 
 def verify(
@@ -60,6 +60,7 @@ def verify(
             "by default the one that is noted there."
         ),
     ] = "",
+    words: Form = None,
 ) -> None:
     """Compute a random sample of stored results again and compare every bit."""
     from gyroctl.comparison.compare import Realisations
@@ -76,8 +77,8 @@ def verify(
     within("--share", share, 0.0, 1.0, "Give a part, for example 0.05")
     if count is not None:
         whole("--count", count, 1, 1_000_000, "Give how many runs, for example 3")
-    if words := made_by_command(folder, command, experiment is None):
-        return verify_command(folder, words, share, count, seed)
+    if typed := made_by_command(folder, command, experiment is None):
+        return verify_command(folder, typed, share, count, seed, words)
     if experiment is None and not quick and not full_series:
         experiment, quick, full_series = noted_comparison(folder)
     place, setup = results_folder(folder), read_experiment(experiment, quick, allow_code or ())
@@ -105,7 +106,7 @@ def verify(
     lines = [f"{r.law}, seed {r.seed}: {judged(r.differs)}; made by {made(r.about)}" for r in found.found]
     lines += [f"{number} stored runs were made with {what}: not verified here" for what, number in found.apart.items()]
     same = f"{content['same']} of {len(found.found)} are the same bits"
-    answer(content, [*lines, f"{same}; {found.stored} stored of {found.wanted} wanted"])
+    answer(content, [*lines, f"{same}; {found.stored} stored of {found.wanted} wanted"], words)
     if content["same"] != len(found.found):
         raise typer.Exit(1)
 
@@ -116,6 +117,7 @@ def clean(
     other_versions: Annotated[
         bool, typer.Option("--other-versions", help="Also what other libraries or another processor made.")
     ] = False,
+    words: Form = None,
 ) -> None:
     """Throw away what is stale, damaged or half-written; what can still be used stays."""
     from gyroctl.engine.state import litter, results_folder
@@ -133,7 +135,7 @@ def clean(
     ]
     if not other_versions and found.other_versions:
         lines.append(f"{len(found.other_versions)} of other versions stay; --other-versions removes them")
-    answer({"dry_run": dry_run, **content, "kept_of_other_versions": len(found.other_versions)}, lines)
+    answer({"dry_run": dry_run, **content, "kept_of_other_versions": len(found.other_versions)}, lines, words)
 
 
 def _size(paths: list[Path]) -> int:

@@ -104,7 +104,9 @@ def _words(text: str) -> list[str]:
     return words[1:] if words[:1] == ["gyroctl"] else words
 
 
-def verify_command(folder: Path, words: Sequence[str], share: float, count: int | None, seed: int | None) -> None:
+def verify_command(
+    folder: Path, words: Sequence[str], share: float, count: int | None, seed: int | None, told: bool | None = None
+) -> None:
     """Run a command on a copy of its folder in which a sample is missing, and compare what it makes."""
     from gyroctl.comparison.verification import CLOCKS
     from gyroctl.engine.again import compared, withhold
@@ -148,7 +150,7 @@ def verify_command(folder: Path, words: Sequence[str], share: float, count: int 
     }
     lines = [f"{_of(each.about)}: {judged(each.differs)}; made by {made(each.about)}" for each in found]
     lines += [f"{number} results were made with {what}: not verified here" for what, number in apart.items()]
-    answer(content, [*lines, f"{same} of {len(found)} are the same bits; {stored} stored"])
+    answer(content, [*lines, f"{same} of {len(found)} are the same bits; {stored} stored"], told)
     if same != len(found):
         raise typer.Exit(1)
 
