@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from test_reports_synthetic import synthetic
+from test_site_page import site_in
 
 import gyroctl as gy
 from gyroctl.names import in_cell
@@ -85,6 +86,19 @@ def test_units_are_those_of_the_names():
     )
     assert with_unit("note") == "note" and with_unit("power.note") == "power.note"
     assert with_unit("phi1_p98") == "phi1_p98 [rad]"
+
+
+def test_every_number_of_a_site_has_its_unit(tmp_path):
+    """The same name is hours in the year and a share in a sea state."""
+    site_in(tmp_path / "site")
+    written = {path.name: path for path in export(tmp_path / "site")}
+    year, cells = (set(rows(written[f"site.{name}.csv"])[0]) for name in ("annual", "cells"))
+    assert {"energy.value [kWh]", "energy_of_plant.low [kWh]", "out_of_step.high [h]", "reversing.value [h]"} <= year
+    assert {"laws.coupling.power_at_site.value [W]", "laws.coupling.capture_width.low [m]"} <= cells
+    assert {"laws.coupling.reversing [1]", "laws.coupling.reversals [1/h]", "hs_m [m]", "pair.cc [Nms]"} <= cells
+    texts = ("law", "name", "state", "why", "pair", "note")
+    bare = {name for name in year | cells if not name.endswith("]") and name.split(".")[-1] not in texts}
+    assert bare <= {"plant_sea.gamma"}
 
 
 def test_groups_of_one_kind_only_are_a_table():

@@ -11,7 +11,7 @@ import gyroctl as gy
 from gyroctl.studies.site import Bin, Scatter, site_request
 from gyroctl.studies.site.annual import Scale, Still, annual, in_cell, standing_still
 from gyroctl.studies.site.cells import Scaled, cell_of
-from gyroctl.studies.site.report import resource
+from gyroctl.studies.site.report import remarks, resource
 from gyroctl.studies.site.runs import LawRuns
 from gyroctl.studies.site.scatter import YEAR
 from gyroctl.waves.energy import energy_flux, wave_power
@@ -190,6 +190,12 @@ def test_named_laws_are_built_for_the_device_of_the_site(device: gy.Plant, tmp_p
     assert (
         site_request(scatter, tmp_path, {"coupling": usual}, plant=mine).laws["coupling"] == usual
     )  # built by the user
+    assert site_request(scatter, tmp_path, {"a": "coupling", "b": usual}, plant=mine).foreign == ("a",)
+    assert site_request(scatter, tmp_path, "coupling", plant=mine).foreign == ("coupling",)
+    for known in (device, gy.zhang2017("realistic")):
+        assert site_request(scatter, tmp_path, "coupling", plant=known).foreign == ()
+    told = remarks(site_request(scatter, tmp_path, {"a": "coupling"}, plant=mine), [], {})
+    assert "tuned for another device: a" in told
     with pytest.raises(gy.InputError, match=r"3 times as long as Table 1.*model"):
         site_request(scatter, tmp_path, plant=device.replace(length_scale=3.0))
 

@@ -8,7 +8,8 @@ import re
 import pytest
 
 from gyroctl.reports.theme import DARK, LIGHT
-from gyroctl.studies.site.page import page_again, shade
+from gyroctl.studies.site.page import page_again, render, shade
+from gyroctl.studies.site.words import table
 
 LAWS = {"coupling": 3.0, "site_constant": 1.5, "best_constant": 2.0}
 HEIGHTS, PERIODS = (0.1, 0.2, 0.3), (1.5, 2.0, 2.5)
@@ -122,6 +123,13 @@ def test_each_sea_state_has_its_number_in_the_table_of_each_law(tmp_path):
     most = re.findall(r'title="Hs 0.3 m, Tp 2.5 s: ([\d.]+)', grids[0])
     assert [float(value) for value in most] == [LAWS["coupling"]]
     assert all(grid.count("<td") == len(HEIGHTS) * len(PERIODS) for grid in grids)
+
+
+def test_headline_says_why_a_number_has_no_interval():
+    content, why = site_content(), "no interval: the reference cannot be told from zero"
+    content["annual"]["coupling"]["ratio_to_site"] = {"value": 5.08, "low": None, "high": None, "note": why}
+    assert f"5.08 ({why}) times what the best" in render(content)
+    assert all(why not in line for line in table(content))
 
 
 def luminance(rgb: list[float]) -> float:

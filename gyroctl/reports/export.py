@@ -40,8 +40,24 @@ SUFFIXES = {
 }
 """Unit of a number by the end of its name, the longest first."""
 
-UNITS = {**metrics.UNITS, **validity.UNITS, "power": "W", "difference": "W", "hours": "h"}
+UNITS = {**metrics.UNITS, **validity.UNITS, "power": "W", "difference": "W", "hours": "h", "hs": "m", "wp": "rad/s"}
+UNITS |= dict.fromkeys(("cc", "cg"), "Nms")
 """Of names that bear none."""
+
+TABLE_UNITS = {
+    "site.annual": {
+        **dict.fromkeys(("energy", "energy_of_plant", "energy_if_lost"), "kWh"),
+        **dict.fromkeys(("out_of_step", "out_of_lock", "reversing", "over_motion"), "h"),
+        **dict.fromkeys(("ratio_to_site", "ratio_to_seas", "capture_ratio", "reversals", "failed"), "1"),
+    },
+    "site.cells": {
+        "power_at_site": "W",
+        "capture_width": "m",
+        "reversals": "1/h",
+        **dict.fromkeys(("lock", "in_step", "capture_ratio", "reversing", "over_motion", "failed", "share"), "1"),
+    },
+}
+"""Of names whose unit is another one in another table, or is nowhere else, by file and table."""
 
 ESTIMATE = {"value", "low", "high"}
 """What a number with an interval is made of."""
@@ -95,7 +111,7 @@ def export(folder: Path, out: Path | None = None, bom: bool = False) -> list[Pat
             count += 1
             slug = f"{base}_{count}"
         taken.add(slug.lower())
-        written.append(write_rows(file_in(place, slug, ending=".csv"), lines(rows), bom))
+        written.append(write_rows(file_in(place, slug, ending=".csv"), lines(rows, TABLE_UNITS.get(name)), bom))
     return written
 
 
@@ -132,21 +148,25 @@ def tables(content: Mapping[str, Any]) -> dict[str, list[Record]]:
     return {**found, **({"facts": facts} if facts else {})}
 
 
-def lines(rows: Sequence[Record]) -> Iterator[list[Any]]:
-    """Headings and rows; a record that lacks a column has an empty cell there."""
+def lines(rows: Sequence[Record], units: Mapping[str, str] | None = None) -> Iterator[list[Any]]:
+    """Headings, by the `units` of this table first, and rows; a record that lacks a column has an empty cell there."""
     columns = list(dict.fromkeys(name for row in rows for name in row))
-    yield [with_unit(name) for name in columns]
+    yield [with_unit(name, units) for name in columns]
     for row in rows:
         yield [_plain(row.get(name)) for name in columns]
 
 
-def with_unit(name: str) -> str:
-    """Heading of a column: its name, with the unit in brackets where it is known."""
+def with_unit(name: str, units: Mapping[str, str] | None = None) -> str:
+    """Heading of a column: its name, with the unit in brackets where it is known; `units` go before what is usual."""
     if name.endswith("]"):
         return name
     parts = name.split(".")
     base = parts[-2] if len(parts) > 1 and parts[-1] in ESTIMATE else parts[-1]
-    unit = UNITS.get(base) or next((unit for end, unit in SUFFIXES.items() if base.endswith(end)), "")
+    unit = (
+        (units or {}).get(base)
+        or UNITS.get(base)
+        or next((unit for end, unit in SUFFIXES.items() if base.endswith(end)), "")
+    )
     return f"{name} [{unit}]" if unit else name
 
 

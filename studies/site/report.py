@@ -200,7 +200,7 @@ def resource(ask: SiteRequest, cells: Sequence[Cell]) -> dict[str, Any]:
 
 def remarks(ask: SiteRequest, cells: Sequence[Cell], runs: Mapping[str, LawRuns]) -> list[str]:
     """What a reader must know beside the numbers."""
-    said = []
+    said = [f"tuned for another device: {', '.join(ask.foreign)}"] if ask.foreign else []
     for state, words in MEANING.items():
         own = [cell for cell in cells if cell.state == state]
         if state in ("run", "calm") or not own:

@@ -13,7 +13,7 @@ from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.arguments import check_plant, laws_by_name
 from gyroctl.harness.code_files import asked_for
-from gyroctl.harness.device_sets import own_choice, own_seeds
+from gyroctl.harness.device_sets import foreign, own_choice, own_seeds
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import build
 from gyroctl.harness.run import Settings, ticks_of
@@ -62,6 +62,7 @@ class SiteRequest:
     settings: Settings = field(default_factory=Settings)  # sensors, actuators, integration
     workers: int | None = None  # they change no result
     tuned_on: tuple[int, ...] = ()  # seeds that may not judge these laws
+    foreign: tuple[str, ...] = ()  # laws whose tuned sets all belong to another device
     scheduler: str | None = None  # of other machines
     quiet: bool = False  # no progress
     say: Callable[[str], None] = lambda _: None  # takes what is to be told
@@ -162,14 +163,14 @@ def site_request(
         problem = f"is {length:g} times as long as Table 1, and a site is worked out at that size"
         mend = f"Give its model, gyroctl device scale FILE --length {1.0 / length:.6g}, and the length by scale"
         raise InputError("plant", plant.name, problem, mend)
-    built, names = _laws(laws, asked_for(allow_code), plant, device)
+    built, kinds = _laws(laws, asked_for(allow_code), plant, device)
     for name, law in built.items():
         if name in (BASELINE, SITE_PAIR):
             raise InputError("laws", name, "this name is that of a constant pair", "Leave it out: it takes part")
         ticks_of(law, name, settings.actuators)
-    tuned_on = refused_for(built.values(), names)
+    tuned_on = refused_for(built.values(), kinds.values())
     if device is not None:
-        tuned_on = tuple(sorted({*tuned_on, *own_seeds(device, names, plant)}))
+        tuned_on = tuple(sorted({*tuned_on, *own_seeds(device, kinds.values(), plant)}))
     plan = seed_plan(seeds, allow_tuning_seeds, tuned_on)
     if plan.own:
         raise InputError("seeds", next(iter(plan.own)), "a law has seeds of its own", "Give the same seeds to all laws")
@@ -205,16 +206,22 @@ def site_request(
         settings,
         workers or None,
         () if allow_tuning_seeds else tuned_on,
+        tuple(foreign(kinds, plant, device, _tunings(laws))),
         scheduler,
         quiet,
         say,
     )
 
 
+def _tunings(laws: object) -> dict[str, str | None]:
+    """Sets that a list of laws asks for, by the names that the laws get."""
+    return {entrant.label: entrant.tuning for entrant in parse(laws)} if isinstance(laws, str) else {}
+
+
 def _laws(
     laws: str | Mapping[str, Law | str] | Sequence[str], allowed: tuple[Path, ...], plant: Plant, device: Path | None
-) -> tuple[dict[str, Law], list[str]]:
-    """Laws by the names that they get, built for the plant where a name says which; and these names."""
+) -> tuple[dict[str, Law], dict[str, str]]:
+    """Laws by the names that they get, built for the plant where a name says which; and which these are."""
 
     def built_for(name: str, given: Mapping[str, Any], tuning: str | None = None) -> Law:
         parameters = {**given, **({} if tuning is None else {"tuning": tuning})}
@@ -229,7 +236,7 @@ def _laws(
         given = list(laws.values() if isinstance(laws, Mapping) else laws)
         pairs = zip(built.items(), given, strict=True)
         built = {key: built_for(one, {}) if isinstance(one, str) else law for (key, law), one in pairs}
-        return built, [name for name in given if isinstance(name, str)]
+        return built, {key: one for key, one in zip(built, given, strict=True) if isinstance(one, str)}
     found = {}
     entrants = parse(laws)
     for entrant in entrants:
@@ -238,4 +245,4 @@ def _laws(
         found[entrant.label] = built_for(
             entrant.name, entrant.parameters, None if entrant.tuning == ALL else entrant.tuning
         )
-    return found, [entrant.name for entrant in entrants]
+    return found, {entrant.label: entrant.name for entrant in entrants}

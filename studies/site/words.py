@@ -42,7 +42,7 @@ def table(content: Mapping[str, Any]) -> list[str]:
     lines = [f"{'law':24} {'energy [kWh/a]':>28} {'of site pair':>22} {'out of step [h]':>16} {'reversing [h]':>14}"]
     for law, own in sorted(annual.items(), key=lambda item: -(item[1]["energy"]["value"] or 0.0)):
         lines.append(
-            f"{law[:24]:24} {_with(own['energy']):>28} {_with(own['ratio_to_site'], digits=2):>22} "
+            f"{law[:24]:24} {_with(own['energy'], whole=False):>28} {_with(own['ratio_to_site'], 1.0, 2, False):>22} "
             f"{number(_value(own['out_of_step'])):>16} {number(_value(own['reversing'])):>14}"
         )
     return lines
@@ -58,11 +58,12 @@ def _value(told: Mapping[str, Any]) -> float | None:
     return value
 
 
-def _with(told: Mapping[str, Any], factor: float = 1.0, digits: int = 3) -> str:
-    """Write a number with its interval."""
+def _with(told: Mapping[str, Any], factor: float = 1.0, digits: int = 3, whole: bool = True) -> str:
+    """Write a number with its interval, or `whole` with why there is none."""
     if told["value"] is None:
         return NOTHING
     value = number(told["value"] * factor, digits)
     if told["low"] is None or told["high"] is None:
-        return value
+        note = told.get("note", "") if whole else ""
+        return f"{value} ({note})" if note else value
     return f"{value} ({number(told['low'] * factor, digits)} to {number(told['high'] * factor, digits)})"
