@@ -219,6 +219,7 @@ def test_motor_is_negative_generator_power_in_the_ledger(device: gy.Plant) -> No
 def test_stored_results_know_the_wrapped_law() -> None:
     one, two = (law_fingerprint(gy.law("supervisor", wraps=name)) for name in ("load_angle", "coupling"))
     assert one and two and one != two
+    assert law_fingerprint(gy.law("supervisor", wraps=gy.law("coupling"))) == two
     assert law_fingerprint(gy.law("supervisor", confirm=6.0)) != law_fingerprint(gy.law("supervisor"))
     inner = gy.law("supervisor", wraps={"law": "load_angle", "share": 0.5})
     assert law_fingerprint(inner) != one
