@@ -34,6 +34,7 @@ def test_examples_run_in_their_order(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.chdir(tmp_path)
     scope = run(blocks("python")[:-1])  # the check of a law, which runs it for long, is in the slow test
     assert (tmp_path / "run.svg").is_file() and len(scope["laws"]) == 4
+    assert (tmp_path / "report.html").read_text(encoding="utf-8").startswith("<!doctype html")
 
 
 @pytest.mark.slow
