@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import Run
 from PIL import Image
 
 import gyroctl as gy
@@ -61,6 +62,28 @@ def test_a_file_in_the_place_of_the_directory_is_refused(tmp_path: Path) -> None
     assert (tmp_path / "taken").read_text() == "mine"
 
 
+def test_what_made_earlier_figures_is_kept(tmp_path: Path) -> None:
+    other = Setup(seeds=(1, 2), duration=SHORT.duration, examples=2, workers=1, quiet=True)
+    reproduce(["fig8"], tmp_path, quiet=True, setup=SHORT)
+    reproduce(["fig9"], tmp_path, quiet=True, setup=other)
+    record = json.loads((tmp_path / "reproduce.json").read_text())
+    assert list(record["figures"]) == ["fig8", "fig9"] and record["made"] == ["fig9"]
+    assert record["figures"]["fig8"]["seeds"] == [1, 2, 3, 4] and record["figures"]["fig9"]["seeds"] == [1, 2]
+    assert {"gyroctl_version", "command", "duration_s"} <= set(record["figures"]["fig8"])
+    before = {key: value for key, value in record.items() if key != "figures"}
+    (tmp_path / "reproduce.json").write_text(json.dumps({**before, "made": ["fig14"]}))
+    reproduce(["fig8"], tmp_path, quiet=True, setup=SHORT)
+    assert list(json.loads((tmp_path / "reproduce.json").read_text())["figures"]) == ["fig8", "fig14"]
+    (tmp_path / "reproduce.json").write_text("no record")
+    reproduce(["fig8"], tmp_path, quiet=True, setup=SHORT)
+    assert list(json.loads((tmp_path / "reproduce.json").read_text())["figures"]) == ["fig8"]
+
+
+def test_help_names_all_that_can_be_made(run: Run) -> None:
+    said = " ".join(run("reproduce", "--help")[1].replace("│", " ").split())
+    assert all(name in said for name in (FIGURES[0], FIGURES[-1], *EXTRAS))
+
+
 # --- figures and their data ---------------------------------------------------------------------------------------
 
 
@@ -80,6 +103,8 @@ def test_every_figure_gives_a_picture_and_data_that_belong_together(
     assert not [str(w.message) for w in recwarn if "Glyph" in str(w.message)]
     record = json.loads((tmp_path / "reproduce.json").read_text())
     assert record["seeds"] == [1, 2, 3, 4]
+    text = (tmp_path / "fig14.svg").read_text(encoding="utf-8")
+    assert "Mean power of all runs, corrected plant" in text and "95 %." in text and "Grey dashes: " in text
 
     # figure 8: the data are those of the shipped table where it has a row, and the fit follows it
     fit, omega = numbers(tmp_path / "fig8.csv", "damping_3_accurate_nms"), numbers(tmp_path / "fig8.csv", "omega_rad_s")

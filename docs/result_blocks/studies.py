@@ -12,6 +12,15 @@ SHOWN = ("true moments", "sensors")
 """What the table of the forecast shows of what one may be made from; the picture shows all."""
 
 
+SHOWN_IN = {
+    "Hydrodynamics": " (figure 8)",
+    "Irregular sea, γ = 5": " (figures 10 to 12 and 15)",
+    "Irregular sea, γ = 50": " (figures 13 and 15)",
+    "Irregular sea, γ = 1": " (figures 14 and 15)",
+}
+"""Figures that show what a group of statements is about."""
+
+
 def _spread(spread: Mapping[str, Any], digits: int = 0) -> str:
     return ", ".join("never" if spread[key] is None else f"{spread[key]:.{digits}f}" for key in ("median", "q95"))
 
@@ -182,6 +191,31 @@ def statements() -> str:
     return f"Of {len(found['statements'])} statements of the paper: {told} ({seeds}).\n\n{caption('statements')}"
 
 
+def statements_table() -> str:
+    """What the paper states beside what is found, one by one, by what the figures show."""
+    found = result("statements")
+    forms = {"corrected": "corrected", "paper": "as printed"}
+    parts = []
+    for group in dict.fromkeys(one["group"] for one in found["statements"]):
+        members = [one for one in found["statements"] if one["group"] == group]
+        lines = [
+            [one["paper"], one["measure"], *(part for form in forms for part in _stated(one["results"][form]))]
+            for one in members
+        ]
+        heads = ("the paper", "measured", *(part for word in forms.values() for part in (word, "")))
+        parts.append(f"**{group}**{SHOWN_IN.get(group, '')}\n\n{table(heads, lines)}")
+    return "\n\n".join([*parts, caption("statements")])
+
+
+def _stated(found: Mapping[str, Any]) -> list[str]:
+    """A number with interval and unit, and the verdict."""
+    unit = f" {found['unit']}" if found["unit"] else ""
+    if found["value"] is None:
+        return ["–", found["verdict"]]
+    spread = "" if found["low"] is None else f" ({number(found['low'])} to {number(found['high'])})"
+    return [f"{number(found['value'], 3 if spread else 4)}{spread}{unit}", found["verdict"]]
+
+
 def hydro() -> str:
     """The database against the paper and against itself."""
     found = result("hydro")
@@ -236,5 +270,6 @@ BLOCKS: Mapping[str, Callable[[], str]] = {
     "startup-loss": startup_loss,
     "forecast": forecast,
     "statements": statements,
+    "statements-table": statements_table,
     "hydro": hydro,
 }

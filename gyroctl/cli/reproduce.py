@@ -11,7 +11,9 @@ from gyroctl.cli.options import Scheduler
 
 
 def reproduce(
-    figures: Annotated[list[str] | None, typer.Argument(help="fig8 ... fig15, statements, or all.")] = None,
+    figures: Annotated[
+        list[str] | None, typer.Argument(help="fig8 ... fig15, hinge_damping, choices, statements, or all.")
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for pictures and data.")] = Path("results/paper"),
     scheduler: Scheduler = "",
 ) -> None:

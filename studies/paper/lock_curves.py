@@ -40,7 +40,8 @@ def lock_curves(setup: Setup, number: int, gamma: float, marked: dict[float, str
     title = f"Figure {number}: generator gain and magnetic coupling, {sea_name(gamma)}"
     said = "; ".join(f"{words} at {gain(cg)}" for cg, words in marked.items())
     note = (
-        f"{setup.note('constant cc and cg')}\ngrey dashes: lock without slip, cg (N ωp)²; red dashes, the paper: {said}"
+        f"{setup.note('constant cc and cg')}.\nGrey dashes: power of a lock without slip, cg (N ωp)². "
+        f"Red dashes, the paper: {said}."
     )
     figure, axes = sheet(1, 3, (12.0, 4.3), title, note)
     gains = np.array(GAINS[gamma])
@@ -63,7 +64,7 @@ def lock_curves(setup: Setup, number: int, gamma: float, marked: dict[float, str
             panel.axvline(scale * cg, color=PAPER_COLOUR, lw=0.9, ls="--")
         panel.axhline(0.5, color=MUTED, lw=0.7, ls=(0, (1, 2)))
         percent(panel)
-    label(axes[0], "Mean power over all realisations", "cg [$10^{-4}$ Nms]", "power [W]")
+    label(axes[0], "Mean power of all runs, corrected plant", "cg [$10^{-4}$ Nms]", "power [W]")
     fine = np.linspace(0.0, gains[-1], 50)
     top = axes[0].get_ylim()[1]
     axes[0].plot(scale * fine, fine * (Parameters().N * WP) ** 2, color=MUTED, lw=0.9, ls="--")

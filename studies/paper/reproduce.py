@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -16,6 +16,7 @@ from gyroctl.engine.state import RUNS
 from gyroctl.errors import InputError
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.provenance import made
+from gyroctl.reading import read_json
 from gyroctl.studies.paper.drawing import Drawing, Table
 from gyroctl.studies.paper.ensembles import Setup
 from gyroctl.studies.style import save, styled, written
@@ -23,6 +24,9 @@ from gyroctl.writing import write_rows, write_text
 
 FIGURES = ("fig8", "fig9", "fig10", "fig11", "fig12", "fig13", "fig14", "fig15")
 """Figures of the paper's numerical example."""
+
+NOTE = "reproduce.json"
+"""What made each figure of a folder, and what its last command was."""
 
 EXTRAS = ("hinge_damping", "choices", "statements")
 """What the paper does not have: two studies of our own, and the table of its statements."""
@@ -78,7 +82,26 @@ def reproduce(
             _say(f"{name}: {', '.join(path.name for path in files)}")
     record = {**made(), "seeds": list(setup.seeds), "seed_states": ledger().states(setup.seeds)}
     record |= {"duration_s": setup.duration, "made": list(names)}
-    return [*done, write_text(out / "reproduce.json", json.dumps(record, indent=2) + "\n")]
+    own = {key: value for key, value in record.items() if key != "made"}
+    kept = _earlier(out / NOTE) | {name: own for name in names}
+    record["figures"] = {name: kept[name] for name in (*FIGURES, *EXTRAS) if name in kept}
+    return [*done, write_text(out / NOTE, json.dumps(record, indent=2) + "\n")]
+
+
+def _earlier(note: Path) -> dict[str, Any]:
+    """What made the figures that lie in the folder by an earlier command, by their names; none that cannot be read."""
+    try:
+        record = read_json("results", note, "Make the figures again")
+    except InputError:
+        return {}
+    if not isinstance(record, Mapping):
+        return {}
+    figures, last = record.get("figures"), record.get("made")
+    if isinstance(figures, Mapping):
+        return dict(figures)
+    if not isinstance(last, list):
+        return {}
+    return {name: {k: v for k, v in record.items() if k != "made"} for name in last if isinstance(name, str)}
 
 
 def chosen(figures: Sequence[str]) -> tuple[str, ...]:
