@@ -62,3 +62,12 @@ def test_caveats_name_overlapping_seeds_and_few_runs():
     caveats = " ".join(judge(evaluate(synthetic(realisations=3, tuning_seeds=(2, 3, 50)))).caveats)
     assert "Seeds 2, 3 were used for tuning" in caveats
     assert "Too few realisations" in caveats
+
+
+def test_caveat_of_an_interval_is_a_sentence_that_can_be_read():
+    ds = synthetic()
+    ds["mean_power"].loc[{"law": "coupling"}] = -50.0 + ds["mean_power"].sel(law="coupling")
+    (caveat,) = [line for line in judge(evaluate(ds)).caveats if "do not hold" in line]
+    assert (
+        "power: the interval is of runs like those that were made" in caveat and "of runs like those seen" not in caveat
+    )

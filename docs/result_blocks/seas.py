@@ -32,7 +32,7 @@ IDEAS = {
     "stabiliser": "a power-system stabiliser against the libration",
     "scheduled_lmi": "one Lyapunov function over the schedule",
     "threshold": "two levels with hysteresis",
-    "best_constant": "the best pair found with the rule-based laws' tuning budget",
+    "best_constant": "the best pair of each sea, searched with twice the default budget of a law's tuning",
 }
 """Laws of the first page in a few words."""
 

@@ -175,7 +175,7 @@ def _load_words(ds: xr.Dataset, law: LawResult, sample: Sample | None) -> str:
         )
     return (
         f"{said} That is no overload in itself. The share compares the load with what would hold a steady lock on the "
-        "mean of the last wave: above 1 for good, the ring would fall out of step. A law that plans takes more than "
+        "mean of the last wave: above 1 on average, the ring falls out of step. A law that plans takes more than "
         "that while the flywheel and the next waves allow it, lets the ring lag within the turn, and gives back before "
         f"a turn is lost; so a large part of the time above 1 is normal for it.{held}"
     )

@@ -11,6 +11,10 @@ from gyroctl.reports.evaluation import Evaluation, LawResult
 from gyroctl.reports.layout import FEW
 from gyroctl.reports.wording import interval, listed, number, percent, plain, seed_ranges
 from gyroctl.statistics import FEWEST, NOT_DISTINGUISHABLE, Estimate
+from gyroctl.statistics.means import AS_SEEN
+
+SEEN_ONLY = "the interval is of runs like those that were made, with no loss of lock that none of them showed"
+"""What a reader is told of an interval whose note is `AS_SEEN`."""
 
 COUNTS: Mapping[str, Callable[[LawResult], int]] = {
     "locked": lambda law: law.locked,
@@ -301,7 +305,7 @@ def _caveats(evaluation: Evaluation) -> list[str]:
         ),
         (behind, "Locked but not in step with the waves", ": no stall, but the ring loses turns"),
         (sliding, "Many cycle slips per 1000 waves", f"{against}. Power won by sliding is not locked power"),
-        (noted, "What the numbers leave out", ""),
+        (noted, "What these means and intervals do not hold", ""),
         (fallen, "Steps that fell back to a simpler law", ""),
         (unbalanced, "The energy ledger does not close (relative residual)", ""),
     ):
@@ -333,7 +337,7 @@ def _left_out(law: LawResult) -> str:
     estimates = {"power": law.power, "ratio": law.ratio, "lock": law.lock, "time to loss": law.mttl}
     concerned = ("not finite", "not finished", "scatter", "rate", "like those", "told from zero")
     said = {what: e.note for what, e in estimates.items() if any(word in e.note for word in concerned)}
-    return "; ".join(f"{what}: {note}" for what, note in said.items())
+    return "; ".join(f"{what}: {note.replace(AS_SEEN, SEEN_ONLY)}" for what, note in said.items())
 
 
 def _outside(law: LawResult) -> str:

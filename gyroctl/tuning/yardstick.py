@@ -1,4 +1,4 @@
-"""The yardstick of any sea and device: searched once, with twice the budget of a law, and kept by its content.
+"""The yardstick of any sea and device: searched once, with twice the default budget of a law, and kept by its content.
 
 The pairs of the default device ship with the keys of their searches, so that nothing is searched for them. So do those
 of real water, which have the budget of one law there: a search of a contact that may slip takes long.
@@ -35,7 +35,7 @@ from gyroctl.waves import ElevationRecord, Regular, Sea, SeaState, SpreadSea
 from gyroctl.writing import plain
 
 BUDGET = 8.0e6
-"""Simulated time of a search: twice what every law has for a set of its parameters, lest the yardstick be short. [s]"""
+"""Simulated time of a search: twice what a set of a law has by default, lest the yardstick be short. [s]"""
 
 REAL_BUDGET = 4.0e5
 """Simulated time of a search in real water: the most that a planning law has there for a set of its own. [s]"""

@@ -68,7 +68,7 @@ def off_seas(duration: float) -> tuple[OffSea, ...]:
 
 
 def found_pair(plant: Plant, sea: Sea, ask: Request) -> dict[str, Any]:
-    """Best constant pair of a sea: as stored, or searched with the budget that every law has, and stored.
+    """Best constant pair of a sea: as stored, or searched with the budget that is asked for, and stored.
 
     In high seas no pair keeps the limit of motion, since the float rides the waves whatever is asked of the ring. There
     a pair that avoids motion would be a weak yardstick, so the search is made again without that limit.
