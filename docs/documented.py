@@ -13,7 +13,7 @@ from typing import Any, get_type_hints
 
 from numpydoc.docscrape import NumpyDocString
 
-from gyroctl.faces.fields import fields_of
+from gyroctl.fields import fields_of
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,18 @@ from __future__ import annotations
 import errno
 import re
 import traceback
+from enum import Enum
 from pathlib import Path
+
+
+class NotGiven(Enum):
+    """Stands for a value where there is none."""
+
+    NOT_GIVEN = "not given"
+
+
+NOT_GIVEN = NotGiven.NOT_GIVEN
+"""In place of the value in an error about something that was left out."""
 
 
 class InputError(ValueError):
@@ -16,7 +27,7 @@ class InputError(ValueError):
     field : str
         Name of the field as the user typed or should have typed it, e.g. ``"sea.hs"``.
     value : object
-        The value that was given; None where there was none.
+        The value that was given, or `NOT_GIVEN`, which is kept as None.
     problem : str
         What is wrong with it, one clause without a full stop.
     mend : str
@@ -24,13 +35,14 @@ class InputError(ValueError):
     """
 
     def __init__(self, field: str, value: object, problem: str, mend: str) -> None:
-        self.field, self.value, self.problem, self.mend = field, value, problem, mend
-        given = "is not given" if value is None else f"= {_shown(value)}"
+        self.field, self.problem, self.mend = field, problem, mend
+        self.value, self._told = None if value is NOT_GIVEN else value, value
+        given = "is not given" if value is NOT_GIVEN else f"= {_shown(value)}"
         super().__init__(f"{_line(field)} {given}: {_line(problem)}. {_line(mend)}.")
 
     def __reduce__(self) -> tuple[type[InputError], tuple[str, object, str, str]]:
         """Keep the four parts when the error crosses a process boundary."""
-        return InputError, (self.field, self.value, self.problem, self.mend)
+        return InputError, (self.field, self._told, self.problem, self.mend)
 
 
 LONGEST = 300

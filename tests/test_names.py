@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import pickle
 from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from small_task import SMALL
 from test_reports_synthetic import save, synthetic
 
 import gyroctl as gy
-from gyroctl.errors import visible
+from gyroctl.errors import NOT_GIVEN, visible
 from gyroctl.names import choice_of, file_in, in_cell, in_markup, in_table, name_of, nearest, part_of_path, text_of
 from gyroctl.reports import open_results, print_table, write_picture, write_report
 from gyroctl.studies.evaluation import request
@@ -235,6 +236,7 @@ def test_nearest_names_are_offered(name: str, known: tuple[str, ...], near: list
 
 
 def test_what_was_not_given_is_no_none() -> None:
-    assert str(gy.InputError("sea.time", None, "a.csv holds 3 spectra", "Give one")) == (
-        "sea.time is not given: a.csv holds 3 spectra. Give one."
-    )
+    error = gy.InputError("sea.time", NOT_GIVEN, "a.csv holds 3 spectra", "Give one")
+    for each in (error, pickle.loads(pickle.dumps(error))):
+        assert str(each) == "sea.time is not given: a.csv holds 3 spectra. Give one." and each.value is None
+    assert "sea.time = None" in str(gy.InputError("sea.time", None, "is none", "Give one")), "a None that was given"

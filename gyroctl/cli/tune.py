@@ -122,7 +122,7 @@ def circumstances(
 
 
 def _start(sets: dict[str, Any], name: str) -> Start | None:
-    from gyroctl.errors import InputError
+    from gyroctl.errors import NOT_GIVEN, InputError
     from gyroctl.tuning.tune import Start
 
     if not name:
@@ -132,7 +132,7 @@ def _start(sets: dict[str, Any], name: str) -> Start | None:
     found = sets[name].get("found", {})
     if "spent_s" not in found:
         mend = "Begin at another set, or at the task's start"
-        raise InputError(f"sets.{name}.found.spent_s", None, "does not say what was spent on it", mend)
+        raise InputError(f"sets.{name}.found.spent_s", NOT_GIVEN, "does not say what was spent on it", mend)
     return Start(name, sets[name]["parameters"], found["spent_s"] + found.get("spent_before_s", 0.0))
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from gyroctl.errors import InputError
+from gyroctl.errors import NOT_GIVEN, InputError
 from gyroctl.froude import growth
 from gyroctl.tables import check_known, number
 from gyroctl.waves import (
@@ -63,7 +63,7 @@ def build_sea(table: dict[str, Any], folder: Path, length: float = 1.0) -> Sea:
 def _spread(sea: Any, spreading: Any = None, width: Any = None) -> Sea:
     for name, value, mend in (("spreading", spreading, 'Give spreading = "cos2s"'), ("width", width, WIDTH)):
         if value is None:
-            raise InputError(f"sea.{name}", None, "a sea with spreading needs it", mend)
+            raise InputError(f"sea.{name}", NOT_GIVEN, "a sea with spreading needs it", mend)
     return SpreadSea(sea, spreading, number("sea.width", width))
 
 
@@ -78,13 +78,13 @@ def _of_numbers(kind: str, table: dict[str, Any], length: float) -> Sea:
         table[name] = tuple(number(f"sea.{name}", v) for v in value) if several else number(f"sea.{name}", value)
     for name, parameter in parameters.items():
         if parameter.default is parameter.empty and name not in table:
-            raise InputError(f"sea.{name}", None, f"a sea of kind {kind!r} needs it", f"Give {name}")
+            raise InputError(f"sea.{name}", NOT_GIVEN, f"a sea of kind {kind!r} needs it", f"Give {name}")
     return SEAS[kind](**table)
 
 
 def _of_file(kind: str, table: dict[str, Any], folder: Path) -> Sea:
     if "file" not in table:
-        raise InputError("sea.file", None, f"a sea of kind {kind!r} needs a file", "Give the path of a CSV file")
+        raise InputError("sea.file", NOT_GIVEN, f"a sea of kind {kind!r} needs a file", "Give the path of a CSV file")
     path, read = folder / str(table.pop("file")), SEAS[kind]
     parameters = inspect.signature(read).parameters
     check_known("sea", table, ["file", *list(parameters)[1:]])

@@ -10,7 +10,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from gyroctl import nested
-from gyroctl.faces.fields import fields_of
+from gyroctl.fields import fields_of
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import defaults_of, factory_of
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Protocol, runtime_checkable
 
-from gyroctl.errors import InputError
+from gyroctl.errors import NOT_GIVEN, InputError
 from gyroctl.harness.protocol import Information, Law, Previewing, innermost
 from gyroctl.plant import Plant
 from gyroctl.waves import WaveRealisation
@@ -102,7 +102,7 @@ def informed(law: Law, waves: WaveRealisation, plant: Plant) -> tuple[Law, Shutt
         inner = innermost(law)
         if not isinstance(inner, Gauged):
             mend = "Give it a member gauge, a gyroctl.waves.gauge.Gauge"
-            raise InputError("laws.gauge", None, "a law that reads a gauge describes none", mend)
+            raise InputError("laws.gauge", NOT_GIVEN, "a law that reads a gauge describes none", mend)
         record = GaugeShutter(measured(inner.gauge, waves, plant), inner.gauge.sampling, waves.duration)
         return law.informed(record.readings), record
     ahead = sight(law).preview

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from gyroctl.errors import InputError
+from gyroctl.errors import NOT_GIVEN, InputError
 from gyroctl.tables import check_known, checked_table, names_of, number
 from gyroctl.waves.checks import within
 
@@ -68,7 +68,7 @@ def knob_of(path: str, name: str, given: Any) -> Knob:
     check_known(path, entry, [key for key in names_of(Knob) if key != "name"])
     for key in ("start", "width"):
         if key not in entry:
-            raise InputError(f"{path}.{key}", None, "is missing", f"Give {key} as a number")
+            raise InputError(f"{path}.{key}", NOT_GIVEN, "is missing", f"Give {key} as a number")
     scale = entry.get("scale", "log")
     if scale not in ("log", "linear"):
         raise InputError(f"{path}.scale", scale, "unknown scale", "Choose log or linear")

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.errors import InputError
+from gyroctl.errors import NOT_GIVEN, InputError
 from gyroctl.reading import existing, read_text
 from gyroctl.waves.columns import FIELD, FILE_MAX
 from gyroctl.waves.ndbc import directional_ndbc, plain
@@ -190,12 +190,14 @@ def _chosen(ds: xarray.Dataset, path: str, time: str | None, site: int | None) -
         problem = f"fits {len(among) or 'none'} of the {len(stamps)} spectra of {Path(path).name}, and has to fit one"
         if time is None:
             problem = f"{Path(path).name} holds {len(stamps)} spectra"
-        raise InputError("sea.time", time, problem, f"Give one of its time stamps, {listed}")
+        raise InputError(
+            "sea.time", NOT_GIVEN if time is None else time, problem, f"Give one of its time stamps, {listed}"
+        )
     one = ds.isel(time=among[0]) if "time" in ds.dims else ds
     places = [str(name) for name in one["efth"].dims if name not in ("freq", "dir")]
     count = int(np.prod([one.sizes[name] for name in places])) if places else 1
     if site is None and count > 1:
-        raise InputError("sea.site", None, f"the file holds {count} places", f"Give a number from 1 to {count}")
+        raise InputError("sea.site", NOT_GIVEN, f"the file holds {count} places", f"Give a number from 1 to {count}")
     if site is not None and not 1 <= site <= count:
         raise InputError("sea.site", site, f"the file holds {count} places", f"Give a number from 1 to {count}")
     if places:

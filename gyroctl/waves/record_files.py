@@ -10,7 +10,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.errors import InputError
+from gyroctl.errors import NOT_GIVEN, InputError
 from gyroctl.waves.checks import finite, positive
 from gyroctl.waves.columns import FIELD, Column, read_columns
 from gyroctl.waves.plausible import SLOW, check_content, content_of
@@ -136,7 +136,7 @@ def _check_choices(gaps: object, longest: object, detrend: object, cutoff: objec
     if (gaps is None) != (longest is None):
         field, problem = ("sea.gaps", "no rule") if gaps is None else ("sea.longest", "no length")
         mend = 'Give gaps = "linear" and longest = the longest gap to fill [s]'
-        raise InputError(field, None, f"{problem} is given to fill gaps by", mend)
+        raise InputError(field, NOT_GIVEN, f"{problem} is given to fill gaps by", mend)
     if cutoff is not None:
         positive("sea.cutoff", cutoff, "Give a frequency in rad/s, below that of the waves")
         if detrend != "high-pass":

@@ -10,7 +10,7 @@ from os import PathLike
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.errors import InputError
+from gyroctl.errors import NOT_GIVEN, InputError
 from gyroctl.waves.checks import check_text, finite, heading_angle, positive
 from gyroctl.waves.columns import read_columns
 from gyroctl.waves.directional import DirectionalSpectrum, within_turn
@@ -216,7 +216,7 @@ def _part(
         return omega, density
     if split is None:
         mend = "Give split = the frequency between them [Hz], for example 0.1"
-        raise InputError("sea.split", None, "where swell ends and wind sea begins is not said", mend)
+        raise InputError("sea.split", NOT_GIVEN, "where swell ends and wind sea begins is not said", mend)
     at = 2.0 * math.pi * split
     if not omega[0] < at < omega[-1]:
         low, high = omega[0] / (2.0 * math.pi), omega[-1] / (2.0 * math.pi)

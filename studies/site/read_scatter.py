@@ -13,7 +13,7 @@ from os import PathLike
 from pathlib import Path
 from typing import NamedTuple
 
-from gyroctl.errors import InputError
+from gyroctl.errors import NOT_GIVEN, InputError
 from gyroctl.names import text_of
 from gyroctl.reading import read_text
 from gyroctl.studies.site.axes import BINS, axis
@@ -317,7 +317,7 @@ def _needed(field: str, value: str, known: Sequence[str] | dict[str, str]) -> st
     if not value:
         unit = {"period": "the kind of period", "occurrence": "how occurrence is told"}[field]
         mend = f"Say --{field} with one of {', '.join(known)}, or write it into the heading"
-        raise InputError(field, None, f"the table does not say {unit}", mend)
+        raise InputError(field, NOT_GIVEN, f"the table does not say {unit}", mend)
     return value
 
 

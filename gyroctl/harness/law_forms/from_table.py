@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyroctl.errors import InputError
+from gyroctl.errors import NOT_GIVEN, InputError
 from gyroctl.harness.law_forms.signals import SIGNALS
 from gyroctl.harness.law_forms.table import TableLaw
 
@@ -51,7 +51,7 @@ def table_law(
         if name in tables and name in pair:
             raise InputError(f"law_from.{name}", pair[name], f"the table holds {name} already", "Leave it out")
         if name not in tables and name not in pair:
-            raise InputError(f"law_from.{name}", None, f"the table holds no {name}", f"Give {name}= in Nms")
+            raise InputError(f"law_from.{name}", NOT_GIVEN, f"the table holds no {name}", f"Give {name}= in Nms")
         values = tables.get(name)
         values = np.full(shape, pair[name]) if values is None else values
         if values.shape != shape:
@@ -75,7 +75,7 @@ def _labelled(source: Any, sets: tuple[str, ...] | None) -> Tables:
     """Take apart what xarray has labelled."""
     if isinstance(source, np.ndarray | list | tuple):
         mend = 'Give over= its quantities and nodes, for example {"psi_rate": [2.5, 3.1, 3.7]}'
-        raise InputError("law_from.over", None, "an array has no names of its own", mend)
+        raise InputError("law_from.over", NOT_GIVEN, "an array has no names of its own", mend)
     if hasattr(source, "data_vars"):
         found = {str(name): values for name, values in source.data_vars.items()}
     else:

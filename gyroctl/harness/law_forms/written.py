@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from numba.extending import register_jitable
 
-from gyroctl.errors import InputError, visible
+from gyroctl.errors import NOT_GIVEN, InputError, visible
 from gyroctl.faces.law import law_face
 from gyroctl.faces.show import shown
 from gyroctl.harness.law_forms.signals import DERIVED, SIGNALS, channels_of, signal
@@ -66,7 +66,9 @@ def written(function: Callable[..., Any], numbers: Numbers, given: tuple[str, ..
     stateful = "state" in arguments
     if stateful and numbers.first == ():
         mend = "Give init= a tuple of floats, the state before the first sample"
-        raise InputError("law_from.init", None, "the function takes a state, and there is none to begin with", mend)
+        raise InputError(
+            "law_from.init", NOT_GIVEN, "the function takes a state, and there is none to begin with", mend
+        )
     if not stateful and numbers.first != ():
         mend = "Leave init out, or let the function take an argument state and return ((cc, cg), state)"
         raise InputError("law_from.init", numbers.first, "the function takes no state", mend)
