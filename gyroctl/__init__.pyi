@@ -5,8 +5,8 @@ from .harness.actuation import Actuators
 from .harness.constant_pairs import scan
 from .harness.law_check import check_law
 from .harness.law_from import law_from
+from .harness.laws import law
 from .harness.protocol import Law, LawError, Measurement
-from .harness.registry import law
 from .harness.run import Settings, simulate
 from .harness.sensing import Channel, Sensors
 from .harness.yardstick import Yardstick

@@ -289,7 +289,6 @@ WAVE = gy.Regular(0.2, 3.14)
 WAVES = gy.realise(gy.zhang2017(), gy.SeaState(), 1, 60.0)
 
 PATHS: list[tuple[str, Callable[[Any], Any]]] = [
-    ("device", lambda path: gy.law("coupling", device=path)),
     ("plant", lambda path: gy.check_law("coupling", path)),
     ("plant", lambda path: gy.find_yardstick(path, gy.SeaState())),
     ("plant", lambda path: gy.realise(path, gy.SeaState(), 1)),

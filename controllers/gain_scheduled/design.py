@@ -25,9 +25,10 @@ import numpy as np
 
 from gyroctl.controllers.gain_scheduled import lyapunov
 from gyroctl.controllers.gain_scheduled.cell import Cell, Filters, Node, build_cell
+from gyroctl.controllers.gain_scheduled.designs import NODES
 from gyroctl.controllers.gain_scheduled.margins import Demand, cell_margins, loop_of
 from gyroctl.controllers.gain_scheduled.periodic_regulator import Weights, regulate
-from gyroctl.controllers.gain_scheduled.table import NODES, PARTS, table_file, write_table
+from gyroctl.controllers.gain_scheduled.table import PARTS, table_file, write_table
 from gyroctl.devices import zhang2017
 from gyroctl.errors import InputError
 from gyroctl.loop_margins.margins import ChannelMargins

@@ -25,6 +25,7 @@ from __future__ import annotations
 import math
 from typing import Any, Literal, NamedTuple
 
+from gyroctl.controllers.gain_scheduled.designs import designed
 from gyroctl.faces.law import law_face
 from gyroctl.faces.show import shown
 from gyroctl.plant.compiled import inlined
@@ -131,8 +132,6 @@ class Scheduled(NamedTuple):
 
     def designed(self) -> dict[str, Any] | None:
         """Cells of the law's table with their margins; None where no table of these numbers is known."""
-        from gyroctl.controllers.gain_scheduled.table import designed  # which makes laws of this class
-
         return designed(self)
 
     def step(self, t: float, y: Any, state: ScheduledState) -> tuple[tuple[float, float], ScheduledState]:

@@ -9,6 +9,7 @@ from itertools import pairwise, product
 from pathlib import Path
 from typing import Any
 
+from gyroctl.controllers.gain_scheduled.designs import NODES, remember
 from gyroctl.controllers.gain_scheduled.scheduled import POINT, SIGNALS, Scheduled
 from gyroctl.errors import InputError
 from gyroctl.plant import Plant
@@ -22,8 +23,6 @@ LARGEST = 1e6
 
 FILTERS = ("slow", "brisk", "fast", "memory", "notch", "least", "N", "J4")
 """Fields of the law that a table may set, all of them positive."""
-
-NODES = ("envelope", "frequency", "bandwidth")
 
 PARTS = {"point": POINT, "cc": SIGNALS, "cg": SIGNALS}
 """Numbers of a cell, in the order of the law."""
@@ -167,49 +166,8 @@ def law_of(content: Mapping[str, Any], **fields: float) -> Scheduled:
     V, w, b = (tuple(float(value) for value in content["nodes"][name]) for name in NODES)
     cells = tuple(value for cell in content["cells"] for value in row_of(cell))
     law = Scheduled(V, w, b, cells, **{**content["filters"], **fields})
-    _behind[law[: len(NODES) + 1]] = content
+    remember(law, content)
     return law
-
-
-_behind: dict[tuple[Any, ...], Mapping[str, Any]] = {}
-"""Tables of which this process made laws, by their nodes and cells: a law is numbers alone and does not tell them."""
-
-AS_DESIGNED = {"load": 1.0, "effort": 1.0}
-"""Fields that change the loop, as the margins of a table take them; its filters are in the table."""
-
-
-def designed(law: Scheduled) -> dict[str, Any] | None:
-    """What the table of a law tells of its design, see `gyroctl.harness.protocol.Designed`.
-
-    Parameters
-    ----------
-    law : Scheduled
-        Of a table that ships, or of one that `law_of` was given.
-
-    Returns
-    -------
-    dict or None
-        None where the table is not known, or carries no margins.
-    """
-    if law[: len(NODES) + 1] not in _behind:
-        for path in sorted(Path(__file__).parent.glob("*.toml")):
-            law_of(read_table(path))
-    content = _behind.get(law[: len(NODES) + 1])
-    if content is None or not all(isinstance(cell.get("margins"), Mapping) for cell in content["cells"]):
-        return None
-    told = content.get("provenance", {})
-    meant = {**AS_DESIGNED, **content["filters"]}
-    cells = [
-        {
-            **{name: cell[name] for name in NODES},
-            "wave_height": cell["wave_height"],
-            "share": cell["point"]["share"],
-            "margins": cell["margins"],
-        }
-        for cell in content["cells"]
-    ]
-    differs = {name: getattr(law, name) for name, value in meant.items() if getattr(law, name) != value}
-    return {"plant": told.get("plant", ""), "method": told.get("method", ""), "differs": differs, "cells": cells}
 
 
 def row_of(cell: Mapping[str, Any]) -> list[float]:

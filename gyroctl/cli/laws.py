@@ -33,7 +33,8 @@ def laws(context: typer.Context, device: Device = None) -> None:
     if context.invoked_subcommand is not None:
         return
     from gyroctl.harness.device_sets import foreign
-    from gyroctl.harness.registry import law, registered
+    from gyroctl.harness.laws import law
+    from gyroctl.harness.registry import registered
 
     rows = []
     for name in registered():
@@ -59,8 +60,9 @@ def show(
 ) -> None:
     """Tell a law: what it looks at and reads, its tuned sets, its parameters with values and units."""
     from gyroctl.harness.law_parameters import parameters_of
+    from gyroctl.harness.laws import law
     from gyroctl.harness.protocol import Sensing
-    from gyroctl.harness.registry import law, tuned_sets
+    from gyroctl.harness.registry import tuned_sets
 
     built = law(name, tuning)
     typer.echo(f"{name}: {' '.join((type(built).__doc__ or '').strip().partition(BLANK)[0].split())}")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from gyroctl.errors import InputError, check_kind
+from gyroctl.harness.laws import law as registered_law
 from gyroctl.harness.protocol import Law
-from gyroctl.harness.registry import law as registered_law
 from gyroctl.names import text_of
 from gyroctl.plant import Plant, given
 

@@ -40,8 +40,9 @@ from gyroctl.harness.law_trials import (
     step_size,
     too_slow,
 )
+from gyroctl.harness.laws import law
 from gyroctl.harness.protocol import Law, LawError, Measurement, Previewing, innermost
-from gyroctl.harness.registry import defined, law
+from gyroctl.harness.registry import defined
 from gyroctl.harness.run import Settings, run_law
 from gyroctl.harness.sensing import measure
 from gyroctl.harness.sight import informed, sight

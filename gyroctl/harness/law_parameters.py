@@ -39,7 +39,7 @@ def parameters_of(name: str, built: Law) -> list[Parameter]:
     Raises
     ------
     InputError
-        As `gyroctl.harness.registry.law`.
+        As `gyroctl.law`.
     """
     factory = factory_of(name)
     about = _told(factory)

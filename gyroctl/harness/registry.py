@@ -99,53 +99,6 @@ def real_set(name: str, allow_code: Sequence[str | Path] = ()) -> str | None:
     return next((choice for choice in (REAL, f"{REAL}-{DEFAULT_SEA}") if choice in sets), None)
 
 
-def law(
-    name: str,
-    tuning: str | None = None,
-    *,
-    device: Plant | str | Path | None = None,
-    allow_code: Sequence[str | Path] = (),
-    **parameters: Any,
-) -> Law:
-    """Build a law.
-
-    Parameters
-    ----------
-    name : str
-        A registered name, or "file.py:Name" for a law in a user's file.
-    tuning : str, optional
-        A set of its tuned parameters: "all", or one for a sea alone, as "gamma1", "gamma5", "gamma50"; "real" for all
-        seas in real water, or that of `real_set`. A law whose design model goes beyond the linear one takes "real"
-        unless told otherwise; one without a design model cannot know of the water, and is told.
-    device : Plant, str or Path, optional
-        The device that the law is to serve, where it is not that of the paper: gear ratio, inertia of the flywheel and
-        design model are then those of the device, and one of another length is controlled as its model at the size of
-        Table 1, see `gyroctl.harness.for_device`: all parameters but the pair of a constant law are the model's. Given
-        its file, sets that were tuned on it are found beside that, and come before those that ship.
-    allow_code : sequence of str or Path, optional
-        Files that may run where a tuned set names a law in a file outside the folder of this one.
-    **parameters
-        Parameters of the law; the defaults are its shipped tuning for all seas. The design model `plant` of a law that
-        has one may be a variant, "realistic", or a table of choices as `gyroctl.zhang2017` takes them.
-
-    Returns
-    -------
-    Law
-
-    Raises
-    ------
-    InputError
-        For an unknown name, set or parameter, a missing file, a value that is not a finite number, or an object that
-        is no law.
-    """
-    if isinstance(device, str | Path):
-        from gyroctl.harness.device_sets import on_file  # which builds upon this module
-
-        device, parameters = on_file(device, name, {**parameters, **({} if tuning is None else {"tuning": tuning})})
-        tuning = None
-    return build(name, parameters, tuning, allow_code, device)
-
-
 def build(
     name: str,
     given: Mapping[str, Any],
@@ -158,7 +111,7 @@ def build(
     Raises
     ------
     InputError
-        As `law`.
+        As `gyroctl.law`.
     """
     if device is not None:
         check_plant(device, "device")
@@ -183,14 +136,14 @@ def build(
 def _build(
     name: str, given: Mapping[str, Any], tuning: str | None = None, allow_code: Sequence[str | Path] = ()
 ) -> Law:
-    """Build a law from a table of parameters that somebody else has written: none of its names is one of `law`.
+    """Build a law from a table of parameters that somebody else has written: none of its names is one of `gyroctl.law`.
 
-    As `law`, but that a set may stand in the table, as ``tuning``.
+    As `gyroctl.law`, but that a set may stand in the table, as ``tuning``.
 
     Raises
     ------
     InputError
-        As `law`.
+        As `gyroctl.law`.
     """
     check_kind("law", name, str, "the name of a law", 'Give a name, for example gyroctl.law("load_angle")')
     parameters = dict(given)

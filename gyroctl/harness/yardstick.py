@@ -9,8 +9,9 @@ from dataclasses import asdict, dataclass
 
 from gyroctl.errors import InputError
 from gyroctl.froude import growth
+from gyroctl.harness.laws import law
 from gyroctl.harness.protocol import Law
-from gyroctl.harness.registry import build, law, tuned_sets
+from gyroctl.harness.registry import build, tuned_sets
 
 BASELINE = "best_constant"
 """Name of the yardstick in every comparison: no other law may bear it."""

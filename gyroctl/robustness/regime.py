@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.law_entry import CompiledLaw, PythonLaw, compile_law, why_it_stopped
+from gyroctl.harness.laws import law as registered_law
 from gyroctl.harness.loop import Kernel, closed_loop, compiled_loop
 from gyroctl.harness.protocol import Law
-from gyroctl.harness.registry import law as registered_law
 from gyroctl.harness.sensing import Sensors
 from gyroctl.nested import like
 from gyroctl.orbits.orbit import Orbit

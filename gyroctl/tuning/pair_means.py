@@ -10,7 +10,7 @@ import numpy as np
 
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.constant_pairs import scan
-from gyroctl.harness.registry import law
+from gyroctl.harness.laws import law
 from gyroctl.harness.run import Settings
 from gyroctl.harness.yardstick import PAIR
 from gyroctl.plant import Plant

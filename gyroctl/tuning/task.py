@@ -131,7 +131,7 @@ Entries = TypeVar("Entries", SearchTable, Seeds)
 
 @dataclass(frozen=True)
 class Task:
-    """What is tuned; `law` as `gyroctl.harness.registry.law` takes it.
+    """What is tuned; `law` as `gyroctl.law` takes it.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ class Task:
         Raises
         ------
         InputError
-            As `gyroctl.harness.registry.law`; field ``knobs.NAME`` or ``fixed.NAME`` for a parameter of the task.
+            As `gyroctl.law`; field ``knobs.NAME`` or ``fixed.NAME`` for a parameter of the task.
         """
         try:
             return build(self.law, self.at(np.zeros(len(self.knobs))), device=device)

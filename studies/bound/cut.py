@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from gyroctl.errors import InputError
 from gyroctl.froude import at_length
 from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.laws import law
 from gyroctl.harness.protocol import Law
-from gyroctl.harness.registry import law
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.plant import Plant
 from gyroctl.plant.equations import OMEGA_RATE, PHI1

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gyroctl.harness.registry import law
+from gyroctl.harness.laws import law
 from gyroctl.simulation.metrics import Record
 from gyroctl.studies.bound.cut import Cut
 

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 from gyroctl.devices import VARIANTS
 from gyroctl.errors import InputError
-from gyroctl.harness.registry import describe, law, tuned_sets
+from gyroctl.harness.laws import law
+from gyroctl.harness.registry import describe, tuned_sets
 from gyroctl.plant import Parameters
 from gyroctl.studies.evaluation.entrants import Entrant
 from gyroctl.studies.evaluation.real_water import LINEAR, WATERS, Water

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gyroctl.devices import zhang2017
 from gyroctl.harness.actuation import Actuators
-from gyroctl.harness.registry import law
+from gyroctl.harness.laws import law
 from gyroctl.harness.run import Settings, lead_in, run_law
 from gyroctl.harness.sensing import Sensors
 from gyroctl.plant import Plant

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gyroctl.comparison.compare import compare
 from gyroctl.comparison.items import Realisations
 from gyroctl.errors import InputError
-from gyroctl.harness.registry import law
+from gyroctl.harness.laws import law
 from gyroctl.linearisation import lock_orbit
 from gyroctl.orbits.bifurcation import curve
 from gyroctl.orbits.continuation import continue_orbit

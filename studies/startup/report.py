@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.controllers.supervisor import Rules
-from gyroctl.harness.registry import law as build
+from gyroctl.harness.laws import law as build
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.provenance import made
 from gyroctl.statistics import lock_probability
