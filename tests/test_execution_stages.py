@@ -21,7 +21,7 @@ import gyroctl as gy
 from gyroctl.comparison import execution
 from gyroctl.comparison.compare import Realisations
 from gyroctl.comparison.items import Item, failed, work_items
-from gyroctl.comparison.processes import Processes
+from gyroctl.comparison.processes import AGAIN, Processes
 from gyroctl.harness.run import Settings
 
 
@@ -143,7 +143,7 @@ def test_what_is_waited_for_is_looked_after(monkeypatch: pytest.MonkeyPatch) -> 
 ORPHANS = {
     "runs": """
 import os, signal, time
-from gyroctl.comparison.processes import Processes
+from gyroctl.comparison.processes import AGAIN, Processes
 
 if __name__ == "__main__":
     processes = Processes(1)
@@ -193,7 +193,7 @@ def test_processes_end_with_the_one_that_began_them(what: str, tmp_path: Path) -
 
 def test_work_that_was_given_up_is_begun_anew_but_not_for_ever() -> None:
     item: Any = SimpleNamespace(name="law", seed=1, sha256="waves", time_limit=1.0)
-    for broken in (1, execution.AGAIN, execution.AGAIN + 1):
+    for broken in (1, AGAIN, AGAIN + 1):
         begun = list[Future[Any]]()
 
         def begin(broken: int = broken, begun: list[Future[Any]] = begun) -> Future[Any]:
@@ -207,8 +207,8 @@ def test_work_that_was_given_up_is_begun_anew_but_not_for_ever() -> None:
         under_way: Any = execution._UnderWay(1)
         under_way.add("processes", [execution.Work(begin, [item])])
         ((ended, outcome),) = under_way.ended()
-        assert ended is item and len(begun) == min(broken, execution.AGAIN) + 1
-        assert ("lost its process" in outcome.failure) == (broken > execution.AGAIN)
+        assert ended is item and len(begun) == min(broken, AGAIN) + 1
+        assert ("lost its process" in outcome.failure) == (broken > AGAIN)
 
 
 def test_run_whose_processes_were_given_up_has_failed_alone(device: gy.Plant) -> None:

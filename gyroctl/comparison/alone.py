@@ -19,7 +19,7 @@ import cloudpickle
 from gyroctl.comparison.execution import GRACE, perform_sent
 from gyroctl.comparison.items import Outcome, failed
 from gyroctl.comparison.parcels import Parcel
-from gyroctl.comparison.processes import how_it_ended
+from gyroctl.comparison.processes import KILLED_AGAIN, KILLS, how_it_ended
 from gyroctl.engine.memory import as_usual
 
 IDLE = 60.0
@@ -32,15 +32,21 @@ _idle: list[_Process] = []
 
 
 def in_a_process(parcel: Parcel) -> list[Outcome]:
-    """Run an item whose law is packed; one that takes too long is ended, and whatever it does its run fails alone."""
-    with _lock:
-        process = _idle.pop() if _idle else None
-    process = process or _Process()
-    outcomes = process.run(parcel)
-    if process.lives():
+    """Run an item whose law is packed; one that takes too long is ended, and whatever it does its run fails alone.
+
+    One whose process was killed is run again, as on a machine of its own.
+    """
+    for last in (*[False] * KILLED_AGAIN, True):
         with _lock:
-            _idle.append(process)
-        process.end_if_idle()
+            process = _idle.pop() if _idle else None
+        process = process or _Process()
+        outcomes = process.run(parcel)
+        if process.lives():
+            with _lock:
+                _idle.append(process)
+            process.end_if_idle()
+        if last or not process.was_killed():
+            break
     return outcomes
 
 
@@ -74,6 +80,10 @@ class _Process:
     def _too_late(self) -> None:
         self.late = True
         self.process.kill()
+
+    def was_killed(self) -> bool:
+        """Whether others have ended it, and not for its time."""
+        return not self.late and -(self.process.poll() or 0) in KILLS
 
     def lives(self) -> bool:
         """Whether it can be given more work."""

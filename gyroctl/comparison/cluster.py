@@ -12,6 +12,7 @@ from gyroctl.comparison.execution import is_machine, perform_packed
 from gyroctl.comparison.items import Item, Outcome, failed
 from gyroctl.comparison.parcels import Parcel, law_of, opened, parcels
 from gyroctl.engine.cluster import FEWEST, Lost, Task, connected, hand_out, threads_of, told_if_lost
+from gyroctl.errors import InputError
 from gyroctl.fingerprint import code_of
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.together import pieces
@@ -40,21 +41,26 @@ def run_far(client: Any, items: Sequence[Item], _: int = 0) -> Generator[tuple[I
     """
     with told_if_lost(client):
         threads = max(threads_of(client), FEWEST)
-    with closing(hand_out(client, run_there, _handed_out(items, threads), _apart)) as ended:
-        for task, found in ended:
-            own: list[Item] = task.own
-            if isinstance(found, Lost):
-                found = [failed(item, f"law {item.name!r} {found.value}") for item in own]
-            yield from zip(own, found, strict=True)
-
-
-def _handed_out(items: Sequence[Item], threads: int) -> Iterator[Task]:
-    """Share out items law by law, those that run side by side together."""
     of_law: dict[str, list[Item]] = {}
     for item in items:
         of_law.setdefault(item.name, []).append(item)
-    packed = [by_value(own[0].law) for own in of_law.values()]  # what cannot be sent is refused before anything is
-    for own, law in zip(of_law.values(), packed, strict=True):
+    packed: dict[str, bytes] = {}
+    for name, own in of_law.items():
+        try:
+            packed[name] = by_value(own[0].law)
+        except InputError as error:  # its runs fail, and no others
+            yield from ((item, failed(item, f"law {name!r} {error.problem}. {error.mend}")) for item in own)
+    there = [(own, packed[name]) for name, own in of_law.items() if name in packed]
+    with closing(hand_out(client, run_there, _handed_out(there, threads), _apart)) as ended:
+        for task, found in ended:
+            if isinstance(found, Lost):
+                found = [failed(item, f"law {item.name!r} {found.value}") for item in task.own]
+            yield from zip(task.own, found, strict=True)
+
+
+def _handed_out(of_laws: Sequence[tuple[list[Item], bytes]], threads: int) -> Iterator[Task]:
+    """Share out items law by law, each packed, those that run side by side together."""
+    for own, law in of_laws:
         piece, modules, code = _kind(own[0].law)
         sent = list(parcels(own, law))
         alone = [slice(i, i + 1) for i in range(len(own))]

@@ -7,7 +7,6 @@ own, where each run gets the law anew: whatever such a law does, the run fails a
 from __future__ import annotations
 
 import os
-import sys
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ThreadPoolExecutor, wait
@@ -25,14 +24,15 @@ from pebble import ProcessExpired
 from gyroctl.comparison.items import Item, Outcome, about, failed, perform
 from gyroctl.comparison.kept import kept
 from gyroctl.comparison.parcels import Parcel, law_of, opened, parcels
-from gyroctl.comparison.processes import Processes, how_it_ended, is_lost, no_way_out
+from gyroctl.comparison.processes import Processes, how_it_ended, no_way_out, times_anew
 from gyroctl.disk import DISK, Disk
 from gyroctl.engine import Record, Store
 from gyroctl.engine.plan import Plan, Wanted
+from gyroctl.errors import InputError
 from gyroctl.harness.law_entry import compile_law
 from gyroctl.harness.protocol import Law, Machined, Preparing, innermost
 from gyroctl.harness.together import pieces
-from gyroctl.harness.travelling import is_ours
+from gyroctl.harness.travelling import by_value, is_ours
 from gyroctl.simulation.progress import Progress
 
 Outcomes = dict[tuple[str, int], Outcome]
@@ -40,9 +40,6 @@ Outcomes = dict[tuple[str, int], Outcome]
 
 AHEAD = 4
 """Pieces of work for each worker that are begun or have not been taken yet, of threads and of processes each."""
-
-AGAIN = 5
-"""Times that work is begun anew which was given up with all processes, before it has failed."""
 
 LOOK = 1.0
 """After which it is looked whether the processes are still there, where nothing ends. [s]"""
@@ -222,7 +219,7 @@ class _UnderWay:
 
     def _taken(self, future: Future[Any]) -> Iterator[tuple[Item, Outcome]]:
         kind, work = self.running.pop(future)
-        if is_lost(future.exception()) and work.again < AGAIN:
+        if work.again < times_anew(future.exception()):
             self._wait(kind, work._replace(again=work.again + 1))
             self._begin()
             return
@@ -289,12 +286,11 @@ def _sending(items: Sequence[Item], processes: Processes) -> Iterator[Callable[[
     """Yield what sends each item of a law to a process."""
     item = items[0]
     try:
-        law = _by_content(item.law)
-    except Exception as error:  # what a user's object may do when it is asked for its parts
-        what = f"cannot be sent to a process of its own ({type(error).__name__}: {error}): keep plain values in it"
+        law = by_value(item.law)
+    except InputError as error:
         for one in items:
             failure: Future[Any] = Future()
-            failure.set_result([failed(one, f"law {one.name!r} {what}")])
+            failure.set_result([failed(one, f"law {one.name!r} {error.problem}. {error.mend}")])
             yield partial(_given, failure)
         return
     for parcel in parcels(items, law):
@@ -303,20 +299,6 @@ def _sending(items: Sequence[Item], processes: Processes) -> Iterator[Callable[[
 
 def _given(future: Future[Any]) -> Future[Any]:
     return future
-
-
-def _by_content(law: Law) -> bytes:
-    """Pack a law, one from elsewhere with the module that it is from."""
-    module = sys.modules.get(type(innermost(law)).__module__)
-    elsewhere = module is not None and not is_ours(law) and module.__name__ != "__main__"
-    if elsewhere:
-        cloudpickle.register_pickle_by_value(module)
-    try:
-        packed: bytes = cloudpickle.dumps(law)
-    finally:
-        if elsewhere:
-            cloudpickle.unregister_pickle_by_value(module)
-    return packed
 
 
 def perform_sent(parcel: Parcel) -> list[Outcome]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures.process import BrokenProcessPool
@@ -17,12 +18,25 @@ from gyroctl.engine.parent import end_with_parent
 
 Result = TypeVar("Result")
 
+AGAIN = 5
+"""Times that work is begun anew which was given up with all processes, before it has failed."""
+
+KILLED_AGAIN = 2
+"""Times that work is begun anew whose own process was killed."""
+
+KILLS = (9, 15)
+"""Signals by which others end a process: SIGKILL and SIGTERM."""
+
 HELD = 10.0
 """After which a process no longer waits for the pipe of the pool: one that was killed may have held it. [s]"""
 
 
 def begin_process(held: float) -> None:
-    """Let this process end with the one that began it, and not wait long for what a killed one holds."""
+    """Let this process end with the one that began it, and not wait long for what a killed one holds.
+
+    Asked to end (SIGTERM) it ends at once, as any program does: a way out by Python could not be told from the law's.
+    """
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     CONSTS.channel_lock_timeout = held
     end_with_parent()
 
@@ -71,10 +85,21 @@ def is_lost(error: BaseException | None) -> bool:
     return isinstance(error, BrokenProcessPool) or (isinstance(error, ProcessExpired) and (error.exitcode or 0) > 0)
 
 
+def times_anew(error: BaseException | None) -> int:
+    """How often work is begun anew that ended so: what was lost with others often, what was killed itself twice.
+
+    Who kills a process from outside, as a machine that wants memory or a scheduler of jobs, says nothing of its law.
+    """
+    if is_lost(error):
+        return AGAIN
+    return KILLED_AGAIN if isinstance(error, ProcessExpired) and -(error.exitcode or 0) in KILLS else 0
+
+
 def how_it_ended(code: int | None) -> str:
     """How a process ended, by its exit code, and what that says."""
     if code is not None and code < 0:
-        return f"lost its process, which was killed (signal {-code}), perhaps for want of memory: run again"
+        often = f" {1 + KILLED_AGAIN} times" if -code in KILLS else ""
+        return f"lost its process{often}, which was killed (signal {-code}), perhaps for want of memory: run again"
     return f"ended its process (exit code {code}): a law must not end the program"
 
 

@@ -1,11 +1,14 @@
-"""A law on its way to another machine, which does not have the modules of a user."""
+"""A law on its way to another process or machine, which does not have the modules of a user."""
 
 from __future__ import annotations
 
+import io
 import sys
+from collections import ChainMap
 from collections.abc import Iterator
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import cloudpickle
 
@@ -47,15 +50,32 @@ def by_value(law: Law) -> bytes:
         local.append(module)
     for one in local:
         cloudpickle.register_pickle_by_value(one)
+    packed = io.BytesIO()
     try:
-        packed: bytes = cloudpickle.dumps(law)
+        _Packing(packed).dump(law)
     except Exception as error:  # what a user's object may do when it is asked for its parts
-        problem = f"cannot be sent to another machine ({type(error).__name__}: {error})"
-        raise InputError("law", type(law).__name__, problem, "Keep plain values in it") from error
+        problem = f"cannot be sent to a process of its own, nor to another machine ({type(error).__name__}: {error})"
+        mend = "Keep plain values, functions and classes in it and in its file, and open what else it needs in init"
+        raise InputError("law", type(law).__name__, problem, mend) from error
     finally:
         for one in local:
             cloudpickle.unregister_pickle_by_value(one)
-    return packed
+    return packed.getvalue()
+
+
+def _kept_anew(function: Any) -> Any:
+    """How a function that keeps its results travels: with an empty memory, where its module stays behind."""
+    module = function.__module__
+    known = module in sys.modules and module != "__main__" and module not in cloudpickle.list_registry_pickle_by_value()
+    return function.__qualname__ if known else (_keeping, (function.__wrapped__, function.cache_parameters()))
+
+
+def _keeping(function: Any, how: dict[str, Any]) -> Any:
+    return lru_cache(**how)(function)
+
+
+class _Packing(cloudpickle.Pickler):  # type: ignore[misc]
+    dispatch_table: ClassVar = ChainMap({type(lru_cache(int)): _kept_anew}, cloudpickle.Pickler.dispatch_table)
 
 
 def _local_modules(law: Law) -> list[Any]:
