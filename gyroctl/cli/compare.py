@@ -37,6 +37,7 @@ def compare(
     from gyroctl.comparison.compare import compare as run
     from gyroctl.comparison.experiment import read_experiment
     from gyroctl.errors import visible
+    from gyroctl.harness.law_fingerprint import unseen_of
     from gyroctl.provenance import command_line
     from gyroctl.tuning.yardstick import find_yardstick
 
@@ -50,6 +51,11 @@ def compare(
     say_first_time("plant and laws", 30)
     say, on = partial(typer.echo, err=True), workers or None
     doubtful = warn_doubtful(setup.plant, setup.device_file)
+    for name, law in setup.laws.items():
+        if fetched := unseen_of(law):
+            say(
+                f"Note: {name} uses {', '.join(fetched)}: what comes from there while it runs does not make it another law"
+            )
     strange = setup.foreign
     if strange:
         say(setup.foreign_note)

@@ -86,7 +86,7 @@ def noted(path: Path) -> Iterator[None]:
         yield
     finally:
         _noting.remove(seen)
-        READ.setdefault(path.resolve(), set()).update(file for file in seen if _is_local(file))
+        READ.setdefault(path.resolve(), set()).update(file for file in seen if is_local(file))
 
 
 @cache
@@ -94,8 +94,8 @@ def _listen() -> None:
     """Hear which files this process opens; a hook stays, and costs nothing while nobody notes."""
 
     def hear(event: str, arguments: tuple[Any, ...]) -> None:
-        if _noting and event == "open" and isinstance(arguments[0], str | Path):
-            mode = arguments[1]
+        if _noting and event in ("open", "sqlite3.connect") and isinstance(arguments[0], str | Path):
+            mode = arguments[1] if event == "open" else "r"
             if not (isinstance(mode, str) and any(sign in mode for sign in "wxa+")):
                 for seen in _noting:
                     seen.add(Path(arguments[0]).absolute())
@@ -131,9 +131,9 @@ def _local(path: Path, module: str) -> Path | None:
     for place in places:
         inside = place.joinpath(*parts)
         for file in (inside / "__init__.py", inside.with_name(f"{inside.name}.py")):
-            if file.is_file() and _is_local(file):
+            if file.is_file() and is_local(file):
                 return file.resolve()
-    return Path(known).resolve() if known and Path(known).is_file() and _is_local(Path(known)) else None
+    return Path(known).resolve() if known and Path(known).is_file() and is_local(Path(known)) else None
 
 
 def _named(path: Path, text: str) -> Iterator[Path]:
@@ -142,14 +142,14 @@ def _named(path: Path, text: str) -> Iterator[Path]:
         for place in (path.parent, Path()):
             try:
                 file = place / literal
-                if file.is_file() and _is_local(file.absolute()):
+                if file.is_file() and is_local(file.absolute()):
                     yield file.resolve()
             except (OSError, ValueError):
                 continue
 
 
 @lru_cache(maxsize=4096)
-def _is_local(file: Path) -> bool:
+def is_local(file: Path) -> bool:
     """Whether a file is neither installed, nor of Python, nor of this package, nor compiled from another one."""
     parts = file.parts
     if file.suffix in (".pyc", ".so", ".pyd") or any(name in parts for name in (*INSTALLED, "__pycache__")):

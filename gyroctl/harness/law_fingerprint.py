@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from gyroctl.fingerprint import code_of, fingerprint
+from gyroctl.fingerprint.as_loaded import as_loaded, environment, unseen
 from gyroctl.fingerprint.local import sources
 from gyroctl.harness.code_files import is_file, parted
 
@@ -59,7 +60,8 @@ def law_source(law: Any, further: set[Path] | None = None) -> str:
     """SHA-256 of the text of a law and of the law within it, with all that it rests on.
 
     Its file, and in a package every file of that; of a law from elsewhere also the local modules that it imports and
-    the tables that it names or reads, see `fingerprint.local`; of this package all that its modules reach. `UNKNOWN`
+    the tables that it names or reads, see `fingerprint.local`, and values that it finds when it is loaded, see
+    `fingerprint.as_loaded`; of this package all that its modules reach. `UNKNOWN`
     where there is no such file. It tells a law that is built from nothing but its name and numbers.
 
     Parameters
@@ -71,12 +73,14 @@ def law_source(law: Any, further: set[Path] | None = None) -> str:
     """
     files: set[Path] = set(further or ())
     ours: set[str] = set()
+    elsewhere: list[type] = []
     try:
         for one in _layers(law):
             for kind in _kinds(type(one)):
                 if kind.__module__.startswith("gyroctl."):
                     ours.add(kind.__module__)
                     continue
+                elsewhere.append(kind)
                 for file in _files(kind):
                     packed = (file.parent / "__init__.py").is_file()
                     files |= set(file.parent.rglob("*.py")) if packed else {file}
@@ -84,11 +88,21 @@ def law_source(law: Any, further: set[Path] | None = None) -> str:
             return UNKNOWN
         found = sources(files)
         ours |= set(found.ours)
+        values = [*as_loaded(elsewhere), *environment(found.files)]
     except (AttributeError, OSError):
         return UNKNOWN
     whole = [fingerprint()] if "gyroctl" in ours else []  # import gyroctl as gy: whatever it then asks for
-    text = "\n".join([*whole, code_of(*ours), found.lines()])
+    text = "\n".join([*whole, code_of(*ours), found.lines(), *values])
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def unseen_of(law: Any) -> list[str]:
+    """Modules by which a law from elsewhere fetches, while it runs, what no fingerprint sees; by name."""
+    kinds = [kind for one in _layers(law) for kind in _kinds(type(one)) if not kind.__module__.startswith("gyroctl.")]
+    try:
+        return unseen(sources({file for kind in kinds for file in _files(kind) if file.is_file()}).files)
+    except (AttributeError, OSError):
+        return []
 
 
 def _kinds(kind: type) -> list[type]:
@@ -172,6 +186,7 @@ def _object(value: Any, met: set[Path]) -> Iterator[bytes]:
             raise Unknown
         if not value.__module__.startswith("gyroctl."):
             met.add(Path(file).resolve())
+            yield "\n".join(as_loaded([value])).encode()
         yield f"function {value.__module__}.{value.__qualname__};".encode()
         return
     yield type(value).__qualname__.encode() + pickle.dumps(value)

@@ -20,6 +20,7 @@ from gyroctl import nested
 from gyroctl.devices import zhang2017
 from gyroctl.devices.identity import is_shipped
 from gyroctl.errors import InputError, check_kind
+from gyroctl.fingerprint.as_loaded import environment
 from gyroctl.fingerprint.local import noted, sources
 from gyroctl.harness.code_files import Trust, asked_for, is_file, parted
 from gyroctl.harness.for_device import design_in, in_model_scale, numbers_of
@@ -348,7 +349,8 @@ def _content(file: Path) -> tuple[str, str, tuple[str, ...]]:
     """A user's file, a hash of all that it rests on, and the local modules among that."""
     found = sources([file])
     others = tuple(str(path) for path in found.files[1:] if path.suffix == ".py")
-    return str(file.resolve()), hashlib.sha256(found.lines().encode()).hexdigest(), others
+    rests_on = "\n".join([found.lines(), *environment(found.files)])
+    return str(file.resolve()), hashlib.sha256(rests_on.encode()).hexdigest(), others
 
 
 _loaded: dict[tuple[str, str, tuple[str, ...]], ModuleType] = {}
