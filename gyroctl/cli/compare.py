@@ -53,9 +53,8 @@ def compare(
     doubtful = warn_doubtful(setup.plant, setup.device_file)
     for name, law in setup.laws.items():
         if fetched := unseen_of(law):
-            say(
-                f"Note: {name} uses {', '.join(fetched)}: what comes from there while it runs does not make it another law"
-            )
+            what = "what comes from there while it runs does not make it another law"
+            say(f"Note: {name} uses {', '.join(fetched)}: {what}")
     strange = setup.foreign
     if strange:
         say(setup.foreign_note)
