@@ -68,6 +68,33 @@ def test_workers_give_the_bits_of_this_machine(device: gy.Plant, local: Any, tmp
     assert len(names[0]) == 4 and names[0] == names[1], "known by the same keys"
 
 
+class Held:
+    """A law that holds what cannot be sent."""
+
+    period, information = 0.1, "none"
+
+    def __init__(self) -> None:
+        self.lock = threading.Lock()
+
+    def init(self) -> None:
+        return None
+
+    def step(self, t: float, y: Any, state: None) -> tuple[tuple[float, float], None]:
+        return (0.05, 2e-4), None
+
+
+def test_law_that_cannot_be_sent_fails_alone_there_as_here(device: gy.Plant, local: Any) -> None:
+    laws = {"plain": gy.law("constant"), "held": Held()}
+    with pytest.warns(UserWarning, match="every run of held failed"):
+        there = run(device, laws=laws, scheduler=local.scheduler_address)
+    assert not there.failed.sel(law="plain").any() and there.failed.sel(law="held").all()
+    assert "cannot be sent to a process of its own, nor to another machine" in str(
+        there.failure.sel(law="held")[0].item()
+    )
+    with pytest.warns(UserWarning, match="every run of held failed"):
+        assert bits(run(device, laws=laws)) == bits(there)
+
+
 def test_what_is_stored_is_not_run_again_when_the_scheduler_was_lost(
     device: gy.Plant, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
