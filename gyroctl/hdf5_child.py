@@ -65,7 +65,8 @@ def framed(path: str, most: int) -> Iterator[bytes]:
                 raise ValueError(f"it holds more than {most >> 20} MB")
             number = dtype is not str and dtype.kind in "biufc"
             told = {"dtype": dtype.newbyteorder("<").str} if number else _texts(variable)
-            own = {"shape": shape, "dimensions": list(map(str, dimensions))}
+            last = len(shape) - characters(dtype, shape)
+            own = {"shape": shape[:last], "dimensions": list(map(str, dimensions[:last]))}
             variables[str(name)] = {**told, **own, "attributes": _attributes(variable.attrs)}
         yield json.dumps({"variables": variables, "attributes": _attributes(file.attrs)}).encode() + b"\n"
         for name, variable in file.variables.items():
@@ -96,12 +97,19 @@ def pieces(shape: Sequence[int], size: int) -> Iterator[tuple[Any, ...]]:
             yield from ((number, *rest) for rest in pieces(shape[1:], size))
 
 
+def characters(dtype: Any, shape: Sequence[int]) -> bool:
+    """Whether an array is one of characters, as in NetCDF classic, whose last dimension runs along each text."""
+    return dtype is not str and dtype.kind == "S" and dtype.itemsize == 1 and bool(shape)
+
+
 def _texts(variable: Any) -> dict[str, list[str]]:
     """All texts of an array."""
     import numpy as np
 
-    values = np.asarray(variable[...]).ravel().tolist()
-    texts = [one.decode("utf-8") if isinstance(one, bytes) else one for one in values]
+    values = np.asarray(variable[...])
+    if characters(values.dtype, values.shape):  # joined before they are decoded: a letter may be of several bytes
+        values = np.ascontiguousarray(values).view(f"S{values.shape[-1]}")[..., 0]
+    texts = [one.decode("utf-8") if isinstance(one, bytes) else one for one in values.ravel().tolist()]
     if not all(isinstance(one, str) for one in texts):
         raise ValueError("it holds what is neither a number nor a text")
     return {"texts": texts}

@@ -26,6 +26,7 @@ from gyroctl.engine.record import MAGIC
 from gyroctl.errors import InputError
 from gyroctl.hydrodynamics import load, shipped
 from gyroctl.hydrodynamics.capytaine_layout import to_dataset
+from gyroctl.hydrodynamics.export import export_results
 from gyroctl.hydrodynamics.importers import Site, read_nemoh, read_wamit
 from gyroctl.netcdf import read_netcdf
 from gyroctl.reports import evaluate, open_results, summarise
@@ -65,6 +66,20 @@ def test_both_kinds_of_file_hand_over_the_same(tmp_path: Path, engine: Any, form
     assert variables["a"].attributes["units"] == "m" and variables["alone"].values == 2.5
     assert variables["x"].values.tolist() == ["one", "zwei é"] and variables["whole"].values.dtype == np.int32
     assert variables["flag"].attributes["dtype"] == "bool"
+
+
+def test_characters_in_hdf5_are_texts_as_in_the_classic_file(tmp_path: Path) -> None:
+    """What xarray makes of a classic file that it saves again: arrays of characters, each text along the last axis."""
+    classic, again = tmp_path / "classic.nc", tmp_path / "again.nc"
+    data = small().assign(names=(("x", "z"), [["a", "bé"], ["", "long one"]]), title="alone")
+    data.to_netcdf(classic, engine="scipy", format="NETCDF3_64BIT")
+    xr.open_dataset(classic).load().to_netcdf(again, engine="h5netcdf")
+    with h5netcdf.File(again) as file:
+        assert file["names"].dtype == "S1" and len(file["names"].dimensions) == 3
+    (before, _), (after, _) = read_netcdf("file", classic, MEND), read_netcdf("file", again, MEND)
+    for name in ("x", "names", "title"):
+        assert after[name].dimensions == before[name].dimensions
+        assert after[name].values.tolist() == before[name].values.tolist() == data[name].values.tolist()
 
 
 def h5(path: Path, write: Callable[[Any], object]) -> Path:
@@ -235,6 +250,22 @@ def test_hydrodynamics_as_hdf5_are_those_of_the_classic_file(tmp_path: Path) -> 
     path = tmp_path / "float.nc"
     to_dataset(shipped()).to_netcdf(path, engine="h5netcdf")
     assert load(path).sha256 == shipped().sha256
+
+
+@pytest.mark.parametrize("engine", ["scipy", "h5netcdf"])
+def test_exported_hydrodynamics_that_were_edited_are_read(tmp_path: Path, engine: Any) -> None:
+    exported, edited = tmp_path / "exported.nc", tmp_path / "edited.nc"
+    export_results(shipped(), "capytaine", exported)
+    xr.open_dataset(exported).load().to_netcdf(edited, engine=engine)
+    assert load(edited).sha256 == load(exported).sha256
+
+
+def test_results_that_were_saved_again_are_read(tmp_path: Path) -> None:
+    classic, again = tmp_path / "classic.nc", tmp_path / "again.nc"
+    synthetic().to_netcdf(classic, engine="scipy", format="NETCDF3_64BIT")
+    xr.open_dataset(classic).load().to_netcdf(again, engine="h5netcdf")
+    assert open_results(again).law.values.tolist() == open_results(classic).law.values.tolist()
+    assert open_results(again).information.identical(open_results(classic).information)
 
 
 def wamit(folder: Path, mode: str = "4", heading: str = "0.0", value: str = "1.0") -> Path:
