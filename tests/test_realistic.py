@@ -10,7 +10,9 @@ import pytest
 
 import gyroctl as gy
 from gyroctl.comparison.experiment import read_experiment
+from gyroctl.devices.file import build_device
 from gyroctl.harness.run import run_law
+from gyroctl.harness.start import locked_start
 from gyroctl.simulation.metrics import evaluate
 from gyroctl.simulation.validity import UNITS, validity
 
@@ -99,3 +101,24 @@ def test_device_that_cannot_lock_is_not_blamed_on_the_sea(choice: dict[str, floa
     with pytest.raises(gy.InputError, match="has no locked orbit") as caught:
         gy.simulate(plant, gy.law("constant"), gy.realise(plant, gy.SeaState(), 1, 150.0))
     assert caught.value.field == "plant" and next(iter(choice)) in caught.value.value
+
+
+@pytest.mark.parametrize("choice", [{"J14": 3671.0}, {"d1": 1e9}, {"length_scale": 2.0, "d1": 1e9}])
+def test_changed_device_that_cannot_lock_names_what_was_changed(choice: dict[str, float]) -> None:
+    """So does one beside choices of a variant; a sea too small for the device of Table 1 is still the sea's fault."""
+    length = choice.get("length_scale", 1.0)
+    plant = build_device({**choice, "hydrodynamics_length": length}) if length != 1.0 else gy.zhang2017(**choice)
+    with pytest.raises(gy.InputError, match="no lock begins in this sea") as caught:
+        locked_start(plant, gy.SeaState(hs=0.283 * length, wp=3.14 / length**0.5))
+    name, value = list(choice.items())[-1]
+    assert caught.value.field == "plant" and caught.value.value.startswith(f"{name} = {value:.5g} (")
+    assert "," not in caught.value.value and "times the length" not in caught.value.value
+
+
+def test_sea_too_small_is_no_fault_of_an_unchanged_device() -> None:
+    with pytest.raises(gy.InputError, match="too small") as caught:
+        locked_start(gy.zhang2017(), gy.SeaState(hs=0.002))
+    assert caught.value.field == "sea.hs"
+    with pytest.raises(gy.InputError) as caught:
+        locked_start(gy.zhang2017("realistic"), gy.SeaState(hs=0.002))
+    assert caught.value.field == "plant" and caught.value.value == gy.zhang2017("realistic").smooth.name

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from gyroctl.devices.entries import ENTRIES, GROUPS, Entry
-from gyroctl.devices.identity import changes_in_words
+from gyroctl.devices.identity import changed, changes_in_words
 from gyroctl.devices.scaling import check_length, scaled_parameters
 from gyroctl.devices.zhang import VARIANTS, zhang2017
 from gyroctl.errors import InputError, check_kind
@@ -114,6 +115,19 @@ def usual_parameters(variant: str, length: float) -> Parameters:
     """Table 1 with the choices of a variant, for a device that is `length` times as long."""
     first = Parameters(**{name: value for name, value in VARIANTS[variant].items() if name in ENTRIES})
     return first if length == 1.0 else scaled_parameters(first, length)
+
+
+def own_changes(plant: Plant) -> list[str]:
+    """What was changed against Table 1 in the variant that the plant is nearest to, in words; not its length.
+
+    Contact and wetted surface do not count: orbits are searched with those that can be differentiated. Nor do numbers
+    that differ by less than 1 %, as those of a hydrodynamic database do from the paper's.
+    """
+    p = plant.parameters
+    usual = [usual_parameters(variant, p.length_scale) for variant in VARIANTS]
+    usual = [replace(one, wetted=p.wetted, contact=p.contact) for one in usual]
+    nearest = min(usual, key=lambda one: len(changed(plant, one)))
+    return changes_in_words(plant, first=nearest, within=0.01)[0 if p.length_scale == 1.0 else 1 :]
 
 
 def told(name: str, variant: str, plant: Plant, radiation: Any = None) -> str:

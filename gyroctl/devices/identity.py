@@ -50,11 +50,14 @@ def table_1(length: float) -> Parameters:
     return Parameters() if length == 1.0 else scaled_parameters(Parameters(), length)
 
 
-def changed(plant: Plant, first: Parameters | None = None) -> dict[str, tuple[Any, Any]]:
-    """Entries that are not those of Table 1 at the plant's own length, or of `first`: by name, both values."""
+def changed(plant: Plant, first: Parameters | None = None, within: float = ROUNDING) -> dict[str, tuple[Any, Any]]:
+    """Entries that are not those of Table 1 at the plant's own length, or of `first`: by name, both values.
+
+    A number has to differ by more than the part `within`.
+    """
     own, first = plant.parameters, first or table_1(plant.parameters.length_scale)
     pairs = {name: (getattr(first, name), getattr(own, name)) for name in ENTRIES if name != "length_scale"}
-    return {name: pair for name, pair in pairs.items() if not _alike(*pair)}
+    return {name: pair for name, pair in pairs.items() if not _alike(*pair, within)}
 
 
 def other_hydrodynamics(plant: Plant) -> bool:
@@ -82,21 +85,24 @@ def device_record(plant: Plant) -> dict[str, Any]:
     }
 
 
-def changes_in_words(plant: Plant, most: int = 6, first: Parameters | None = None) -> list[str]:
-    """What was changed against Table 1, or `first`: the length, then number by number, then the hydrodynamics."""
+def changes_in_words(
+    plant: Plant, most: int = 6, first: Parameters | None = None, within: float = ROUNDING
+) -> list[str]:
+    """What was changed against Table 1, or `first`, see `changed`: length, number by number, hydrodynamics."""
     length = plant.parameters.length_scale
     words = [] if length == 1.0 else [f"{length:g} times the length of Table 1"]
-    numbers = [f"{name} = {_word(now)} ({_word(before)})" for name, (before, now) in changed(plant, first).items()]
+    found = changed(plant, first, within)
+    numbers = [f"{name} = {_word(now)} ({_word(before)})" for name, (before, now) in found.items()]
     words += numbers if len(numbers) <= most else [*numbers[:most], f"and {len(numbers) - most} more"]
     return [*words, "own hydrodynamics"] if other_hydrodynamics(plant) else words
 
 
-def _alike(before: Any, now: Any) -> bool:
+def _alike(before: Any, now: Any, within: float = ROUNDING) -> bool:
     if isinstance(before, str | bool) or isinstance(now, str | bool):
         return bool(before == now)
     if isinstance(before, tuple):
-        return all(_alike(a, b) for a, b in zip(before, now, strict=True))
-    return math.isclose(before, now, rel_tol=ROUNDING, abs_tol=0.0)
+        return all(_alike(a, b, within) for a, b in zip(before, now, strict=True))
+    return math.isclose(before, now, rel_tol=within, abs_tol=0.0)
 
 
 def _exact(value: Any) -> str:

@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyroctl.devices.file import own_changes
 from gyroctl.errors import InputError
 from gyroctl.froude import growth
 from gyroctl.nested import leaves
@@ -128,17 +129,27 @@ def search(plant: Plant, wave: Regular) -> Start:
             unstable = orbit.x, (cc, cg)
     if unstable is not None:
         return unstable
-    if plant.coefficients.beyond is not None:
-        raise InputError(
-            "plant",
-            plant.name,
-            "has no locked orbit in the equivalent regular wave: its drag or losses are too strong or its coupling too "
-            f"weak for it, or the sea (Hs {wave.height * math.sqrt(2.0):.3g} m, {wave.wp:.3g} rad/s) too small",
-            'Weaken drag, bearing, windage or rolling_resistance, raise coupling_cap or Hs, or choose start = "rest"',
+    raise _no_start(plant, wave)
+
+
+def _no_start(plant: Plant, wave: Regular) -> InputError:
+    """Error that says what keeps the lock from beginning: the device where it was changed, else its sea."""
+    hs, changes = wave.height * math.sqrt(2.0), own_changes(plant)
+    sea = f"Hs {hs:.3g} m, {wave.wp:.3g} rad/s"
+    mend = f"Raise Hs, or bring wp nearer to {3.14 / plant.parameters.time_scale:.3g} rad/s"
+    beyond = plant.coefficients.beyond is not None
+    if beyond:
+        weaker = "Weaken drag, bearing, windage or rolling_resistance, raise coupling_cap or Hs"
+        mend = f'{weaker}, or choose start = "rest"'
+    if changes:
+        problem = (
+            f"no lock begins in this sea ({sea}): with these entries in place of those of Table 1, which stand in "
         )
-    raise InputError(
-        "sea.hs",
-        wave.height * math.sqrt(2.0),
-        "the equivalent regular wave is too small, or too far off the device's frequency, for a locked orbit",
-        f"Raise Hs, or bring wp nearer to {3.14 / plant.parameters.time_scale:.3g} rad/s",
-    )
+        problem += "brackets, the device has no locked orbit in the equivalent regular wave"
+        return InputError("plant", ", ".join(changes), problem, f"Correct these entries. If they are meant: {mend}")
+    if beyond:
+        problem = "has no locked orbit in the equivalent regular wave: its drag or losses are too strong or its "
+        problem += f"coupling too weak for it, or the sea ({sea}) too small"
+        return InputError("plant", plant.name, problem, mend)
+    problem = "the equivalent regular wave is too small, or too far off the device's frequency, for a locked orbit"
+    return InputError("sea.hs", hs, problem, mend)
