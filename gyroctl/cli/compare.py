@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from gyroctl.cli.first_time import say_first_time
-from gyroctl.cli.options import AllowCode, Scheduler, Workers, say_notes, warn_doubtful
+from gyroctl.cli.options import AllowCode, Scheduler, Workers, say_notes, say_remarks, warn_doubtful
 
 if TYPE_CHECKING:
     import xarray
@@ -48,6 +48,7 @@ def compare(
     check_seeds(waves.seeds, tuned)
     check_length(waves.duration, setup.settings.score_from)
     say_notes(setup.sea, setup.plant)
+    odd = say_remarks(setup.remarks)
     say_first_time("plant and laws", 30)
     say, on = partial(typer.echo, err=True), workers or None
     doubtful = warn_doubtful(setup.plant, setup.device_file)
@@ -74,7 +75,10 @@ def compare(
         full_series=full_series,
         scheduler=scheduler or None,
     )
-    write(ds.assign_attrs(command=command_line(), foreign_laws=json.dumps(strange), doubts=json.dumps(doubtful)), out)
+    odd += say_remarks(_cut(ds, waves.duration / setup.actuators.period, odd))
+    beside = {"foreign_laws": strange, "doubts": doubtful, "remarks": odd}
+    told = {name: json.dumps(words) for name, words in beside.items()}
+    write(ds.assign_attrs(command=command_line(), **told), out)
     for name in ds.law.values:
         reasons = [str(reason) for reason in ds.failure.sel(law=name).values if reason]
         if reasons:
@@ -82,6 +86,15 @@ def compare(
             typer.echo(f"{name} failed in {many}: {visible(reasons[0])}", err=True)
     if ds.failed.any():
         raise typer.Exit(2 if ds.failed.all() else 1)
+
+
+def _cut(ds: xarray.Dataset, samples: float, told: list[str]) -> list[str]:
+    """Tell of laws whose commands were cut to the limits all the time, where it was not `told` before the runs."""
+    from gyroctl.harness.plausibility import cut_all_the_time
+
+    names = [str(name) for name in ds.law.values if not any(one.startswith(f"laws.{name}.") for one in told)]
+    least = {name: float(ds.saturations.sel(law=name).min()) for name in names}
+    return [remark for name, cut in least.items() for remark in cut_all_the_time(name, cut, samples)]
 
 
 def check_folder(out: Path) -> None:

@@ -161,6 +161,16 @@ def say_notes(sea: object, plant: Any = None) -> None:
         typer.echo(visible(f"sea: {note}"), err=True)
 
 
+def say_remarks(found: Iterable[str]) -> list[str]:
+    """Say on stderr what of the numbers is odd, see `gyroctl.harness.plausibility`, and return it."""
+    from gyroctl.errors import visible
+
+    told = list(found)
+    for remark in told:
+        typer.echo(visible(f"Note: {remark}."), err=True)
+    return told
+
+
 def peak_of(wp: float | None, tp: float | None) -> float | None:
     """Return the peak frequency of --wp or --tp [rad/s]; None where neither is given.
 

@@ -26,6 +26,7 @@ from gyroctl.cli.options import (
     parse,
     plant_of,
     say_notes,
+    say_remarks,
     sea_of,
     warn_foreign,
 )
@@ -64,6 +65,7 @@ def simulate(
 
     import gyroctl as gy
     from gyroctl.harness.device_sets import own_choice
+    from gyroctl.harness.plausibility import remarks
     from gyroctl.harness.registry import build
     from gyroctl.harness.run import lead_in
     from gyroctl.provenance import command_line
@@ -92,6 +94,7 @@ def simulate(
     setup = replace(usual, dt=dt, blend=blend, actuators=replace(usual.actuators, cg_min=-motor))
     chosen = sea_of(sea, hs, wp, gamma, plant, tp)
     say_notes(chosen, plant)
+    say_remarks(remarks(plant, chosen, {law: built}, setup.actuators))
     waves, peak = gy.realise(plant, chosen, seed, duration), chosen.wp
     acting = lead_in(waves, setup)
     say_first_time("plant and law", 4)

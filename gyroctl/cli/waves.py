@@ -19,6 +19,7 @@ from gyroctl.cli.options import (
     own,
     plant_of,
     say_notes,
+    say_remarks,
     sea_of,
 )
 
@@ -48,6 +49,7 @@ def waves(
 ) -> None:
     """Tell a sea; with OUT, write elevation and moments of one realisation."""
     import gyroctl as gy
+    from gyroctl.harness.plausibility import remarks
     from gyroctl.waves import SpreadSea
     from gyroctl.waves.directional import DirectionalSpectrum
     from gyroctl.waves.export import form_of, write_waves
@@ -61,6 +63,7 @@ def waves(
     duration, dt = own(duration, 2000.0, "s", plant), own(dt, 0.05, "s", plant)
     chosen = sea_of(sea, hs, wp, gamma, plant, tp)
     say_notes(chosen, plant)
+    say_remarks(remarks(plant, chosen))
     typer.echo(in_a_line(chosen))
     if out is None:
         _say_refused(plant, chosen, duration, dt)

@@ -17,6 +17,7 @@ from gyroctl.froude import growth
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.code_files import Trust, asked_for, is_file
 from gyroctl.harness.device_sets import foreign, foreign_note, own_choice, own_seeds
+from gyroctl.harness.plausibility import check_lags, remarks
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import build, registered
 from gyroctl.harness.run import Settings
@@ -135,6 +136,11 @@ class Experiment:
         return foreign_note(strange, self.kinds, self.plant, self.device_file) if strange else ""
 
     @property
+    def remarks(self) -> list[str]:
+        """What of its numbers is odd, see `gyroctl.harness.plausibility`."""
+        return remarks(self.plant, self.sea, self.laws, self.actuators)
+
+    @property
     def settings(self) -> Settings:
         """What is common to all runs."""
         return Settings(self.run.dt, self.run.blend, self.sensors, self.actuators, self.run.start)
@@ -208,6 +214,7 @@ def build_experiment(
     kinds = _kinds(entries)
     actuators = Actuators(**(dataclasses.asdict(Actuators().at(length)) if length != 1.0 else {}) | table["actuators"])
     actuators.fit(length)
+    check_lags(actuators, sea)
     run_size(run.duration, run.dt, actuators.period, plant.parameters.time_scale)
     return Experiment(
         sea=sea,

@@ -26,7 +26,7 @@ BOUNDS = {
     "cc_quantum": (1e-9, 10.0),
     "cg_quantum": (1e-9, 10.0),
     "delay": (1, 10_000),
-    "cc_gain": (1e-3, 1e3),
+    "cc_gain": (1e-3, 2.0),
     "length": (1e-2, 1e3),
 }
 """Least and largest size of each setting that is not zero, in its unit: beyond them it is a slip of the unit. Of a

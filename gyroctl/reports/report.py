@@ -258,10 +258,11 @@ def _provenance(ds: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def _foreign(ds: xr.Dataset) -> list[str]:
-    """Sentences on the laws whose parameters were tuned for another device, and on what of the device to doubt."""
-    names, doubts = (layout.read_json(ds, name, []) for name in ("foreign_laws", "doubts"))
+    """Sentences on laws that were tuned for another device, on what of the device to doubt, and on odd numbers."""
+    names, doubts, odd = (layout.read_json(ds, name, []) for name in ("foreign_laws", "doubts", "remarks"))
     listed = ", ".join(str(name) for name in names) if isinstance(names, list) else ""
     told = [f"The check of the device doubts its {doubt}." for doubt in doubts] if isinstance(doubts, list) else []
+    told += [f"Note: {remark}." for remark in odd] if isinstance(odd, list) else []
     return [*([f"Tuned for another device than this one: {listed}."] if listed else []), *told]
 
 

@@ -59,6 +59,7 @@ def summarise(ds: xr.Dataset, evaluation: Evaluation | None = None) -> dict[str,
             "device": layout.read_json(ds, "device", None),
             "tuned_for_another_device": layout.read_json(ds, "foreign_laws", []),
             "doubts_of_the_device": layout.read_json(ds, "doubts", []),
+            "remarks": layout.read_json(ds, "remarks", []),
             "created": str(ds.attrs["created"]),
             "gyroctl_version": str(ds.attrs["gyroctl_version"]),
         }

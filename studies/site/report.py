@@ -12,6 +12,7 @@ import numpy as np
 
 from gyroctl.engine.state import RUNS
 from gyroctl.errors import InputError
+from gyroctl.harness.plausibility import far_seas
 from gyroctl.harness.registry import describe
 from gyroctl.harness.seed_ledger import ledger
 from gyroctl.harness.sight import sight
@@ -63,6 +64,8 @@ def site_report(ask: SiteRequest) -> dict[str, Any]:
     if not run:
         why = "; ".join(dict.fromkeys(cell.why for cell in cells))[:300]
         raise InputError("scatter", len(cells), f"no sea state of the table can be run: {why}", "Give another --scale")
+    for remark in _far(ask, cells):
+        ask.say(f"Note: {remark}.")
     ask.say(f"{len(run)} of {len(cells)} sea states are run, {_runs(ask, len(run))} runs of {ask.duration:g} s")
     pairs, site = _pairs(ask, run)
     runs = run_cells(ask, run, pairs, site)
@@ -198,6 +201,12 @@ def resource(ask: SiteRequest, cells: Sequence[Cell]) -> dict[str, Any]:
     }
 
 
+def _far(ask: SiteRequest, cells: Sequence[Cell]) -> list[str]:
+    """Tell where the site's seas, brought to the plant, are not those of such a device."""
+    seas = [(cell.sea, cell.bin.share) for cell in cells if cell.sea is not None]
+    return far_seas(ask.plant, [sea for sea, _ in seas], [share for _, share in seas])
+
+
 def remarks(ask: SiteRequest, cells: Sequence[Cell], runs: Mapping[str, LawRuns]) -> list[str]:
     """What a reader must know beside the numbers."""
     said = [f"tuned for another device: {', '.join(ask.foreign)}"] if ask.foreign else []
@@ -211,6 +220,7 @@ def remarks(ask: SiteRequest, cells: Sequence[Cell], runs: Mapping[str, LawRuns]
             f"{len(own)} sea states, {100 * parts['share']:.3g} % of the time and "
             f"{100 * parts['energy_share']:.3g} % of the wave energy of the table: {words} ({named})"
         )
+    said += _far(ask, cells)
     if ask.scatter.missing:
         said.append(f"{100 * ask.scatter.missing:.3g} % of the year are not in the table and give nothing")
     at_plant = ask.plant.depth * ask.scale
