@@ -31,6 +31,11 @@ TAG = re.compile(r"<(?=[A-Za-z/!?])")
 FORMULA = re.compile(r"[\t\r\n]|\s*[=+\-@＝＋－＠]")
 """What a spreadsheet may take for the beginning of a formula; some leave out blanks, and know the wide signs too."""
 
+ALIKE_LETTERS = str.maketrans(
+    "АВЕЅІЈКМНОРСТУХасԁеһіјӏорԛѕуԝхΑΒΕΖΗΙΚΜΝΟΡΤΥΧο", "ABESIJKMHOPCTYXacdehijlopqsywxABEZHIKMNOPTYXo"
+)
+"""Cyrillic and Greek letters, and the Latin ones that they cannot be told from."""
+
 NEAR, ALIKE = 3, 0.6
 """Most names that are offered for an unknown one, and how alike they must be, from 0 to 1."""
 
@@ -73,6 +78,54 @@ def name_of(field: str, value: Any) -> str:
     if name.partition(".")[0].rstrip().upper() in DEVICES:
         raise InputError(field, name, "is a device on Windows", PLAIN)
     return name
+
+
+def check_apart(field: str, names: Iterable[str], known: Iterable[str] = ()) -> None:
+    """Refuse a name whose words mix letters of two scripts that look alike, or that looks like another name.
+
+    Parameters
+    ----------
+    field : str
+        Named by an error.
+    names : iterable of str
+        Names that are given; each may be one of the `known` ones.
+    known : iterable of str
+        Names that there are.
+
+    Raises
+    ------
+    InputError
+        Field `field`.
+    """
+    seen = {looks(name): name for name in known}
+    for name in names:
+        foreign = _mixed(name)
+        if foreign:
+            problem = f"has {foreign!r}, {unicodedata.name(foreign)}, in a word of Latin letters, and looks like them"
+            raise InputError(field, name, problem, "Write each word in one alphabet")
+        like = seen.setdefault(looks(name), name)
+        if like != name:
+            codes = " ".join(f"U+{ord(sign):04X}" for sign in name if not sign.isascii()) or "ASCII"
+            problem = f"looks like the name {like!r}, and has other letters ({codes})"
+            raise InputError(field, name, problem, "Give it a name that can be told from the other")
+
+
+def looks(name: str) -> str:
+    """Latin letters that a name looks like: of wide and mathematical forms, of Cyrillic and Greek ones alike."""
+    return unicodedata.normalize("NFKC", name).translate(ALIKE_LETTERS)
+
+
+def _mixed(name: str) -> str:
+    """Return the first letter of a word of Latin ones that is none and looks like one; empty where there is none."""
+    words: list[str] = re.findall(r"[^\W\d_]+", unicodedata.normalize("NFKC", name))
+    for word in words:
+        latin = any("LATIN" in unicodedata.name(sign, "") for sign in word)
+        foreign: list[str] = [
+            sign for sign in word if ord(sign) in ALIKE_LETTERS or "CYRILLIC" in unicodedata.name(sign, "")
+        ]
+        if latin and foreign:
+            return foreign[0]
+    return ""
 
 
 def part_of_path(field: str, value: Any) -> str:

@@ -12,7 +12,7 @@ import os
 import re
 import stat
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -115,6 +115,39 @@ def read_text(field: str, path: Path | str, mend: str, most: int = TEXT_MAX, err
         line = text.count("\n", 0, strange.start()) + 1
         raise InputError(field, str(path), f"has a control character in line {line}", mend)
     return text
+
+
+def cut_short(text: str, cells: Sequence[str]) -> tuple[str, ...]:
+    """Tell of a table that may end within its last number.
+
+    Parameters
+    ----------
+    text : str
+        The whole file.
+    cells : sequence of str
+        Those of its last column, in their order.
+
+    Returns
+    -------
+    tuple of str
+        A sentence where the last line has no end, and its last cell fewer decimals than each cell above it.
+    """
+    if text.endswith("\n") or len(cells) < 3:
+        return ()
+    *above, last = cells
+    size, before = _digits(last), [found for found in map(_digits, above) if found is not None]
+    if size is None or len(before) < 2:
+        return ()
+    least = min(size for size, _ in before), min(size for _, size in before)
+    if size[0] >= least[0] and size[1] >= least[1]:
+        return ()
+    return (f"the last line has no end, and its last number, {last[:30]}, fewer digits than those above: is it cut?",)
+
+
+def _digits(cell: str) -> tuple[int, int] | None:
+    """Digits of a number behind the point, and of its exponent; None of what is no number."""
+    found = re.fullmatch(r"\s*[+-]?\d*(?:[.,](\d*))?(?:[eEdD][+-]?(\d+))?\s*", cell)
+    return (len(found[1] or ""), len(found[2] or "")) if found and cell.strip() else None
 
 
 def read_toml(field: str, path: Path | str, mend: str = "Give the path of a TOML file") -> dict[str, Any]:

@@ -18,8 +18,21 @@ from small_task import SMALL
 from test_reports_synthetic import save, synthetic
 
 import gyroctl as gy
+from gyroctl.comparison.experiment import build_experiment
 from gyroctl.errors import NOT_GIVEN, visible
-from gyroctl.names import choice_of, file_in, in_cell, in_markup, in_table, name_of, nearest, part_of_path, text_of
+from gyroctl.harness.arguments import laws_by_name
+from gyroctl.names import (
+    check_apart,
+    choice_of,
+    file_in,
+    in_cell,
+    in_markup,
+    in_table,
+    name_of,
+    nearest,
+    part_of_path,
+    text_of,
+)
 from gyroctl.reports import open_results, print_table, write_picture, write_report
 from gyroctl.studies.evaluation import request
 from gyroctl.studies.evaluation.writing import markdown_table
@@ -71,6 +84,36 @@ def test_name_that_leads_elsewhere_or_hides_something_is_refused(name: str) -> N
 @pytest.mark.parametrize("name", ["load_angle", "nmpc[horizon=8]", "ωλ (γ 5)", "a.b", "console", "naïve", "-x", "v2.0"])
 def test_name_that_is_one_stays_as_it_is(name: str) -> None:
     assert name_of("laws", name) == part_of_path("laws", name) == name
+
+
+@pytest.mark.parametrize(
+    ("names", "problem"),
+    [
+        (("\u0441onstant",), "CYRILLIC SMALL LETTER ES"),
+        (("load_\u0430ngle",), "CYRILLIC SMALL LETTER A"),
+        (("M\u03a1C",), "GREEK CAPITAL LETTER RHO"),
+        (("mine", "\uff4dine"), "looks like the name 'mine'"),
+        (("pac", "\u0440\u0430\u0441"), "looks like the name 'pac'"),
+        (("\uff43oupling",), "looks like the name 'coupling'"),
+    ],
+)
+def test_name_that_looks_like_another_is_refused(names: tuple[str, ...], problem: str) -> None:
+    with pytest.raises(gy.InputError, match=problem) as caught:
+        check_apart("laws", names, ("constant", "coupling", "load_angle"))
+    assert caught.value.field == "laws" and caught.value.value == names[-1]
+    with pytest.raises(gy.InputError, match=problem):
+        build_experiment({"laws": {name: {"law": "constant"} for name in names}})
+    with pytest.raises(gy.InputError, match=problem):
+        laws_by_name({name: "constant" for name in names})
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["закон", "мой закон 2", "νόμος", "制御A", "λ law", "ωλ (γ 5)", "ρLQR", "Δcc", "naïve", "constant", "coupling 2"],
+)
+def test_name_in_any_one_alphabet_stands_beside_others(name: str) -> None:
+    check_apart("laws", [name, "mine"], ("constant", "coupling"))
+    assert name in build_experiment({"laws": {name: {"law": "constant"}}}).laws
 
 
 @settings(deadline=None)

@@ -16,8 +16,9 @@ from test_reports_synthetic import synthetic
 import gyroctl as gy
 from gyroctl.comparison.experiment import build_experiment, read_experiment
 from gyroctl.devices.file import scaled_device, write_device
-from gyroctl.harness.plausibility import check_lags, cut_all_the_time, far_seas, is_far, remarks
+from gyroctl.harness.plausibility import check_lags, check_parts, cut_all_the_time, far_seas, is_far, remarks
 from gyroctl.reports import evaluate, summarise, write_report
+from gyroctl.studies.evaluation.entrants import parse
 from gyroctl.studies.site import cells, read_scatter, report, site_request
 from gyroctl.waves import Bichromatic, ElevationRecord, SpreadSea, TabulatedSpectrum, TwoPeaks
 
@@ -126,6 +127,37 @@ def test_gain_of_the_coupling_in_per_cent_is_refused() -> None:
             gy.Actuators(cc_gain=gain)
         assert caught.value.field == "actuators.cc_gain"
     assert gy.Actuators(cc_gain=2.0).cc_gain == 2.0
+
+
+@pytest.mark.parametrize(
+    ("law", "key", "value", "mend"),
+    [
+        ("load_angle", "share", 30, "30 per cent are 0.3"),
+        ("stabiliser", "share", -0.2, "Give 0 or more"),
+        ("threshold", "eased", 15.0, "0.15"),
+        ("coupling", "spared", 1.2, "0 to 1"),
+    ],
+)
+def test_part_of_a_law_is_one(law: str, key: str, value: float, mend: str, run: Run) -> None:
+    for refuse in (
+        lambda: build_experiment({"laws": {law: {key: value}}}),
+        lambda: build_experiment({"laws": {"supervisor": {"wraps": {"law": law, key: value}}}}),
+        lambda: parse(f"{law}[{key}={value}]"),
+    ):
+        with pytest.raises(gy.InputError, match="is a part, and must be from 0 to 1") as caught:
+            refuse()
+        assert caught.value.field.endswith(f".{key}") and mend in caught.value.mend
+    code, _, err = run("simulate", "--law", law, "--set", f"{key}={value}", "--out", "a.nc")
+    assert code == 2 and f"laws.{law}.{key}" in err
+    check_parts(law, {key: 1.0})
+    check_parts("mine.py:Law", {key: value})
+    assert getattr(gy.law(law, **{key: value}), key) == value  # a search may try what it likes
+
+
+def test_part_is_named_as_the_law_is() -> None:
+    with pytest.raises(gy.InputError) as caught:
+        build_experiment({"laws": {"mine": {"law": "load_angle", "share": 30}}})
+    assert caught.value.field == "laws.mine.share"
 
 
 def test_commands_that_are_cut_all_the_time_are_told() -> None:

@@ -328,3 +328,33 @@ def test_a_spectrum_by_froude_keeps_its_steepness(tmp_path: Path) -> None:
     sea = read_spectrum(path, scale=20.0)
     assert sea.hs == pytest.approx(0.283, rel=0.01) and sea.wp == pytest.approx(3.14, abs=0.02)
     assert sea.omega == pytest.approx(W, rel=1e-5)
+
+
+def test_a_file_that_is_cut_in_its_last_number_is_told(tmp_path: Path) -> None:
+    """Its last line has no end then, and fewer digits than all others; a whole file without a last line end is none."""
+    record, spectrum = tmp_path / "record.csv", tmp_path / "spectrum.csv"
+    time = 0.1 * np.arange(2000)
+    eta = [f"{t:.2f},{e:.5f}" for t, e in zip(time, 0.1 * np.cos(3.0 * time), strict=True)]
+    density = [f"{w:.2f} {s:.4e}" for w, s in zip(np.arange(2.0, 4.0, 0.1), np.linspace(1e-3, 5e-3, 20), strict=True)]
+    for end, said in (("\n", 0), ("", 0)):
+        record.write_text("time,elevation\n" + "\n".join(eta) + end)
+        spectrum.write_text("omega [rad/s] S [m2 s/rad]\n" + "\n".join(density) + end)
+        for sea in (read_record(record), read_spectrum(spectrum)):
+            assert sum("is it cut?" in note for note in sea.notes) == said
+    record.write_text(record.read_text()[:-2])
+    spectrum.write_text(spectrum.read_text()[:-1])  # of the exponent
+    for sea in (read_record(record), read_spectrum(spectrum)):
+        assert sum("is it cut?" in note for note in sea.notes) == 1
+    record.write_text(record.read_text() + "\n")
+    assert not any("is it cut?" in note for note in read_record(record).notes)
+
+
+def test_a_mark_between_names_is_no_name_of_a_column(tmp_path: Path) -> None:
+    path = tmp_path / "three.csv"
+    path.write_text("omega [rad/s], S [m2 s/rad]\n" + "\n".join(f"{w},1e-3,{w}" for w in (2.0, 2.5, 3.0)) + "\n")
+    refused("sea.file", lambda: read_spectrum(path), "3 columns", "2 names of columns")
+    for head in ("omega, S", "omega , S", "omega [rad/s] , S [m2 s/rad]"):
+        path.write_text(path.read_text().replace(path.read_text().split("\n")[0], head))
+        with pytest.raises(InputError) as caught:
+            read_spectrum(path)
+        assert ", ," not in str(caught.value) and ",," not in str(caught.value)

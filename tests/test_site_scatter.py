@@ -166,3 +166,17 @@ def test_published_tables_are_read(name, seas, kind):
 
     found = read_scatter(Path(__file__).parents[1] / "docs" / "examples" / f"scatter_{name}.csv")
     assert len(found.bins) == seas and found.kind == kind and any("source" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("told", ["sep=;", '"sep=;"', "sep=;,,", "SEP=;"])
+def test_a_line_that_names_another_sign_than_the_table_has_is_refused(tmp_path, told):
+    with pytest.raises(gy.InputError, match="no line of the table has one") as caught:
+        read(tmp_path, f"{told}\nHs [m],Tp [s],hours\n1,5,100\n2,6,200\n")
+    assert caught.value.value == ";"
+    assert len(read(tmp_path, f"{told}\nHs [m];Tp [s];hours\n1;5;100\n2;6;200\n").bins) == 2
+
+
+def test_a_table_that_is_cut_in_its_last_number_is_told(tmp_path):
+    whole = "Hs [m],Tp [s],hours\n1,5,100.25\n2,6,200.50\n3,7,300.75"
+    for text, said in ((whole + "\n", 0), (whole, 0), (whole[:-1], 1), (whole[:-3], 1), (whole[:-1] + "\n", 0)):
+        assert sum("is it cut?" in note for note in read(tmp_path, text).notes) == said, text

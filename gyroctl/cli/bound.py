@@ -93,12 +93,14 @@ def _law(text: str, device: Any = None, file: Path | None = None) -> Any:
     from gyroctl.froude import growth
     from gyroctl.harness.device_sets import own_choice
     from gyroctl.harness.for_device import PAIR, holds_a_pair
+    from gyroctl.harness.plausibility import check_parts
     from gyroctl.harness.registry import build
 
     words = shlex.split(text)
     if not words:
         raise gy.InputError("law", text, "is empty", "Give a name, see gyroctl laws")
     given = parse(words[1:])
+    check_parts(words[0], given)
     if file is not None:
         given = own_choice(file, words[0], device, given)
     if device is None or device.parameters.length_scale == 1.0:

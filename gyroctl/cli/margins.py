@@ -65,11 +65,13 @@ def margins(
 ) -> None:
     """Measure how far a lock is from breaking; in a pipe the numbers come as JSON."""
     from gyroctl.harness.device_sets import own_choice
+    from gyroctl.harness.plausibility import check_parts
     from gyroctl.studies.margins import margin_report, request
 
     plant = plant_of(device, variant, parse(choices or [], "--plant"))
     wave, told = _wave(plant, sea, height, wp)
     controls, parameters, heading = _pair(plant, cc, cg), parse(settings or []), wave.heading
+    check_parts(law, parameters)
     if device is not None and law:
         parameters = own_choice(device, law, plant, parameters)
     asked = request(plant, wave.height, wave.wp, *controls, sense, law, parameters, device is not None, heading)

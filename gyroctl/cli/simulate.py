@@ -65,7 +65,7 @@ def simulate(
 
     import gyroctl as gy
     from gyroctl.harness.device_sets import own_choice
-    from gyroctl.harness.plausibility import remarks
+    from gyroctl.harness.plausibility import check_parts, remarks
     from gyroctl.harness.registry import build
     from gyroctl.harness.run import lead_in
     from gyroctl.provenance import command_line
@@ -82,6 +82,7 @@ def simulate(
     most = own(None, 10.0, "Nms", plant)
     within("motor", motor, 0.0, most, "Give the size of the gain in Nms, for example 0.02")
     given = parse(settings or [])
+    check_parts(law, given)
     if device is not None:
         warn_foreign({law: law}, plant, device, {law: given.get("tuning")})
         given = own_choice(device, law, plant, given)

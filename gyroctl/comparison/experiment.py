@@ -17,7 +17,7 @@ from gyroctl.froude import growth
 from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.code_files import Trust, asked_for, is_file
 from gyroctl.harness.device_sets import foreign, foreign_note, own_choice, own_seeds
-from gyroctl.harness.plausibility import check_lags, remarks
+from gyroctl.harness.plausibility import check_lags, check_parts, remarks
 from gyroctl.harness.protocol import Law
 from gyroctl.harness.registry import build, registered
 from gyroctl.harness.run import Settings
@@ -26,7 +26,7 @@ from gyroctl.harness.seed_ledger import refused_for
 from gyroctl.harness.sensing import Channel, Sensors
 from gyroctl.harness.start import STARTS
 from gyroctl.harness.yardstick import BASELINE
-from gyroctl.names import name_of
+from gyroctl.names import check_apart, name_of
 from gyroctl.plant import Parameters, Plant
 from gyroctl.plant.measurement import CHANNELS
 from gyroctl.tables import check_known, checked_table, names_of, number, read_tables, table_of
@@ -210,6 +210,7 @@ def build_experiment(
     trust = Trust(folder, asked_for(allow_code))
     for name in table["laws"]:
         name_of("laws", name)
+    check_apart("laws", table["laws"], registered())
     entries = {name: trust.names(f"laws.{name}", entry) for name, entry in table["laws"].items()}
     kinds = _kinds(entries)
     actuators = Actuators(**(dataclasses.asdict(Actuators().at(length)) if length != 1.0 else {}) | table["actuators"])
@@ -331,6 +332,7 @@ def _law(
     still = sea.sea if isinstance(sea, SpreadSea) else sea
     if kind == BASELINE and "gamma" not in parameters and isinstance(still, SeaState):
         parameters = {**parameters, "gamma": still.gamma}
+    check_parts(kind, parameters, name)
     try:
         if own is not None and kind != BASELINE:
             parameters = own_choice(own[1], kind, own[0], parameters)

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from gyroctl.errors import InputError, check_kind
 from gyroctl.harness.laws import law as registered_law
 from gyroctl.harness.protocol import Law
-from gyroctl.names import text_of
+from gyroctl.harness.registry import registered
+from gyroctl.names import check_apart, text_of
 from gyroctl.plant import Plant, given
 
 LAW = 'Give a law, for example gyroctl.law("load_angle"), or its registered name'
@@ -48,6 +49,7 @@ def laws_by_name(laws: Mapping[str, Law | str] | Sequence[str]) -> dict[str, Law
         mend = 'Give a mapping from names to laws, for example {"mine": law}'
         raise InputError("laws", given, "is no mapping from names to laws", mend)
     if isinstance(laws, Mapping):
+        check_apart("laws", map(str, laws), registered())
         return {text_of("laws", str(name)): law_of(value, f"laws.{name}") for name, value in laws.items()}
     for each in laws:
         if not isinstance(each, str):

@@ -8,6 +8,7 @@ from typing import Any
 
 from gyroctl.errors import InputError
 from gyroctl.harness.actuation import Actuators
+from gyroctl.harness.registry import registered
 from gyroctl.plant import Plant
 from gyroctl.waves import DirectionalSpectrum, ElevationRecord, Sea, SpreadSea, TabulatedSpectrum
 
@@ -25,6 +26,10 @@ CUT = 0.95
 
 ANGLE = 0.005
 """Difference from a multiple of a right angle in radians that is rounding to three digits. [rad]"""
+
+
+PARTS = ("share", "eased", "spared")
+"""Parameters of the laws of this package that are a part of something, from 0 to 1."""
 
 
 def remarks(
@@ -90,6 +95,36 @@ def check_lags(actuators: Actuators, sea: Sea) -> None:
             problem = f"lasts {periods:.3g} peak periods of the sea: the control would follow nothing"
             mend = f"Give a time constant in seconds of at most {LAG_MAX:g} periods; {lag:g} ms are {1e-3 * lag:g}"
             raise InputError(f"actuators.{name}", lag, problem, mend)
+
+
+def check_parts(name: str, parameters: Mapping[str, Any], label: str = "") -> None:
+    """Refuse a part outside 0 to 1 among parameters that somebody typed; a search may try what it likes.
+
+    Parameters
+    ----------
+    name : str
+        Registered name; laws in files of users are not looked at, nor are those of other packages.
+    parameters : mapping
+        Of the law; those of a law that it wraps may stand within.
+    label : str
+        Name of the law in the message, where it has another one.
+
+    Raises
+    ------
+    InputError
+        Field ``laws.NAME.share`` or another of `PARTS`.
+    """
+    label, points = label or name, registered()
+    wraps = parameters.get("wraps")
+    if isinstance(wraps, Mapping):
+        check_parts(str(wraps.get("law", "")), wraps, f"{label}.wraps")
+    if name not in points or not points[name].value.startswith("gyroctl."):
+        return
+    for key in PARTS:
+        value = parameters.get(key)
+        if isinstance(value, float | int) and not 0.0 <= value <= 1.0:
+            mend = f"Give it from 0 to 1; {value:g} per cent are {0.01 * value:g}" if value > 1.0 else "Give 0 or more"
+            raise InputError(f"laws.{label}.{key}", value, "is a part, and must be from 0 to 1", mend)
 
 
 def cut_all_the_time(name: str, cut: float, samples: float) -> list[str]:

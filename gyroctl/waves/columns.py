@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyroctl.errors import InputError, visible
-from gyroctl.reading import read_text, real
+from gyroctl.reading import cut_short, read_text, real
 
 FIELD = "sea.file"
 FILE_MAX = 32 << 20
@@ -37,6 +37,7 @@ class Column(NamedTuple):
     unit: str  # of the header, "" where it names none
     cells: list[str]
     lines: list[int]  # of the file, from 1
+    notes: tuple[str, ...] = ()  # what is notable about the file where this column ends
 
     def numbers(self, path: str, mend: str, missing: bool = False) -> NDArray[np.float64]:
         """Return the cells as numbers, shape (n,); where `missing` is allowed, a cell that holds none is NaN.
@@ -115,9 +116,11 @@ def read_columns(
     if labels is None:
         problem = f"has {len(rows[0])} columns, and {len(_split(header or '', 0))} names of columns: {header!r}"
         raise InputError(FIELD, str(path), problem, mend)
+    cut = cut_short(text, [row[-1] for row in rows])
     first, second = _choice(labels, chosen, str(path), _hint(text))
     return tuple(  # type: ignore[return-value]
-        Column(*label_of(labels[i]), [row[i] for row in rows], lines) for i in (first, second)
+        Column(*label_of(labels[i]), [row[i] for row in rows], lines, cut if i == len(rows[0]) - 1 else ())
+        for i in (first, second)
     )
 
 
@@ -197,6 +200,8 @@ def _labels(text: str, count: int, header: bool) -> list[str] | None:
             if len(parts) == count:
                 return parts
     for parts in (_LABEL.findall(text), text.split()):
+        if any(not part.strip(";,") for part in parts):  # a mark that stands alone is no name
+            continue
         if len(parts) == count and (header or "[" in text or "(" in text):  # else it may be any two words
             return parts
     return None if header else [""] * count

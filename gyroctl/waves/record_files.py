@@ -91,7 +91,7 @@ def read_record(
     factor = scale_of("sea.unit", unit, second.unit, LENGTHS, "m")
     eta = second.numbers(os.fspath(path), mend, missing=True) * factor / shrink
     time = _times(first, os.fspath(path), mend) / math.sqrt(shrink)
-    notes: list[str] = []
+    notes = [*first.notes, *second.notes]
     if factor != 1.0:
         notes.append(f"elevations converted from {unit or second.unit} to m")
     time, eta = _filled(time, eta, second, gaps, longest, str(path), notes)

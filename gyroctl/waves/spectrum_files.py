@@ -104,7 +104,7 @@ def read_spectrum(
         mend = f"Give a text file with two columns of numbers: {_WHAT}"
         omega = first.numbers(os.fspath(path), mend) * turn
         density = second.numbers(os.fspath(path), mend) * factor
-        notes = [said] if said else []
+        notes = [*([said] if said else []), *first.notes, *second.notes]
         if turn != 1.0 or factor != 1.0:
             was = f"{unit or first.unit or 'rad/s'}, {second.unit or 'm2 per that'}"
             notes.append(f"converted from {was} to rad/s, m2 s/rad")

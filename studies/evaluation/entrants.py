@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from gyroctl.errors import InputError
 from gyroctl.harness.code_files import is_file
+from gyroctl.harness.plausibility import check_parts
 from gyroctl.harness.protocol import Law, innermost
 from gyroctl.harness.registry import REAL, build, registered, tuned_sets
 from gyroctl.harness.sight import sight
@@ -143,6 +144,7 @@ def _one(text: str) -> Entrant:
             problem = f"{item.strip() or 'nothing'} is no parameter with its value"
             raise InputError("laws", text, problem, "Write key=value between the brackets")
         parameters[key.strip()] = _value(value.strip())
+    check_parts(name, parameters)
     tuning = str(parameters.pop("tuning", ALL))
     return Entrant(text, name, parameters, tuning)
 

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 from gyroctl.errors import NOT_GIVEN, InputError
 from gyroctl.names import text_of
-from gyroctl.reading import read_text
+from gyroctl.reading import cut_short, read_text
 from gyroctl.studies.site.axes import BINS, axis
 from gyroctl.studies.site.headings import Heading, corner, heading, is_total, number
 from gyroctl.studies.site.headings import occurrence as way_of_telling
@@ -30,7 +30,8 @@ LARGEST = 4 << 20
 BINS_MAX, WIDE = 5000, 500
 """Most sea states, and cells of a line."""
 
-SEPARATOR = re.compile(r"sep=([,;\t])", re.IGNORECASE)
+SEPARATOR = re.compile(r'"?sep=([,;\t])"?[,;\t]*', re.IGNORECASE)
+"""A line that says the sign between cells; where a spreadsheet saved it again with quotes, or empty cells behind."""
 
 NOTE = 2000
 """Characters of a line that says where a table is from."""
@@ -119,7 +120,10 @@ def _lines(path: Path) -> tuple[list[Line], dict[str, str], bool, list[str]]:
         raise InputError(FIELD, str(path), f"has {len(table)} lines of a table", MEND)
     told = SEPARATOR.fullmatch(table[0][1].strip())  # a line that spreadsheets write and read
     if told:
-        table = table[1:]
+        first, table = table[0][0], table[1:]
+        if not any(told[1] in row for _, row in table):
+            problem = f"line {first} says that cells are apart by it, and no line of the table has one"
+            raise InputError(FIELD, told[1], problem, "Leave this line out, or name the sign that is there")
     sign = told[1] if told else next((sign for sign in "\t;" if sign in table[0][1]), ",")
     try:
         rows = [Line(count, _cells(line, sign)) for count, line in table]
@@ -135,7 +139,9 @@ def _lines(path: Path) -> tuple[list[Line], dict[str, str], bool, list[str]]:
     commas = sign != "," and any("," in cell and cell.replace(",", "").strip().isdigit() for cell in numbers)
     if commas and any("." in cell and cell.replace(".", "").strip().isdigit() for cell in numbers):
         raise InputError(FIELD, str(path), "has decimal commas and decimal points", "Write decimal points alone")
-    return rows, directives, commas, ["decimal commas were read as such"] if commas else []
+    notes = ["decimal commas were read as such"] if commas else []
+    notes += cut_short(text, [line.cells[-1] for line in rows if line.cells])
+    return rows, directives, commas, notes
 
 
 def _cells(line: str, sign: str) -> list[str]:
