@@ -76,7 +76,7 @@ def test_seas_that_may_be_meant_have_no_remark(sea: Any) -> None:
     [
         (gy.SeaState(wp=0.5), ("sea.wp = 0.5 rad/s", "6.3 times below", "meant in Hz, give wp = 3.142")),
         (gy.SeaState(wp=0.9), ("Tp 6.98 s", "3.5 times below", "give wp = 5.655")),
-        (gy.SeaState(wp=12.0), ("3.8 times above", "rad/s, or the peak period as tp")),
+        (gy.SeaState(hs=0.03, wp=12.0), ("3.8 times above", "rad/s, or the peak period as tp")),
         (SpreadSea(gy.SeaState(wp=0.5), "cos2s", 20.0), ("sea.wp = 0.5 rad/s", "Hz")),
         (gy.SeaState(heading=3.14), ("sea.heading = 3.14 is in degrees", "give heading = 180")),
         (gy.SeaState(heading=-1.571), ("sea.heading = -1.571", "give heading = -90")),
@@ -98,6 +98,11 @@ def test_record_whose_times_are_ten_times_too_long_is_told() -> None:
     omega = np.linspace(0.1, 1.0, 200)
     (told,) = of(TabulatedSpectrum(omega, 0.01 * np.exp(-(((omega - 0.4) / 0.05) ** 2))))
     assert "scale" in told
+
+
+@pytest.mark.parametrize("sea", [gy.SeaState(wp=0.1), gy.SeaState(wp=17.0), gy.SeaState(hs=5.0, wp=1.0)])
+def test_sea_that_a_run_refuses_itself_has_no_remark(sea: Any) -> None:
+    assert of(sea) == []
 
 
 @pytest.mark.parametrize(("name", "limit"), [("cc", 0.3), ("cg", 0.02)])

@@ -11,6 +11,8 @@ from gyroctl.harness.actuation import Actuators
 from gyroctl.harness.registry import registered
 from gyroctl.plant import Plant
 from gyroctl.waves import DirectionalSpectrum, ElevationRecord, Sea, SpreadSea, TabulatedSpectrum
+from gyroctl.waves.excitation import band
+from gyroctl.waves.physical import check_sea
 
 USUAL = 3.14
 """Peak frequency that the device of Table 1 is made for. [rad/s]"""
@@ -139,7 +141,7 @@ def cut_all_the_time(name: str, cut: float, samples: float) -> list[str]:
 
 def _of_peak(plant: Plant, sea: Sea) -> list[str]:
     wp, made_for = sea.wp, USUAL / plant.parameters.time_scale
-    if not is_far(plant, wp):
+    if not is_far(plant, wp) or _refused(plant, sea):
         return []
     ratio, side = (made_for / wp, "below") if wp < made_for else (wp / made_for, "above")
     still = sea.sea if isinstance(sea, SpreadSea) else sea
@@ -155,6 +157,16 @@ def _of_peak(plant: Plant, sea: Sea) -> list[str]:
         f"sea.wp = {wp:.4g} rad/s (Tp {2.0 * math.pi / wp:.3g} s) is {ratio:.2g} times {side} the {made_for:.3g} rad/s"
     )
     return [f"{told} that a device of this length is made for. {mend}"]
+
+
+def _refused(plant: Plant, sea: Sea) -> bool:
+    """Whether a run refuses the sea by an error of its own: beyond the excitation's table, or higher than can be."""
+    low, high = band(plant.excitation)
+    try:
+        check_sea(plant, sea)
+    except InputError:
+        return True
+    return not low <= sea.wp <= high
 
 
 def _of_heading(sea: Sea) -> list[str]:
