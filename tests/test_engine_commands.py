@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import os
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,10 +13,12 @@ import numpy as np
 import pytest
 from command_line import Run
 
-from gyroctl.engine import Store
+from gyroctl.engine import Store, state
 from gyroctl.engine.packing import packed, unpacked
+from gyroctl.engine.plan import KEPT, Plan, Wanted, plans
 from gyroctl.engine.record import Damaged
 from gyroctl.engine.steps import Steps
+from gyroctl.errors import InputError
 from gyroctl.writing import written_whole
 
 EXPERIMENT = """
@@ -98,6 +102,78 @@ def test_status_verify_and_clean(study: Path, run: Run, monkeypatch: pytest.Monk
     toml.write_text(EXPERIMENT + "# mine.py:Mine")
     code, told, said = asked(run, "verify", study)
     assert code == 2 and "names code" in said
+
+
+def test_experiments_in_one_folder_keep_their_results(study: Path, run: Run) -> None:
+    """A plan is known by all that is asked: a second experiment of the same laws and seeds takes nothing away."""
+    other, runs, more = study.parent / "other.toml", study / "runs", ("--no-search", "--workers", 1)
+    other.write_text(EXPERIMENT.replace("[run]", "[run]\ndt = 0.005"))
+    assert run("compare", other, "--out", study, *more)[0] == 0
+    first = sorted(runs.glob("*.run"))
+    assert len(first) == 8 and len(list(runs.glob("*.plan.json"))) == 2
+    _, told, _ = asked(run, "clean", study)
+    assert told["stale"]["files"] == 0 and sorted(runs.glob("*.run")) == first
+    _, told, _ = asked(run, "status", study)
+    assert [(line["law"], line["done"]) for line in told["lines"]] == 2 * [("best_constant", 2), ("plain", 2)]
+    assert [("mine.toml" in line["command"]) for line in told["lines"]] == [True, True, False, False]
+    assert "other.toml" in run("status", study, "--words")[1]
+
+    # the file is edited: what it asked for before is kept and told apart until that is to go
+    other.write_text(other.read_text() + "cg = 3e-4\n")
+    assert run("compare", other, "--out", study, *more)[0] == 0
+    _, told, _ = asked(run, "status", study)
+    assert told["of_earlier_runs"] == 2 and sum(line["done"] for line in told["lines"]) == 8
+    _, told, _ = asked(run, "clean", study)
+    assert told["kept_of_earlier"] == 3 and len(list(runs.glob("*.run"))) == 10
+    _, told, _ = asked(run, "clean", study, "--earlier")
+    assert told["earlier"]["files"] == 3 and len(list(runs.glob("*.run"))) == 8
+    for toml in (study.parent / "mine.toml", other):
+        _, told, _ = asked(run, "verify", study, toml, "--share", 1.0, "--workers", 1)
+        assert told["stored"] == told["same"] == 4
+
+
+def test_plans_of_a_folder_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the same laws and seeds; the oldest goes, and what was refused leaves the plan that was there before."""
+    for number in range(KEPT + 3):
+        with Plan(tmp_path, "", [Wanted(f"{number:064x}", "law", 1)]) as plan:
+            pass
+        assert plan.path is not None
+        os.utime(plan.path, (number, number))
+    kept = {item.key for noted in plans(tmp_path) for item in noted.items}
+    assert kept == {f"{number:064x}" for number in range(3, KEPT + 3)}
+    with suppress(InputError), Plan(tmp_path, "", [Wanted(f"{5:064x}", "law", 1)]):
+        raise InputError("scheduler", "x", "is refused", "Give another one")
+    assert kept == {item.key for noted in plans(tmp_path) for item in noted.items}
+
+
+def test_plans_of_other_code_go_with_their_results(study: Path, run: Run) -> None:
+    runs = study / "runs"
+    (plan,) = runs.glob("*.plan.json")
+    for path in sorted(runs.glob("*.run")):
+        record = Store(runs).load(path.stem)
+        assert record is not None
+        Store(runs).save(record.key, record.content, record.arrays, {**record.about, "code": {"gyroctl.version": "1"}})
+    _, told, _ = asked(run, "clean", study)
+    assert told["stale"]["files"] == 5 and not plan.exists(), "or status would call its runs left"
+
+
+def test_damaged_results_are_not_told_done(study: Path, run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
+    one, two, three, _ = sorted((study / "runs").glob("*.run"))
+    one.write_bytes(one.read_bytes()[:-1])
+    two.write_bytes(three.read_bytes())
+    _, told, _ = asked(run, "status", study)
+    assert told["damaged"] == 2 and sum(line["done"] for line in told["lines"]) == 2
+    assert sum(line["left"] for line in told["lines"]) == 0
+    words = run("status", study, "--words")[1]
+    assert "2 damaged, will be computed again" in words and "all is done" not in words
+    assert asked(run, "clean", study, "--dry-run")[1]["damaged"]["files"] == 2
+    monkeypatch.setattr(state, "CHECKED", 1)
+    _, told, _ = asked(run, "status", study)
+    assert told["unchecked"] == 3 and told["damaged"] == 1
+    one.unlink()
+    one.mkdir()
+    assert f"{one} is a folder: remove it" in run("status", study, "--words")[1]
+    assert f"{one} is a folder where a file belongs" in run("clean", study, "--words")[1] and one.is_dir()
 
 
 @pytest.mark.slow

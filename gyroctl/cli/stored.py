@@ -13,32 +13,50 @@ from gyroctl.cli.verification import judged, made, made_by_command, noted_compar
 
 Folder = Annotated[Path, typer.Argument(metavar="DIR", help="Folder that --out named, or its runs folder.")]
 
-OTHER = "other_versions"
+OTHER, EARLIER = "other_versions", "earlier"
 
 
 def status(folder: Folder, words: Form = None) -> None:
     """Tell what is done, failed and left, by law and case, and the time that is left."""
-    from gyroctl.engine.state import results_folders, state
+    from gyroctl.engine.state import CHECKED, results_folders, state
     from gyroctl.tuning.steps_kept import done
 
     found = [state(place, done(place)) for place in results_folders(folder)]
+    rows = [line for part in found for line in part.lines]
     lines = [f"{'case':24} {'law':24} {'done':>6} {'failed':>6} {'left':>6}"]
-    for line in (line for part in found for line in part.lines):
-        lines.append(f"{line.case[:24]:24} {line.law[:24]:24} {line.done:6} {line.failed:6} {line.left:6}  {line.why}")
+    commands = list(dict.fromkeys(line.command for line in rows))
+    for command in commands:
+        if len(commands) > 1:
+            lines.append(f"{command or 'of another program'}:")
+        for line in (line for line in rows if line.command == command):
+            why = f"{line.damaged} damaged  {line.why}" if line.damaged else line.why
+            lines.append(f"{line.case[:24]:24} {line.law[:24]:24} {line.done:6} {line.failed:6} {line.left:6}  {why}")
     known = [part.left_s for part in found if part.left_s is not None]
     left, failed, running = sum(p.left for p in found), sum(p.failed for p in found), any(p.running for p in found)
+    damaged, earlier, unchecked = (
+        sum(getattr(part, what) for part in found) for what in ("damaged", "earlier", "unchecked")
+    )
     time = f"{sum(known) / 60.0:.1f} min" if known else "unknown"
-    doing = f"running, time left {time}" if running else "nothing runs here" if left else "all is done"
+    open_work = left or damaged
+    doing = f"running, time left {time}" if running else "nothing runs here" if open_work else "all is done"
     apart = {what: number for part in found for what, number in part.apart.items()}
     content: dict[str, Any] = {
         "running": running,
         "time_left_s": sum(known) if known else None,
-        "lines": [vars(line) for part in found for line in part.lines],
+        "lines": [vars(line) for line in rows],
+        "damaged": damaged,
         "made_here": sum(part.here for part in found),
         "made_elsewhere": apart,
+        "of_earlier_runs": earlier,
+        "unchecked": unchecked,
     }
     lines += [f"{number} stored results were made with {what}: kept apart, not used" for what, number in apart.items()]
-    answer(content, [*lines, f"{doing}; {left} left, {failed} failed"], words)
+    if earlier:
+        lines.append(f"{earlier} stored results are of earlier runs of the same commands; clean --earlier removes them")
+    if unchecked:
+        lines.append(f"{unchecked} stored results beyond the first {CHECKED} were counted without a look at their sums")
+    will = f"{damaged} damaged, will be computed again, " if damaged else ""
+    answer(content, [*lines, f"{doing}; {left} left, {will}{failed} failed"], words)
 
 
 def verify(
@@ -117,13 +135,21 @@ def clean(
     other_versions: Annotated[
         bool, typer.Option("--other-versions", help="Also what other libraries or another processor made.")
     ] = False,
+    earlier: Annotated[
+        bool,
+        typer.Option(
+            "--earlier",
+            help="Also what only earlier runs of the same command asked for: laws or experiment were edited since.",
+        ),
+    ] = False,
     words: Form = None,
 ) -> None:
     """Throw away what is stale, damaged or half-written; what can still be used stays."""
     from gyroctl.engine.state import litter, results_folder
 
     found = litter(results_folder(folder))
-    kinds = ["damaged", "stale", "temporary", *([OTHER] if other_versions else [])]
+    more = {EARLIER: earlier, OTHER: other_versions}
+    kinds = ["damaged", "stale", "temporary", *(kind for kind, wanted in more.items() if wanted)]
     content = {kind: {"files": len(getattr(found, kind)), "bytes": _size(getattr(found, kind))} for kind in kinds}
     if not dry_run:
         for path in found.of(kinds):
@@ -133,9 +159,13 @@ def clean(
         f"{told['files']} {kind.replace('_', ' ')}, {told['bytes'] / 1e6:.2f} MB, {word}"
         for kind, told in content.items()
     ]
+    if not earlier and found.earlier:
+        lines.append(f"{len(found.earlier)} of earlier runs of the same commands stay; --earlier removes them")
     if not other_versions and found.other_versions:
         lines.append(f"{len(found.other_versions)} of other versions stay; --other-versions removes them")
-    answer({"dry_run": dry_run, **content, "kept_of_other_versions": len(found.other_versions)}, lines, words)
+    lines += [f"{path} is a folder where a file belongs, and stays: remove it" for path in found.in_the_way]
+    kept = {f"kept_of_{kind}": len(getattr(found, kind)) for kind in (EARLIER, OTHER)}
+    answer({"dry_run": dry_run, **content, **kept, "in_the_way": list(map(str, found.in_the_way))}, lines, words)
 
 
 def _size(paths: list[Path]) -> int:

@@ -31,7 +31,7 @@ def made_by_command(folder: Path, typed: str, by_note: bool) -> list[str]:
     InputError
         For another command, several ones, or one that names code: what may run is not for a folder to say.
     """
-    from gyroctl.engine.plan import plans
+    from gyroctl.engine.plan import in_force, plans
     from gyroctl.engine.state import RUNS
     from gyroctl.errors import InputError
 
@@ -43,7 +43,8 @@ def made_by_command(folder: Path, typed: str, by_note: bool) -> list[str]:
         return words
     if not by_note:
         return []
-    noted = sorted({plan.command for place in (folder, folder / RUNS) for plan in plans(place) if plan.command})
+    last = [plan for place in (folder, folder / RUNS) for plan in in_force(plans(place))]
+    noted = sorted({plan.command for plan in last if plan.command})
     ours = [text for text in noted if (_words(text) or [""])[0] in COMMANDS]
     if len(ours) > 1:
         raise InputError("dir", str(folder), f"was made by several commands: {'; '.join(ours)[:2000]}", how)

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from gyroctl.engine.plan import plans
+from gyroctl.engine.plan import in_force, plans
 from gyroctl.engine.record import Damaged, Record
 from gyroctl.engine.state import RUNS, changed
 from gyroctl.engine.store import Store, differences, read
@@ -58,7 +58,7 @@ def withhold(folder: Path, into: Path, share: float, count: int | None, seed: in
         Of the sample, to draw it again.
     """
     store, apart, good = Store(folder / RUNS), dict[str, int](), list[Path]()
-    wanted = {item.key for plan in plans(folder / RUNS) for item in plan.items}
+    wanted = {item.key for plan in in_force(plans(folder / RUNS)) for item in plan.items}
     for path in store.files():
         try:
             record = read(path)

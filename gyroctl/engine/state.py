@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from gyroctl.engine.plan import SUFFIX as PLAN
-from gyroctl.engine.plan import Noted, plans, read_plan
+from gyroctl.engine.plan import Noted, in_force, plans, read_plan
 from gyroctl.engine.record import Damaged, Record
-from gyroctl.engine.store import EARLIER, SUFFIX, differences, heads, read
+from gyroctl.engine.store import EARLIER, SUFFIX, differences, heads, is_whole, read, stored
 from gyroctl.errors import InputError
 from gyroctl.fingerprint import made_with, text_of
 from gyroctl.writing import left_over
@@ -24,13 +24,16 @@ RUNS = "runs"
 ALL = 1_000_000
 """Results of a folder that are counted."""
 
+CHECKED = 20_000
+"""Results of a folder whose checksum is looked at where its state is told."""
+
 MODULES = re.compile(r"\w+(\.\w+)*( \w+(\.\w+)*)*")
 """Names of modules that made a result."""
 
 
 @dataclass
 class Line:
-    """Counts of a law in a case."""
+    """Counts of a law in a case, as a command wanted it."""
 
     case: str
     law: str
@@ -38,6 +41,8 @@ class Line:
     failed: int = 0
     left: int = 0
     why: str = ""  # the first failure
+    damaged: int = 0  # stored, and not what was written: they will be computed again
+    command: str = ""  # that wanted it; empty within another program
 
 
 @dataclass
@@ -49,11 +54,18 @@ class State:
     running: bool = False
     here: int = 0  # stored results that the libraries and the processor of this process made
     apart: dict[str, int] = field(default_factory=dict)  # those of others, by what differs: they are not used
+    earlier: int = 0  # stored results that only earlier runs of the same commands wanted, see `plan.in_force`
+    unchecked: int = 0  # stored results beyond `CHECKED`
 
     @property
     def left(self) -> int:
         """Pieces of work that are left."""
         return sum(line.left for line in self.lines)
+
+    @property
+    def damaged(self) -> int:
+        """Pieces of work whose results are damaged."""
+        return sum(line.damaged for line in self.lines)
 
     @property
     def failed(self) -> int:
@@ -97,23 +109,37 @@ def _ours(path: Path) -> bool:
 def state(folder: Path, kept: Collection[str] = ()) -> State:
     """What is done, failed and left of all that was wanted of a folder; `kept` are keys that are done without files."""
     found = State()
-    lines: dict[tuple[str, str], Line] = {}
+    lines: dict[tuple[str, str, str], Line] = {}
     times: list[float | None] = []
-    wanted = {item.key for plan in plans(folder) for item in plan.items}
-    for plan in plans(folder):
+    noted = plans(folder)
+    last, files = in_force(noted), stored(folder)
+    wanted, asked = ({item.key for plan in some for item in plan.items} for some in (noted, last))
+    places = {path.stem: path for path in files}
+    broken = {path.stem for path in files[:CHECKED] if not is_whole(path)}
+    found.unchecked = max(0, len(files) - CHECKED)
+    found.earlier = sum(path.stem in wanted and path.stem not in asked for path in files)
+    counted = set[tuple[str, str, str, str]]()
+    for plan in last:
         finished = []
         for item in plan.items:
-            line = lines.setdefault((plan.case, item.law), Line(plan.case, item.law))
-            path = folder / f"{item.key}{SUFFIX}"
-            why = plan.failures.get(item.key or f"{item.law} {item.seed}", "")
-            if item.key and path.is_file():
-                line.done += 1
-                finished.append(path.stat().st_mtime)
-            elif item.key in kept:
+            of = (plan.command, plan.case, item.law)
+            line = lines.setdefault(of, Line(plan.case, item.law, command=plan.command))
+            name = item.key or f"{item.law} {item.seed}"
+            place, why = places.get(item.key), plan.failures.get(name, "")
+            there = place is not None and item.key not in broken and place.is_file()
+            if place is not None and there:
+                finished.append(place.stat().st_mtime)
+            if (*of, name) in counted:
+                continue  # of another plan of the same command, with more laws or seeds
+            counted.add((*of, name))
+            if there or item.key in kept:
                 line.done += 1
             elif why:
                 line.failed += 1
                 line.why = line.why or why
+            elif place is not None:
+                line.damaged += 1
+                line.why = line.why or (f"{place} is a folder: remove it" if place.is_dir() else "")
             elif plan.ended and not item.key:
                 line.done += 1  # of a law that cannot be told from another one: run, and not stored
             else:
@@ -127,8 +153,10 @@ def state(folder: Path, kept: Collection[str] = ()) -> State:
         else:
             found.here += 1
         if "step" in head and head["key"] not in wanted:  # of a report whose plan has been thrown away
-            lines.setdefault((str(head.get("case", "")), str(head["step"])), _step(head)).done += 1
-    found.lines = sorted(lines.values(), key=lambda line: (line.case, line.law))
+            line = lines.setdefault(("", str(head.get("case", "")), str(head["step"])), _step(head))
+            line.damaged += head["key"] in broken
+            line.done += head["key"] not in broken
+    found.lines = sorted(lines.values(), key=lambda line: (line.command, line.case, line.law))
     known = [time for time in times if time is not None]
     found.left_s = sum(known) if known else None
     return found
@@ -166,9 +194,11 @@ class Litter:
     """Files that serve nobody, by kind."""
 
     damaged: list[Path] = field(default_factory=list)  # not what was written, or of an earlier format
-    stale: list[Path] = field(default_factory=list)  # of code that has changed, or wanted by nobody
+    stale: list[Path] = field(default_factory=list)  # of code that has changed, or wanted by nobody; plans of these
+    earlier: list[Path] = field(default_factory=list)  # wanted by earlier runs of commands alone; their plans
     temporary: list[Path] = field(default_factory=list)  # left by a process that is no more
     other_versions: list[Path] = field(default_factory=list)  # made with other libraries or another processor
+    in_the_way: list[Path] = field(default_factory=list)  # folders under the name of a result; they stay
 
     def of(self, kinds: Iterable[str]) -> list[Path]:
         """Files of some kinds."""
@@ -178,11 +208,15 @@ class Litter:
 def litter(folder: Path) -> Litter:
     """Find what can be thrown away."""
     found = Litter(temporary=[path for place in {folder, folder.parent} for path in left_over(place)])
-    wanted = {item.key for plan in plans(folder) for item in plan.items}
+    noted = {path: plan for path in sorted(folder.glob(f"*{PLAN}")) if (plan := read_plan(path)) is not None}
+    last = in_force(noted.values())
+    wanted, asked = ({item.key for plan in some for item in plan.items} for some in (noted.values(), last))
     here = made_with()
     for path in sorted(path for path in folder.iterdir() if not path.name.startswith(".")):  # that is being written
         if path.is_dir() and not path.is_symlink():
-            continue  # that nobody of us made
+            if path.name.endswith((SUFFIX, PLAN)):
+                found.in_the_way.append(path)  # nobody of us made it: who knows what it holds
+            continue
         if path.match(EARLIER) or (path.name.endswith(PLAN) and read_plan(path) is None):
             found.damaged.append(path)
         elif path.suffix == SUFFIX:
@@ -195,6 +229,16 @@ def litter(folder: Path) -> Litter:
                 found.other_versions.append(path)
             elif changed(record) or not (record.key in wanted or "step" in record.about):
                 found.stale.append(path)
+            elif record.key in wanted and record.key not in asked:
+                found.earlier.append(path)
+    there, stale = {path.stem for path in stored(folder)}, {path.stem for path in found.stale}
+    for path, plan in noted.items():
+        keys = {item.key for item in plan.items} & there
+        if plan.ended or not _alive(plan.process):
+            if keys and keys <= stale:
+                found.stale.append(path)
+            elif plan not in last:
+                found.earlier.append(path)
     return found
 
 

@@ -16,7 +16,7 @@ from typing import Any
 from numpy.typing import NDArray
 
 from gyroctl.disk import DISK, Disk
-from gyroctl.engine.record import LARGEST, Damaged, Record, from_bytes, to_bytes
+from gyroctl.engine.record import LARGEST, Damaged, Record, from_bytes, is_as_written, to_bytes
 from gyroctl.errors import visible
 from gyroctl.fingerprint import made_with
 from gyroctl.provenance import commit
@@ -169,6 +169,15 @@ def read(path: Path, disk: Disk = DISK) -> Record:
     if disk.size(path) > LARGEST:
         raise Damaged("too large")
     return from_bytes(disk.read(path), path.stem)
+
+
+def is_whole(path: Path, disk: Disk = DISK) -> bool:
+    """Whether the file of a result can be read and is what was written under its name: checksum and key alone."""
+    try:
+        raw = disk.read(path) if disk.size(path) <= LARGEST else b""
+    except OSError:
+        return False
+    return is_as_written(raw, path.stem)
 
 
 @cache
