@@ -14,7 +14,9 @@ import secrets
 import stat
 import time
 import uuid
+from collections.abc import Iterator
 from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 from typing import BinaryIO, Protocol
@@ -156,7 +158,8 @@ class LocalDisk:
 
     def write(self, path: Path, content: bytes) -> None:
         """Whole, or an error."""
-        path.write_bytes(content)
+        with _named(path):
+            path.write_bytes(content)
 
     def append(self, path: Path, content: bytes) -> None:
         """Where it fails a part of it may stand there.
@@ -164,14 +167,14 @@ class LocalDisk:
         By one handle: where several write to a file, and the system could not bring it to the disk, it tells each who
         has it open, once, and nobody who opens it behind that.
         """
-        with path.open("ab") as file:
+        with _named(path), path.open("ab") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
 
     def sync(self, path: Path) -> None:
         """`fsync`."""
-        with path.open("rb+") as file:
+        with _named(path), path.open("rb+") as file:
             os.fsync(file.fileno())
 
     def rename(self, path: Path, target: Path) -> None:
@@ -184,7 +187,8 @@ class LocalDisk:
             return
         handle = os.open(folder, os.O_RDONLY)
         try:
-            os.fsync(handle)
+            with _named(folder):
+                os.fsync(handle)
         except OSError as error:
             if error.errno not in NOTHING_TO_SYNC:
                 raise
@@ -206,6 +210,16 @@ class LocalDisk:
 
 DISK: Disk = LocalDisk()
 """That of this machine, which holds no state."""
+
+
+@contextmanager
+def _named(path: Path) -> Iterator[None]:
+    """Name the file in an error of the system, which names none where a file that is open cannot be written."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = error.filename or str(path)
+        raise
 
 
 def _opened(path: Path) -> BinaryIO:

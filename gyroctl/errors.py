@@ -100,9 +100,13 @@ SAFE = "What is finished is stored whole and will not be computed again"
 
 MEND = "mend that, and give the same command again"
 
+ANEW = "give the same command again where a scheduler runs, or without --scheduler"
+
 MENDS = {
     errno.ENOSPC: "make room, and give the same command again",
     errno.EDQUOT: "make room, and give the same command again",
+    errno.EFBIG: "allow larger files (ulimit -f), and give the same command again",
+    errno.EISDIR: "remove that folder, and give the same command again",
     errno.EROFS: "choose a folder that can be written to",
     errno.EACCES: "choose a folder that you may write to, or ask for the right to",
     errno.EPERM: "choose a folder that you may write to, or ask for the right to",
@@ -119,9 +123,12 @@ def went_wrong(error: BaseException) -> str:
         what = (error.strerror or str(error) or type(error).__name__) + (
             f": {error.filename}" if error.filename else ""
         )
-        other = "give the same command again where a scheduler runs" if isinstance(error, ConnectionError) else MEND
+        other = ANEW if isinstance(error, ConnectionError) else MEND
         mend = MENDS.get(error.errno or 0, other)
-    elif isinstance(error, MemoryError):
+    elif isinstance(error, ImportError):
+        what = f"a library could not be loaded ({visible(str(error))})"
+        mend = "allow more memory (ulimit -v) or mend the installation, and give the same command again"
+    elif isinstance(error, MemoryError) or type(error) is RuntimeError:  # of a thread that cannot be started
         what = "there is not memory enough" + (f" ({error})" if str(error) else "")
     else:
         what = "a worker process was lost: it was killed, perhaps for want of memory"

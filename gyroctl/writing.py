@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import csv
 import hashlib
+import io
 import json
 import math
+import os
 import re
+import sys
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, redirect_stderr, suppress
 from dataclasses import asdict, is_dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -31,14 +34,48 @@ def written_whole(path: Path, disk: Disk = DISK) -> Iterator[Path]:
     make_folders(path.parent, disk)
     _clear_once(path.parent, disk)
     me = disk.owner()
-    part = disk.new_file(path.parent, f".{path.stem}.{me.process}-{me.host}.{me.start}", f".part{path.suffix}")
+    with _told_of(path):
+        part = disk.new_file(path.parent, f".{path.stem}.{me.process}-{me.host}.{me.start}", f".part{path.suffix}")
+        try:
+            yield part
+            disk.sync(part)
+            disk.rename(part, path)
+            disk.sync_folder(path.parent)
+        finally:
+            disk.remove(part)
+
+
+@contextmanager
+def _told_of(path: Path) -> Iterator[None]:
+    """Name the file that was to be written in an error of the system, instead of the one that is no more."""
     try:
-        yield part
-        disk.sync(part)
-        disk.rename(part, path)
-        disk.sync_folder(path.parent)
-    finally:
-        disk.remove(part)
+        yield
+    except OSError as error:
+        named = isinstance(error.filename, str | Path) and not PART.fullmatch(Path(error.filename).name)
+        if error.errno is not None and not named:
+            error.filename, error.filename2 = str(path), None
+        raise
+
+
+@contextmanager
+def written_as_hdf5(path: Path) -> Iterator[Path]:
+    """As `written_whole`, for the library of HDF5: what the system refuses it ends in an error of the system too.
+
+    The library tells such a refusal as any error, and prints one more for each part of the file that it cannot close.
+    """
+    said = io.StringIO()
+    with written_whole(path) as part:
+        try:
+            with redirect_stderr(said):
+                yield part
+        except (OSError, RuntimeError) as error:
+            number = next((int(n) for one in (error, error.__context__) for n in ERRNO.findall(str(one))), None)
+            if number is None:
+                raise
+            said = io.StringIO()
+            raise OSError(number, os.strerror(number), str(path)) from error
+        finally:
+            print(said.getvalue(), end="", file=sys.stderr)
 
 
 def make_folders(folder: Path, disk: Disk = DISK) -> None:
@@ -62,6 +99,9 @@ def _synced(folder: Path, disk: Disk) -> None:
     with suppress(PermissionError):  # it may be written to, or gone through, and not read
         disk.sync_folder(folder)
 
+
+ERRNO = re.compile(r"errno = (\d+)")
+"""Where HDF5 says what the system answered."""
 
 PART = re.compile(r"\..+\.(\d+)-([0-9a-f]{8})\.([^.]+)\.part(\..*)?")
 """Name of a file that is being written: process, machine, and a word that begins with that of its start."""

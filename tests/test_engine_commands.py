@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 from command_line import Run
 
+from gyroctl.cli.verification import made
 from gyroctl.engine import Store, state
 from gyroctl.engine.packing import packed, unpacked
 from gyroctl.engine.plan import KEPT, Plan, Wanted, plans
@@ -65,6 +66,7 @@ def test_status_verify_and_clean(study: Path, run: Run, monkeypatch: pytest.Monk
     }
     code, told, _ = asked(run, "verify", study, toml, "--share", 1.0, "--workers", 1)
     assert code == 0 and told["verified"] == told["same"] == 4
+    assert "  " not in made({"gyroctl": "0.2.0", "commit": "", "made_with": {}})
     assert "numpy" in told["runs"][0]["made"] and "processor" in told["runs"][0]["made"]
 
     # a run that was edited, with a checksum of its own: only the computation tells

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import errno
 import os
+import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from command_line import Run
 
 import gyroctl as gy
 from gyroctl.cli import app
@@ -19,7 +21,7 @@ from gyroctl.engine.store import made_by
 from gyroctl.errors import went_wrong
 from gyroctl.harness.run import Settings
 from gyroctl.reports import open_results
-from gyroctl.writing import left_over, seal, seal_of, write_text, written_whole
+from gyroctl.writing import left_over, seal, seal_of, write_text, written_as_hdf5, written_whole
 
 KEY = "ab" * 32
 CONTENT = {"sha256": "waves", "values": {"mean_power": 0.1 + 0.2, "loss_time": float("inf"), "x": float("nan")}}
@@ -138,7 +140,11 @@ def test_full_disk_ends_a_comparison_in_one_line(
         app.main()
     said = capsys.readouterr().err.strip()
     assert end.value.code == 1 and said.count("\n") == 0
-    assert said.startswith("Error: No space left on device") and "stored whole" in said and "make room" in said
+    assert (
+        said.startswith(f"Error: No space left on device: {tmp_path / 'runs'}")
+        and "stored whole" in said
+        and "make room" in said
+    )
     names = {path.suffix for path in (tmp_path / "runs").iterdir()}
     assert names <= {".run", ".json"} and len(list((tmp_path / "runs").glob("*.run"))) == 1
 
@@ -160,7 +166,61 @@ def test_words_of_what_the_system_refused() -> None:
     for error in (MemoryError(), BrokenProcessPool("died"), OSError(errno.EROFS, "Read-only file system", "runs")):
         line = went_wrong(error)
         assert "stored whole" in line and "\n" not in line
+    assert went_wrong(ConnectionError("lost")).endswith("where a scheduler runs, or without --scheduler.")
+    assert "ulimit -f" in went_wrong(OSError(errno.EFBIG, "File too large", "runs"))
+    library = went_wrong(ImportError("x.so: failed to map segment from shared object"))
+    assert "x.so" in library and "ulimit -v" in library and "stored whole" in library and "\n" not in library
+    assert "memory" in went_wrong(RuntimeError("can't start new thread"))
     assert "memory" in went_wrong(MemoryError()) and "lost" in went_wrong(BrokenProcessPool(""))
+
+
+@pytest.mark.parametrize("kind", [ImportError, RuntimeError])
+def test_library_or_thread_that_is_refused_ends_in_one_line(
+    kind: type[Exception], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def command() -> None:
+        raise kind("can't start new thread")
+
+    monkeypatch.setattr(app, "app", command)
+    with pytest.raises(SystemExit) as end:
+        app.main()
+    said = capsys.readouterr().err.strip()
+    assert end.value.code == 1 and said.count("\n") == 0 and "stored whole" in said
+
+
+def test_libraries_of_the_report_are_loaded_before_the_runs(
+    tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("gyroctl.cli.report.WRITING", ("no_such_library",))
+    code, _, said = run("compare", "--quick", "--out", tmp_path / "out", "--no-search")
+    assert code == 1 and "no_such_library" in said and said.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="rename onto a folder")
+def test_folder_in_place_of_a_result_is_named(tmp_path: Path, run: Run) -> None:
+    """And not the temporary name, which is no more."""
+    key = "ab" * 32
+    (tmp_path / "runs" / f"{key}.run").mkdir(parents=True)
+    with pytest.raises(IsADirectoryError) as error:
+        Store(tmp_path / "runs").save(key, {})
+    line = went_wrong(error.value)
+    assert f": {tmp_path / 'runs' / key}.run. " in line and "part" not in line and "remove that folder" in line
+    (tmp_path / "results.nc").mkdir()
+    code, _, said = run("compare", "--out", tmp_path)
+    assert code == 2 and f"{tmp_path / 'results.nc'} is a folder where a file belongs. Remove it" in said
+
+
+def test_disk_without_room_is_named_where_a_library_writes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(OSError, match="No space left") as error, written_as_hdf5(tmp_path / "results.nc"):
+        print("Traceback: of a part that cannot be closed", file=sys.stderr)
+        raise RuntimeError(f"Can't close file (file write failed: errno = {errno.ENOSPC}, error message = 'full')")
+    assert f"No space left on device: {tmp_path / 'results.nc'}. " in went_wrong(error.value)
+    assert capsys.readouterr().err == ""
+    with pytest.raises(RuntimeError), written_as_hdf5(tmp_path / "results.nc"):
+        print("A warning", file=sys.stderr)
+        raise RuntimeError("another one")
+    assert capsys.readouterr().err == "A warning\n" and not list(tmp_path.iterdir())
 
 
 @pytest.mark.skipif(os.name == "nt", reason="links need rights there")

@@ -38,6 +38,9 @@ app.add_typer(laws.app, name="laws")
 app.add_typer(hydro.app, name="hydro")
 app.add_typer(device.app, name="device")
 
+NO_THREAD = "can't start new thread"
+"""How Python says that the system refused a thread, as it does where there is no memory for one."""
+
 
 def _version(wanted: bool) -> None:
     if wanted:
@@ -73,7 +76,9 @@ def main() -> None:
             raise
         print(f"Error: {error}", file=sys.stderr)
         sys.exit(2)
-    except (OSError, MemoryError, BrokenExecutor) as error:
+    except (OSError, MemoryError, BrokenExecutor, ImportError, RuntimeError) as error:
+        if isinstance(error, RuntimeError) and not isinstance(error, BrokenExecutor) and NO_THREAD not in str(error):
+            raise
         print(f"Error: {went_wrong(error)}", file=sys.stderr)
         sys.exit(1)
     except (KeyboardInterrupt, SystemExit) as end:  # typer turns Ctrl-C into an exit with code 130

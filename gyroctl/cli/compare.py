@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +15,9 @@ from gyroctl.cli.options import AllowCode, Scheduler, Workers, say_notes, say_re
 
 if TYPE_CHECKING:
     import xarray
+
+WRITTEN = ("results.nc", "summary.json", "report.html")
+"""What a comparison writes."""
 
 
 def compare(
@@ -33,6 +37,7 @@ def compare(
     ] = False,
 ) -> None:
     """Compare laws on identical wave realisations."""
+    from gyroctl.cli.report import WRITING
     from gyroctl.comparison.compare import Realisations, check_length, check_seeds
     from gyroctl.comparison.compare import compare as run
     from gyroctl.comparison.experiment import read_experiment
@@ -47,6 +52,8 @@ def compare(
     tuned, limit, runs = setup.tuning_seeds, setup.run.motion_limit, out / "runs"
     check_seeds(waves.seeds, tuned)
     check_length(waves.duration, setup.settings.score_from)
+    for library in WRITING:  # where one cannot be loaded, for want of memory or since it is broken, no run is lost
+        import_module(library)
     say_notes(setup.sea, setup.plant)
     odd = say_remarks(setup.remarks)
     say_first_time("plant and laws", 30)
@@ -98,23 +105,26 @@ def _cut(ds: xarray.Dataset, samples: float, told: list[str]) -> list[str]:
 
 
 def check_folder(out: Path) -> None:
-    """Refuse a folder that is a file, before an hour of runs and not after it."""
+    """Refuse a folder that is a file, or in which a folder has the name of one, before an hour of runs."""
     from gyroctl.errors import InputError
 
     for part in (out, *out.parents):
         if part.exists() and not part.is_dir():
             raise InputError("out", str(out), f"{part} is a file, not a folder", "Give another folder")
+    for part in (out / name for name in WRITTEN):
+        if part.is_dir():
+            raise InputError("out", str(out), f"{part} is a folder where a file belongs", "Remove it")
 
 
 def write(ds: xarray.Dataset, out: Path, results: bool = True, source: Path | None = None) -> None:
     """Write the three files, each whole or not at all, and print the table; what lies in `source` is told as well."""
     from gyroctl.reports import evaluate, print_table, summarise, write_report
     from gyroctl.reports.layout import packing
-    from gyroctl.writing import SEALED, seal, write_json, written_whole
+    from gyroctl.writing import SEALED, seal, write_json, written_as_hdf5
 
     found = evaluate(ds)
     if results:
-        with written_whole(out / "results.nc") as part:
+        with written_as_hdf5(out / "results.nc") as part:
             sealed = ds.assign_attrs({SEALED: "the file ends with the SHA-256 of its bytes"})
             sealed.to_netcdf(part, engine="h5netcdf", encoding=packing(ds))
             seal(part)

@@ -14,6 +14,10 @@ MEND = "Give the folder that gyroctl compare, margins, evaluate or site wrote, o
 WANTED = ("scipy.stats", "matplotlib.figure", "matplotlib.backends.backend_svg")
 """What a page is drawn and reckoned with; they take two seconds to load."""
 
+FILES = ("xarray", "h5py", "h5netcdf.legacyapi")
+WRITING = (*WANTED, *FILES, "scipy.signal", "plotly.offline", "rich.table", "gyroctl.reports")
+"""What a comparison is written with."""
+
 
 def report(
     folder: Annotated[Path, typer.Argument(help="Folder of results, or a results.nc.")],

@@ -74,7 +74,7 @@ def simulate(
     from gyroctl.simulation.progress import Progress
     from gyroctl.simulation.trajectory import record_of
     from gyroctl.waves.checks import within
-    from gyroctl.writing import written_whole
+    from gyroctl.writing import written_as_hdf5
 
     plant = plant_of(device, variant)
     duration, blend = own(duration, 2000.0, "s", plant), own(blend, 100.0, "s", plant)
@@ -109,7 +109,7 @@ def simulate(
         last = float(ds.time[int(still.argmin())])
         problem = f"the run is no longer finite from t = {last:.1f} s on, so that it has no mean power"
         raise gy.InputError("law", law, problem, "Try smaller waves (--hs), a shorter step (--dt) or another law")
-    with written_whole(out) as part:
+    with written_as_hdf5(out) as part:
         ds.assign_attrs(command=command_line()).to_netcdf(part, engine="h5netcdf")
     typer.echo(f"{law}: {_closing(ds, found, peak, rest)}. Trajectory: {out}")
     card = {name: math.nan if value is None else value for name, value in json.loads(ds.attrs["validity"]).items()}

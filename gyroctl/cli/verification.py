@@ -167,7 +167,8 @@ def made(about: Any) -> str:
     """Version, libraries and processor that made a result, in words."""
     parts = about.get("made_with", {})
     words = ", ".join(f"{name} {value}" for name, value in parts.items()) if isinstance(parts, dict) else ""
-    return f"gyroctl {about.get('gyroctl', 'unknown')} {about.get('commit', '')} ({words})"
+    commit = f" {about['commit']}" if about.get("commit") else ""
+    return f"gyroctl {about.get('gyroctl', 'unknown')}{commit} ({words})"
 
 
 def judged(differs: Sequence[str]) -> str:
