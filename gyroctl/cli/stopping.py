@@ -39,12 +39,17 @@ def _interrupt(number: int, frame: FrameType | None) -> NoReturn:
         asked.set()
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, _once)  # where it were ignored, a process that is started now would ignore it too
+    sys.unraisablehook = _unheard  # within the callback of a library what is raised here would be shown, and lost
     threading.Thread(target=_end, daemon=True).start()
     raise KeyboardInterrupt
 
 
 def _once(number: int, frame: FrameType | None) -> None:
     """Hear no further signal."""
+
+
+def _unheard(_: object) -> None:
+    """Show nothing."""
 
 
 def _end() -> NoReturn:
