@@ -260,10 +260,12 @@ def test_no_flipped_bit_of_results_is_believed(device: gy.Plant, tmp_path: Path,
         file.write_bytes(content[:at] + bytes([content[at] ^ (1 << (at * 5 % 8))]) + content[at + 1 :])
         with pytest.raises(gy.InputError):
             open_results(file)
-    for damaged in (content[:-1], content[:-90], content + b"x"):
+    for damaged in (content[:-1], content[:-90], content[: len(content) // 2], content[:100], content + b"x"):
         file.write_bytes(damaged)
-        with pytest.raises(gy.InputError, match=r"not what was written|cannot be read"):
+        with pytest.raises(gy.InputError, match=r"not what was written|cannot be read") as error:
             open_results(file)
+        told = str(error.value)
+        assert "un gyroctl compare again with the same --out" in told and told.count(str(file)) == 1, "one message"
 
 
 def test_seal_is_of_every_byte_above_it(tmp_path: Path) -> None:

@@ -11,6 +11,10 @@ import typer
 
 MEND = "Give the folder that gyroctl compare, margins, evaluate or site wrote, or a results.nc"
 
+EMPTY = (
+    f"{MEND}. If gyroctl compare wrote it, it is damaged: run that again with the same --out, finished runs are kept"
+)
+
 WANTED = ("scipy.stats", "matplotlib.figure", "matplotlib.backends.backend_svg")
 """What a page is drawn and reckoned with; they take two seconds to load."""
 
@@ -41,7 +45,8 @@ def _comparison(folder: Path, home: Path, beside: Path) -> None:
     """Page and summary of a comparison; refuses a folder in which there is nothing at all, before it loads anything."""
     from gyroctl.netcdf import kind_of
 
-    kind_of("results", folder / "results.nc" if folder.is_dir() else folder, MEND)
+    file = folder / "results.nc" if folder.is_dir() else folder
+    kind_of("results", file, EMPTY if file.exists() else MEND)
 
     from gyroctl.cli.compare import write
     from gyroctl.reports import open_results

@@ -22,6 +22,7 @@ MEND = "Give the results.nc that gyroctl compare wrote"
 
 DAMAGED = "the file is not what was written: damaged, cut short or edited"
 AGAIN = "Run gyroctl compare again with the same --out: finished runs are kept, and the file is written anew"
+UNREADABLE = f"{MEND}. If this is it, it is cut short or damaged: r{AGAIN[1:]}"
 
 LARGEST = 1e15
 """Size beyond which no result is meant; infinite and no number have their meanings."""
@@ -63,7 +64,7 @@ def read_results(path: Path) -> xr.Dataset:
         raise InputError("results", str(path), f"cannot be read: {error.strerror}", MEND) from None
     if intact is False:
         raise InputError("results", str(path), DAMAGED, AGAIN)
-    contents = read_netcdf("results", path, MEND)
+    contents = read_netcdf("results", path, UNREADABLE)
     try:
         ds = _dataset(contents)
     except (KeyError, TypeError, ValueError) as error:
