@@ -31,18 +31,23 @@ def written_whole(path: Path, disk: Disk = DISK) -> Iterator[Path]:
     The name cannot be guessed and is made by this process alone, so that two writers do not meet and no link that
     waits under the name is followed. What is written is on the disk before the name is, and the name before the return.
     """
+    with _told_of(path), _written(path, disk) as part:
+        yield part
+
+
+@contextmanager
+def _written(path: Path, disk: Disk) -> Iterator[Path]:
     make_folders(path.parent, disk)
     _clear_once(path.parent, disk)
     me = disk.owner()
-    with _told_of(path):
-        part = disk.new_file(path.parent, f".{path.stem}.{me.process}-{me.host}.{me.start}", f".part{path.suffix}")
-        try:
-            yield part
-            disk.sync(part)
-            disk.rename(part, path)
-            disk.sync_folder(path.parent)
-        finally:
-            disk.remove(part)
+    part = disk.new_file(path.parent, f".{path.stem}.{me.process}-{me.host}.{me.start}", f".part{path.suffix}")
+    try:
+        yield part
+        disk.sync(part)
+        disk.rename(part, path)
+        disk.sync_folder(path.parent)
+    finally:
+        disk.remove(part)
 
 
 @contextmanager

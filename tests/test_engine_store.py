@@ -191,7 +191,7 @@ def test_library_or_thread_that_is_refused_ends_in_one_line(
 def test_libraries_of_the_report_are_loaded_before_the_runs(
     tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("gyroctl.cli.report.WRITING", ("no_such_library",))
+    monkeypatch.setattr("gyroctl.cli.compare.WRITING", ("no_such_library",))
     code, _, said = run("compare", "--quick", "--out", tmp_path / "out", "--no-search")
     assert code == 1 and "no_such_library" in said and said.count("\n") == 1
     assert not (tmp_path / "out").exists()

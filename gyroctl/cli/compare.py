@@ -19,6 +19,10 @@ if TYPE_CHECKING:
 WRITTEN = ("results.nc", "summary.json", "report.html")
 """What a comparison writes."""
 
+DRAWN = ("scipy.stats", "scipy.signal", "matplotlib.figure", "matplotlib.backends.backend_svg", "plotly.offline")
+WRITING = (*DRAWN, "xarray", "h5py", "h5netcdf.legacyapi", "rich.table", "gyroctl.reports")
+"""What it writes them with."""
+
 
 def compare(
     experiment: Annotated[
@@ -37,7 +41,6 @@ def compare(
     ] = False,
 ) -> None:
     """Compare laws on identical wave realisations."""
-    from gyroctl.cli.report import WRITING
     from gyroctl.comparison.compare import Realisations, check_length, check_seeds
     from gyroctl.comparison.compare import compare as run
     from gyroctl.comparison.experiment import read_experiment

@@ -11,6 +11,9 @@ import typer
 
 MEND = "Give the folder that gyroctl compare, margins, evaluate or site wrote, or a results.nc"
 
+WANTED = ("scipy.stats", "matplotlib.figure", "matplotlib.backends.backend_svg")
+"""What a page is drawn and reckoned with; they take two seconds to load."""
+
 EMPTY = (
     f"{MEND}. If gyroctl compare wrote it, it is damaged: run that again with the same --out, finished runs are kept"
 )
@@ -45,8 +48,7 @@ def _comparison(folder: Path, home: Path, beside: Path) -> None:
     """Page and summary of a comparison; refuses a folder in which there is nothing at all, before it loads anything."""
     from gyroctl.netcdf import kind_of
 
-    file = folder / "results.nc" if folder.is_dir() else folder
-    kind_of("results", file, EMPTY if file.exists() else MEND)
+    kind_of("results", folder / "results.nc" if folder.is_dir() else folder, MEND)
 
     from gyroctl.cli.compare import write
     from gyroctl.reports import open_results

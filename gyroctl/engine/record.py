@@ -57,10 +57,10 @@ def to_bytes(record: Record) -> bytes:
     return MAGIC + hashlib.sha256(body).hexdigest().encode() + b"\n" + body
 
 
-def is_as_written(raw: bytes, key: str | None = None) -> bool:
-    """Whether the checksum is that of all that follows, and this is of a key, where one is given."""
+def is_as_written(raw: bytes, key: str) -> bool:
+    """Whether the checksum is that of all that follows, and this is of a key."""
     line, _, body = raw.partition(b"\n")
-    begin = b"" if key is None else f'{{"key": {json.dumps(key)},'.encode()
+    begin = f'{{"key": {json.dumps(key)},'.encode()
     return body.startswith(begin) and line == MAGIC + hashlib.sha256(body).hexdigest().encode()
 
 
@@ -72,11 +72,11 @@ def from_bytes(raw: bytes, key: str) -> Record:
     Damaged
         For any other bytes than those that were written; the text says what is wrong with them.
     """
-    if not raw.startswith(MAGIC):
+    line, _, body = raw.partition(b"\n")
+    if not line.startswith(MAGIC):
         raise Damaged("of another format")
-    if not is_as_written(raw):
+    if line != MAGIC + hashlib.sha256(body).hexdigest().encode():
         raise Damaged("not what was written")
-    _, _, body = raw.partition(b"\n")
     try:
         text, _, arrays = body.partition(b"\n")
         head = json.loads(text)
