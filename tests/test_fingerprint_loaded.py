@@ -10,7 +10,7 @@ import pytest
 from command_line import Run
 
 import gyroctl as gy
-from gyroctl.fingerprint.as_loaded import unseen
+from gyroctl.fingerprint.as_loaded import fetches
 from gyroctl.harness import registry
 from gyroctl.harness.law_fingerprint import law_fingerprint
 
@@ -83,9 +83,9 @@ def test_value_that_is_found_at_load_makes_another_law(
 def test_what_is_fetched_unseen_is_named(tmp_path: Path) -> None:
     file = tmp_path / "mine.py"
     file.write_text("import os.path, random\nimport numpy as np\nfrom urllib.request import urlopen\nx = np.random\n")
-    assert unseen([file]) == ["numpy.random", "random", "urllib"]
+    assert fetches([file]) == ["numpy.random", "random", "urllib"]
     file.write_text("import math\nimport numpy as np\n# a random choice\n")
-    assert unseen([file]) == []
+    assert fetches([file]) == []
 
 
 def test_compare_names_what_it_does_not_see(tmp_path: Path, run: Run) -> None:

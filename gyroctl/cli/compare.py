@@ -45,7 +45,7 @@ def compare(
     from gyroctl.comparison.compare import compare as run
     from gyroctl.comparison.experiment import read_experiment
     from gyroctl.errors import visible
-    from gyroctl.harness.law_fingerprint import unseen_of
+    from gyroctl.harness.law_fingerprint import fetches_of
     from gyroctl.provenance import command_line
     from gyroctl.tuning.yardstick import find_yardstick
 
@@ -63,7 +63,7 @@ def compare(
     say, on = partial(typer.echo, err=True), workers or None
     doubtful = warn_doubtful(setup.plant, setup.device_file)
     for name, law in setup.laws.items():
-        if fetched := unseen_of(law):
+        if fetched := fetches_of(law):
             what = "what comes from there while it runs does not make it another law"
             say(f"Note: {name} uses {', '.join(fetched)}: {what}")
     strange = setup.foreign

@@ -50,7 +50,7 @@ def environment(files: Iterable[Path]) -> list[str]:
     return sorted(f"environment {name} {_hash([os.environ.get(name, '').encode()])}" for name in names)
 
 
-def unseen(files: Iterable[Path]) -> list[str]:
+def fetches(files: Iterable[Path]) -> list[str]:
     """Modules by which texts fetch, while they run, what is not seen as a change: by name, sorted."""
     found: set[str] = set()
     for text in _texts(files):

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gyroctl.fingerprint import code_of, fingerprint
-from gyroctl.fingerprint.as_loaded import as_loaded, environment, unseen
+from gyroctl.fingerprint.as_loaded import as_loaded, environment, fetches
 from gyroctl.fingerprint.local import sources
 from gyroctl.harness.code_files import is_file, parted
 
@@ -96,11 +96,11 @@ def law_source(law: Any, further: set[Path] | None = None) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def unseen_of(law: Any) -> list[str]:
+def fetches_of(law: Any) -> list[str]:
     """Modules by which a law from elsewhere fetches, while it runs, what no fingerprint sees; by name."""
     kinds = [kind for one in _layers(law) for kind in _kinds(type(one)) if not kind.__module__.startswith("gyroctl.")]
     try:
-        return unseen(sources({file for kind in kinds for file in _files(kind) if file.is_file()}).files)
+        return fetches(sources({file for kind in kinds for file in _files(kind) if file.is_file()}).files)
     except (AttributeError, OSError):
         return []
 
