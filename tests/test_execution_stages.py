@@ -208,7 +208,7 @@ def test_work_that_was_given_up_is_begun_anew_but_not_for_ever() -> None:
         under_way.add("processes", [execution.Work(begin, [item])])
         ((ended, outcome),) = under_way.ended()
         assert ended is item and len(begun) == min(broken, AGAIN) + 1
-        assert ("lost its process" in outcome.failure) == (broken > AGAIN)
+        assert (f"lost its process {AGAIN + 1} times" in outcome.failure) == (broken > AGAIN)
 
 
 def test_run_whose_processes_were_given_up_has_failed_alone(device: gy.Plant) -> None:

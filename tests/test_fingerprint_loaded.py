@@ -10,7 +10,7 @@ import pytest
 from command_line import Run
 
 import gyroctl as gy
-from gyroctl.fingerprint.as_loaded import fetches
+from gyroctl.fingerprint.as_loaded import environment, fetches
 from gyroctl.harness import registry
 from gyroctl.harness.law_fingerprint import law_fingerprint
 
@@ -78,6 +78,20 @@ def test_value_that_is_found_at_load_makes_another_law(
         assert first == again
         shutil.copytree(here, tmp_path / "moved")
         assert law(tmp_path / "moved", 2e-4) == first
+
+
+def test_variable_that_is_empty_is_another_than_one_that_is_not_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "mine.py"
+    file.write_text('import os\nHOW = os.environ.get("GYROCTL_TEST_HOW", "fast")\n')
+    found = []
+    for value in (None, "", "slow"):
+        monkeypatch.delenv("GYROCTL_TEST_HOW", raising=False)
+        if value is not None:
+            monkeypatch.setenv("GYROCTL_TEST_HOW", value)
+        found += environment([file])
+    assert len(found) == 3 and len(set(found)) == 3
 
 
 def test_what_is_fetched_unseen_is_named(tmp_path: Path) -> None:

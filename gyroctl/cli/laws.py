@@ -101,15 +101,14 @@ def check(
 
 def _checked(name: str, plant: Plant, runs: int) -> list[Check]:
     """Check a law in a process of its own, which it may end or keep for ever."""
-    from multiprocessing import get_context
-
     from pebble import ProcessExpired, ProcessPool
 
     from gyroctl.comparison.processes import no_way_out
+    from gyroctl.engine.apart import CONTEXT
     from gyroctl.engine.parent import end_with_parent
     from gyroctl.harness.law_trials import Check
 
-    with ProcessPool(1, context=get_context("spawn"), initializer=end_with_parent) as pool:
+    with ProcessPool(1, context=CONTEXT, initializer=end_with_parent) as pool:
         found = pool.schedule(no_way_out, args=(_check_shown, name, plant, runs), timeout=LONGEST)
         try:
             lines: list[Check] = found.result()

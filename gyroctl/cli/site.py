@@ -8,18 +8,7 @@ from typing import Annotated
 
 import typer
 
-from gyroctl.cli.options import (
-    AllowCode,
-    Device,
-    Form,
-    Scheduler,
-    Variant,
-    Workers,
-    answer,
-    failures,
-    plant_of,
-    warn_foreign,
-)
+from gyroctl.cli.options import AllowCode, Device, Form, Scheduler, Variant, Workers, answer, failures, plant_of
 
 
 def site(
@@ -62,6 +51,7 @@ def site(
 ) -> None:
     """Run laws in every sea state of a site: power and lock matrices, annual energy; in a pipe JSON."""
     from gyroctl.cli.first_time import say_first_time
+    from gyroctl.harness.device_sets import foreign_note
     from gyroctl.studies.evaluation.entrants import parse
     from gyroctl.studies.site import read_scatter, site_report, site_request
     from gyroctl.studies.site.words import remarks, sentences, table
@@ -90,10 +80,8 @@ def site(
         scheduler=scheduler or None,
         say=say,
     )
-    if device is not None:
-        entrants = parse(laws)
-        tunings = {entrant.label: entrant.tuning for entrant in entrants}
-        warn_foreign({entrant.label: entrant.name for entrant in entrants}, plant, device, tunings)
+    if device is not None and ask.foreign:
+        say(foreign_note(ask.foreign, {entrant.label: entrant.name for entrant in parse(laws)}, plant, device))
     say_first_time("plant and laws", 30)
     content = site_report(ask)
     lines = [*table(content), *sentences(content, ("kWh", 1.0)), *(f"! {remark}" for remark in remarks(content))]

@@ -24,7 +24,7 @@ from pebble import ProcessExpired
 from gyroctl.comparison.items import Item, Outcome, about, failed, perform
 from gyroctl.comparison.kept import kept
 from gyroctl.comparison.parcels import Parcel, law_of, opened, parcels
-from gyroctl.comparison.processes import Processes, how_it_ended, no_way_out, times_anew
+from gyroctl.comparison.processes import AGAIN, Processes, how_it_ended, no_way_out, times_anew
 from gyroctl.disk import DISK, Disk
 from gyroctl.engine import Record, Store
 from gyroctl.engine.plan import Plan, Wanted
@@ -341,7 +341,7 @@ def _outcomes_of(future: Future[Any], items: Sequence[Item]) -> list[Outcome]:
     except ProcessExpired as error:
         what = how_it_ended(error.exitcode)
     except BrokenExecutor:
-        what = how_it_ended(-9)
+        what = how_it_ended(-9, 1 + AGAIN)
     else:
         return outcomes
     return [failed(item, f"law {item.name!r} {what.format(item.time_limit)}") for item in items]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, InvalidStateError
 from concurrent.futures.process import BrokenProcessPool
@@ -32,11 +31,7 @@ HELD = 10.0
 
 
 def begin_process(held: float) -> None:
-    """Let this process end with the one that began it, and not wait long for what a killed one holds.
-
-    Asked to end (SIGTERM) it ends at once, as any program does: a way out by Python could not be told from the law's.
-    """
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    """Let this process end with the one that began it, and not wait long for what a killed one holds."""
     CONSTS.channel_lock_timeout = held
     end_with_parent()
 
@@ -95,10 +90,10 @@ def times_anew(error: BaseException | None) -> int:
     return KILLED_AGAIN if isinstance(error, ProcessExpired) and -(error.exitcode or 0) in KILLS else 0
 
 
-def how_it_ended(code: int | None) -> str:
-    """How a process ended, by its exit code, and what that says."""
+def how_it_ended(code: int | None, times: int = 1 + KILLED_AGAIN) -> str:
+    """How a process ended, by its exit code, and what that says; one that was killed has been so all `times`."""
     if code is not None and code < 0:
-        often = f" {1 + KILLED_AGAIN} times" if -code in KILLS else ""
+        often = f" {times} times" if -code in KILLS else ""
         return f"lost its process{often}, which was killed (signal {-code}), perhaps for want of memory: run again"
     return f"ended its process (exit code {code}): a law must not end the program"
 

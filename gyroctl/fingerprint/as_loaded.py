@@ -47,7 +47,7 @@ def as_loaded(those: Iterable[Any]) -> list[str]:
 def environment(files: Iterable[Path]) -> list[str]:
     """Lines that tell the variables of the environment which texts name, sorted."""
     names = {name for text in _texts(files) for name in ENVIRONMENT.findall(text)}
-    return sorted(f"environment {name} {_hash([os.environ.get(name, '').encode()])}" for name in names)
+    return sorted(f"environment {name} {_hash([repr(os.environ.get(name)).encode()])}" for name in names)
 
 
 def fetches(files: Iterable[Path]) -> list[str]:

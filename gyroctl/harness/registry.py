@@ -235,7 +235,7 @@ def _check_parameter(name: str, key: str, value: Any, known: Mapping[str, Any]) 
     number = isinstance(value, int | float) and not isinstance(value, bool)
     if key == "plant" and isinstance(value, PLAIN) and not isinstance(known[key], PLAIN):
         raise InputError(field, value, "is no design model", 'Give a variant, for example plant = "realistic"')
-    if isinstance(known[key], str) and isinstance(value, PLAIN) and not isinstance(value, Law):
+    if isinstance(known[key], str) and isinstance(value, PLAIN):
         raise InputError(field, value, "must be a name", f'The default is "{known[key]}"')
     if number and not is_finite(value):
         raise InputError(field, value, "must be a finite number", f"Give {key} as a number")
